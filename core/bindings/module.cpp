@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: MIT
+// Python's view of the core: arrays in, arrays out. No formula lives here.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "seatrial/frames.hpp"
+#include "seatrial/plant.hpp"
+#include "seatrial/rollout.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace seatrial;
+
+namespace {
+
+using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Indices = nb::ndarray<const int, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using IndexTable = nb::ndarray<const int, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Out1 = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Out2 = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+using Out3 = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
+
+void require(bool condition, const char* message) {
+  if (!condition) throw std::invalid_argument(message);
+}
+
+/// A fresh numpy array that owns its memory.
+template <class Out, std::size_t N>
+Out fresh(const std::size_t (&shape)[N], double** data) {
+  std::size_t size = 1;
+  for (const std::size_t extent : shape) size *= extent;
+  auto owned = std::make_unique<double[]>(size == 0 ? 1 : size);
+  *data = owned.get();
+  nb::capsule owner(owned.release(), [](void* p) noexcept { delete[] static_cast<double*>(p); });
+  return Out(*data, N, shape, owner);
+}
+
+using TermRow = std::tuple<int, int, double, int, std::vector<int>>;
+
+Structure make_structure(nb::list rows, int n_coefficients, int n_forces) {
+  Structure s;
+  require(nb::len(rows) <= static_cast<std::size_t>(kMaxTerms), "too many terms");
+  s.n_coefficients = n_coefficients;
+  s.n_forces = n_forces;
+  for (nb::handle row : rows) {
+    nb::tuple t = nb::cast<nb::tuple>(row);
+    Term& term = s.terms[s.n_terms++];
+    term.axis = static_cast<std::uint8_t>(nb::cast<int>(t[0]));
+    term.coefficient = static_cast<std::int8_t>(nb::cast<int>(t[1]));
+    term.number = nb::cast<double>(t[2]);
+    term.acceleration = static_cast<std::int8_t>(nb::cast<int>(t[3]));
+    const auto factors = nb::cast<std::vector<int>>(t[4]);
+    require(factors.size() <= static_cast<std::size_t>(kMaxFactors), "too many factors in a term");
+    term.n_factors = static_cast<std::uint8_t>(factors.size());
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      term.factors[k] = static_cast<std::uint8_t>(factors[k]);
+    }
+    s.has_acceleration = s.has_acceleration || term.acceleration >= 0;
+  }
+  require(check(s) == StructureFault::kOk,
+          "structure refused: unknown factor, axis or coefficient, "
+          "or an axis with its own acceleration");
+  return s;
+}
+
+Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix mix,
+                 IndexTable actuators, int n_constants, Vector scale_reference, Matrix table) {
+  Chain c;
+  require(inverse.shape(0) <= kMaxActuators && inverse.shape(1) <= kMaxCommands,
+          "at most 8 actuators and 8 commands");
+  require(mix.shape(0) <= kMaxForces && mix.shape(1) == inverse.shape(0),
+          "mix: forces x actuators");
+  require(actuators.shape(0) == inverse.shape(0) && actuators.shape(1) == 10, "actuators: n x 10");
+  require(n_constants >= 0 && n_constants <= kMaxConstants, "too many chain constants");
+  require(scale_reference.shape(0) <= kMaxScales, "at most 4 scale signals");
+  require(table.shape(0) <= kMaxTable && table.shape(1) == 2, "table: at most 256 x 2");
+  c.allocation.scheme = static_cast<Scheme>(scheme);
+  c.allocation.n_actuators = static_cast<int>(inverse.shape(0));
+  c.allocation.n_commands = static_cast<int>(inverse.shape(1));
+  c.allocation.offset = offset;
+  c.allocation.limit = limit;
+  c.n_forces = static_cast<int>(mix.shape(0));
+  c.n_constants = n_constants;
+  c.n_scales = static_cast<int>(scale_reference.shape(0));
+  c.n_table = static_cast<int>(table.shape(0));
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    for (int j = 0; j < c.allocation.n_commands; ++j) c.allocation.inverse[k][j] = inverse(k, j);
+    for (int j = 0; j < c.n_forces; ++j) c.mix[j][k] = mix(j, k);
+    for (int i = 0; i < 8; ++i) require(actuators(k, i) < n_constants, "constant out of range");
+    require(actuators(k, 8) < c.n_scales, "scale signal out of range");
+    Actuator& a = c.actuators[k];
+    std::int8_t* fields[] = {&a.latency,       &a.edge_forward, &a.edge_reverse,
+                             &a.reverse_ratio, &a.power,        &a.lag,
+                             &a.scale_power,   &a.gain,         &a.scale};
+    for (int i = 0; i < 9; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
+    a.tabulated = actuators(k, 9) != 0;
+    require(!a.tabulated || c.n_table >= 2, "a tabulated actuator needs a table");
+  }
+  for (int i = 0; i < c.n_scales; ++i) c.scale_reference[i] = scale_reference(i);
+  for (int i = 0; i < c.n_table; ++i) {
+    c.table_command[i] = table(i, 0);
+    c.table_thrust[i] = table(i, 1);
+  }
+  return c;
+}
+
+Columns make_columns(bool initial, const std::vector<int>& coefficients,
+                     const std::vector<int>& constants) {
+  Columns columns;
+  require(coefficients.size() <= kMaxCoefficients && constants.size() <= kMaxConstants,
+          "too many columns");
+  columns.n_initial = initial ? kStates : 0;
+  for (const int i : coefficients) columns.coefficient[columns.n_coefficients++] = i;
+  for (const int i : constants) columns.constant[columns.n_constants++] = i;
+  return columns;
+}
+
+Held make_held(const Vector& time, const Matrix& value) {
+  require(time.shape(0) == value.shape(0), "one row of values for each stamp");
+  Held held;
+  held.n = static_cast<int>(time.shape(0));
+  held.width = static_cast<int>(value.shape(1));
+  held.time = time.data();
+  held.value = value.data();
+  return held;
+}
+
+Trace make_trace(const Chain& chain, Vector q, Vector time, Matrix commands, Vector scale_time,
+                 Matrix scales, bool initial, const std::vector<int>& coefficients,
+                 const std::vector<int>& constants) {
+  require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
+  require(time.shape(0) > 0, "at least one command");
+  require(static_cast<int>(commands.shape(1)) == chain.allocation.n_commands,
+          "one column for each command");
+  require(static_cast<int>(scales.shape(1)) == chain.n_scales, "one column for each scale signal");
+  for (const int i : constants) require(i >= 0 && i < chain.n_constants, "constant out of range");
+  return Trace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
+               make_columns(initial, coefficients, constants));
+}
+
+void check_trace(const Boat& boat, const Trace& trace) {
+  require(boat.structure.n_forces == trace.chain().n_forces,
+          "structure and chain differ in forces");
+  for (int i = 0; i < trace.columns().n_coefficients; ++i) {
+    const int c = trace.columns().coefficient[i];
+    require(c >= 0 && c < boat.structure.n_coefficients, "coefficient out of range");
+  }
+}
+
+std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector x0, Vector time,
+                                   bool tangents) {
+  check_trace(boat, trace);
+  require(x0.shape(0) == kStates, "x0: [x, y, psi, u, v, r]");
+  const std::size_t n = time.shape(0);
+  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
+  double* out = nullptr;
+  double* slopes = nullptr;
+  auto states = fresh<Out2>({n, std::size_t{kStates}}, &out);
+  auto jacobian = fresh<Out3>({tangents ? n : 0, std::size_t{kStates}, width}, &slopes);
+  {
+    nb::gil_scoped_release released;
+    simulate(boat, trace, x0.data(), time.data(), static_cast<int>(n), out,
+             tangents ? slopes : nullptr);
+  }
+  return {states, jacobian};
+}
+
+std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector time, Indices start,
+                                  Matrix x0, int steps, int threads, bool tangents) {
+  check_trace(boat, trace);
+  const std::size_t m = start.shape(0);
+  require(x0.shape(0) == m && x0.shape(1) == kStates, "x0: one row of 6 for each start");
+  require(steps >= 0, "steps >= 0");
+  for (std::size_t j = 0; j < m; ++j) {
+    require(start(j) >= 0 && static_cast<std::size_t>(start(j) + steps) < time.shape(0),
+            "a start leaves no room for its steps");
+  }
+  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
+  double* out = nullptr;
+  double* slopes = nullptr;
+  auto states = fresh<Out2>({m, std::size_t{kStates}}, &out);
+  auto jacobian = fresh<Out3>({tangents ? m : 0, std::size_t{kStates}, width}, &slopes);
+  {
+    nb::gil_scoped_release released;
+    predict(boat, trace, time.data(), start.data(), x0.data(), static_cast<int>(m), steps, threads,
+            out, tangents ? slopes : nullptr);
+  }
+  return {states, jacobian};
+}
+
+Out2 trace_forces(const Trace& trace, Vector time) {
+  const std::size_t n = time.shape(0);
+  const auto width = static_cast<std::size_t>(trace.chain().n_forces);
+  double* out = nullptr;
+  auto forces = fresh<Out2>({n, width}, &out);
+  for (std::size_t i = 0; i < n; ++i) {
+    Thrust f;
+    trace.at(trace.find(time(i)), time(i), f);
+    forces_after(trace.chain(), trace.constants(), f, 0.0, out + i * width);
+  }
+  return forces;
+}
+
+/// Value of every term's product (with its acceleration, without its coefficient): n x terms.
+Out2 regressors(const Structure& s, Matrix nu, Matrix nu_dot, Matrix force) {
+  const std::size_t n = nu.shape(0);
+  require(nu.shape(1) == kAxes && nu_dot.shape(0) == n && nu_dot.shape(1) == kAxes, "nu: n x 3");
+  require(force.shape(0) == n && static_cast<int>(force.shape(1)) == s.n_forces,
+          "F: n x number of forces");
+  const auto width = static_cast<std::size_t>(s.n_terms);
+  double* out = nullptr;
+  auto table = fresh<Out2>({n, width}, &out);
+  for (std::size_t i = 0; i < n; ++i) {
+    double z[kMaxSignals];
+    signals(s, &nu(i, 0), force.data() + i * force.shape(1), z);
+    for (int t = 0; t < s.n_terms; ++t) {
+      const Term& term = s.terms[t];
+      const double moved = term.acceleration < 0 ? 1.0 : nu_dot(i, term.acceleration);
+      out[i * width + static_cast<std::size_t>(t)] = product(term, z) * moved;
+    }
+  }
+  return table;
+}
+
+Out2 accelerations(const Structure& s, Vector coefficient, Matrix nu, Matrix force) {
+  const std::size_t n = nu.shape(0);
+  require(static_cast<int>(coefficient.shape(0)) == s.n_coefficients, "one value a coefficient");
+  require(
+      nu.shape(1) == kAxes && force.shape(0) == n && static_cast<int>(force.shape(1)) == s.n_forces,
+      "nu: n x 3, F: n x number of forces");
+  double* out = nullptr;
+  auto rates = fresh<Out2>({n, std::size_t{kAxes}}, &out);
+  for (std::size_t i = 0; i < n; ++i) {
+    acceleration(s, coefficient.data(), &nu(i, 0), force.data() + i * force.shape(1),
+                 out + i * kAxes);
+  }
+  return rates;
+}
+
+std::pair<Out2, Out1> run_allocate(const Chain& chain, Matrix wrench) {
+  const std::size_t n = wrench.shape(0);
+  require(static_cast<int>(wrench.shape(1)) == chain.allocation.n_commands, "one column a command");
+  const auto width = static_cast<std::size_t>(chain.n_actuators());
+  double* out = nullptr;
+  double* share = nullptr;
+  auto thrusters = fresh<Out2>({n, width}, &out);
+  auto alpha = fresh<Out1>({n}, &share);
+  for (std::size_t i = 0; i < n; ++i) {
+    share[i] = allocate(chain.allocation, wrench.data() + i * wrench.shape(1), out + i * width);
+  }
+  return {thrusters, alpha};
+}
+
+Out1 run_curve(const Chain& chain, Vector q, int actuator, Vector command) {
+  require(actuator >= 0 && actuator < chain.n_actuators(), "actuator out of range");
+  require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
+  const std::size_t n = command.shape(0);
+  double* out = nullptr;
+  auto thrust = fresh<Out1>({n}, &out);
+  for (std::size_t i = 0; i < n; ++i)
+    out[i] = curve(chain, q.data(), actuator, command(i), nullptr);
+  return thrust;
+}
+
+/// Rows of earth-fixed rates into body axes, or back.
+Out2 rotate(Vector psi, Matrix rate, bool to_body) {
+  const std::size_t n = psi.shape(0);
+  require(rate.shape(0) == n && rate.shape(1) == kAxes, "rate: n x 3");
+  double* out = nullptr;
+  auto rotated = fresh<Out2>({n, std::size_t{kAxes}}, &out);
+  for (std::size_t i = 0; i < n; ++i) {
+    (to_body ? earth_to_body<double> : body_to_earth<double>)(psi(i), &rate(i, 0), out + i * kAxes);
+  }
+  return rotated;
+}
+
+Boat make_boat(const Structure& structure, Vector coefficient, int integrator, double step) {
+  require(static_cast<int>(coefficient.shape(0)) == structure.n_coefficients,
+          "one value a coefficient");
+  require(step > 0.0, "step > 0");
+  Boat boat;
+  boat.structure = structure;
+  std::copy(coefficient.data(), coefficient.data() + structure.n_coefficients, boat.coefficient);
+  boat.integrator = static_cast<Integrator>(integrator);
+  boat.longest_step = step;
+  return boat;
+}
+
+Out1 vector_of(const double* from, std::size_t n) {
+  double* out = nullptr;
+  auto v = fresh<Out1>({n}, &out);
+  std::copy(from, from + n, out);
+  return v;
+}
+
+}  // namespace
+
+NB_MODULE(_core, m) {
+  m.doc() = "The core of seatrial: model, thrusters, integration, sensitivities (C++).";
+  m.attr("MAX_FORCES") = kMaxForces;
+  m.attr("MAX_FACTORS") = kMaxFactors;
+  m.attr("MAX_TERMS") = kMaxTerms;
+  m.attr("MAX_ACTUATORS") = kMaxActuators;
+  m.attr("MAX_TABLE") = kMaxTable;
+  m.attr("FIRST_FORCE") = static_cast<int>(kForce0);
+
+  nb::class_<Structure>(m, "Structure")
+      .def(
+          "__init__",
+          [](Structure* self, nb::list rows, int n_coefficients, int n_forces) {
+            new (self) Structure(make_structure(std::move(rows), n_coefficients, n_forces));
+          },
+          "rows"_a, "n_coefficients"_a, "n_forces"_a,
+          "rows: (axis, coefficient or -1, number, acceleration or -1, [factor codes]) each.");
+  nb::class_<Chain>(m, "Chain")
+      .def(
+          "__init__",
+          [](Chain* self, int scheme, Matrix inverse, double offset, double limit, Matrix mix,
+             IndexTable actuators, int n_constants, Vector scale_reference, Matrix table) {
+            new (self) Chain(make_chain(scheme, inverse, offset, limit, mix, actuators, n_constants,
+                                        scale_reference, table));
+          },
+          "scheme"_a, "inverse"_a, "offset"_a, "limit"_a, "mix"_a, "actuators"_a, "n_constants"_a,
+          "scale_reference"_a, "table"_a);
+  nb::class_<Boat>(m, "Boat").def(
+      "__init__",
+      [](Boat* self, const Structure& structure, Vector coefficient, int integrator, double step) {
+        new (self) Boat(make_boat(structure, coefficient, integrator, step));
+      },
+      "structure"_a, "coefficient"_a, "integrator"_a, "longest_step"_a);
+  nb::class_<Trace>(m, "Trace")
+      .def(
+          "__init__",
+          [](Trace* self, const Chain& chain, Vector q, Vector time, Matrix commands,
+             Vector scale_time, Matrix scales, bool initial, std::vector<int> coefficients,
+             std::vector<int> constants) {
+            new (self) Trace(make_trace(chain, q, time, commands, scale_time, scales, initial,
+                                        coefficients, constants));
+          },
+          "chain"_a, "q"_a, "time"_a, "commands"_a, "scale_time"_a, "scales"_a, "initial"_a = false,
+          "coefficients"_a = std::vector<int>{}, "constants"_a = std::vector<int>{})
+      .def_prop_ro("breaks", &Trace::breaks)
+      .def("forces", &trace_forces, "time"_a, "Generalised forces F at time [s]: n x forces.");
+  nb::class_<Plant>(m, "Plant")
+      .def(
+          "__init__",
+          [](Plant* self, const Boat& boat, const Chain& chain, Vector q) {
+            require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value a constant");
+            require(boat.structure.n_forces == chain.n_forces, "structure and chain differ");
+            new (self) Plant(boat.structure, boat.coefficient, chain, q.data(), boat.longest_step);
+          },
+          "boat"_a, "chain"_a, "q"_a)
+      .def(
+          "command",
+          [](Plant& self, double t, Vector values) { return self.command(t, values.data()); },
+          "t"_a, "values"_a)
+      .def("advance_to", &Plant::advance_to, "t"_a)
+      .def_prop_ro("time", &Plant::time)
+      .def_prop_rw(
+          "state", [](const Plant& self) { return vector_of(self.state(), kStates); },
+          [](Plant& self, Vector x) {
+            require(x.shape(0) == kStates, "state: [x, y, psi, u, v, r]");
+            std::copy(x.data(), x.data() + kStates, self.state());
+          })
+      .def(
+          "forces",
+          [](const Plant& self, int n_forces) {
+            double force[kMaxForces];
+            self.forces(force);
+            return vector_of(force, static_cast<std::size_t>(n_forces));
+          },
+          "n_forces"_a);
+
+  m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "tangents"_a = false,
+        "States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).");
+  m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "x0"_a, "steps"_a,
+        "threads"_a = 1, "tangents"_a = false,
+        "State `steps` samples after every start (m x 6), and its tangents.");
+  m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
+  m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
+  m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,
+        "Thruster commands (n x actuators) and the share alpha of each wrench that is given.");
+  m.def("curve", &run_curve, "chain"_a, "q"_a, "actuator"_a, "command"_a);
+  m.def("rotate", &rotate, "psi"_a, "rate"_a, "to_body"_a);
+}

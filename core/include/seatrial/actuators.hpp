@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// The actuator chain: command -> latency -> static curve -> first-order lag -> scale -> F = T f.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "seatrial/allocation.hpp"
+#include "seatrial/structure.hpp"
+
+namespace seatrial {
+
+inline constexpr int kMaxConstants = 32;  // chain constants q of all actuators together
+inline constexpr int kMaxScales = 4;      // known scale signals (propeller speed, voltage)
+inline constexpr int kMaxTable = 256;     // points of a tabulated curve
+
+/// Where the constants of one actuator stand in q; -1: stage absent (its neutral value).
+struct Actuator {
+  std::int8_t latency = -1;        // [s] transport delay plus clock offset; may be negative
+  std::int8_t edge_forward = -1;   // [-] dead-zone edge at positive commands, >= 0
+  std::int8_t edge_reverse = -1;   // [-] dead-zone edge at negative commands, >= 0
+  std::int8_t reverse_ratio = -1;  // [-] full reverse over full forward thrust
+  std::int8_t power = -1;          // [-] exponent of the curve past its edge
+  std::int8_t lag = -1;            // [s] time constant
+  std::int8_t scale_power = -1;    // [-] exponent of (scale / reference)
+  std::int8_t gain = -1;           // [-] of this actuator; the gains have mean 1
+  std::int8_t scale = -1;          // which scale signal; -1: none
+  bool tabulated = false;          // the table instead of edges and power
+};
+
+/// Structure of the chain; its constants q are kept apart, so that they can be estimated.
+struct Chain {
+  Allocation allocation;
+  int n_forces = 0;
+  int n_scales = 0;
+  int n_constants = 0;
+  double mix[kMaxForces][kMaxActuators] = {};  // T: F = T f
+  double scale_reference[kMaxScales] = {1.0, 1.0, 1.0, 1.0};
+  Actuator actuators[kMaxActuators];
+  int n_table = 0;
+  double table_command[kMaxTable] = {};
+  double table_thrust[kMaxTable] = {};
+
+  int n_actuators() const { return allocation.n_actuators; }
+};
+
+inline constexpr double kShortestLag = 1e-6;  // [s] a smaller one counts as none
+
+namespace detail {
+
+inline double constant(const double* q, std::int8_t index, double neutral) {
+  return index >= 0 ? q[index] : neutral;
+}
+
+/// Piecewise linear, held constant outside the table.
+inline double interpolate(const Chain& c, double x) {
+  const double* begin = c.table_command;
+  const double* end = begin + c.n_table;
+  const double* above = std::upper_bound(begin, end, x);
+  if (above == begin) return c.table_thrust[0];
+  if (above == end) return c.table_thrust[c.n_table - 1];
+  const auto i = above - begin;
+  const double share = (x - begin[i - 1]) / (begin[i] - begin[i - 1]);
+  return c.table_thrust[i - 1] + share * (c.table_thrust[i] - c.table_thrust[i - 1]);
+}
+
+}  // namespace detail
+
+/// Static curve of actuator k with its gain: g(1) = 1, g = 0 between the edges.
+/// Where `slope` is given, slope[i] += d target / d q_i (n_constants entries).
+inline double curve(const Chain& c, const double* q, int k, double command, double* slope) {
+  const Actuator& a = c.actuators[k];
+  const double gain = detail::constant(q, a.gain, 1.0);
+  double g = 0.0;
+  if (a.tabulated) {
+    g = detail::interpolate(c, command);
+  } else {
+    const bool forward = command >= 0.0;
+    const std::int8_t edge_at = forward ? a.edge_forward : a.edge_reverse;
+    const double edge = detail::constant(q, edge_at, 0.0);
+    const double power = detail::constant(q, a.power, 1.0);
+    const double full = forward ? 1.0 : -detail::constant(q, a.reverse_ratio, 1.0);
+    const double past = std::abs(command) - edge;
+    if (past <= 0.0) return 0.0;
+    const double w = past / (1.0 - edge);
+    const double shape = a.power >= 0 ? std::pow(w, power) : w;
+    g = full * shape;
+    if (slope != nullptr) {
+      const double dshape = a.power >= 0 ? power * shape / w : 1.0;  // d shape / d w
+      const double dw = (past / (1.0 - edge) - 1.0) / (1.0 - edge);  // d w / d edge
+      if (edge_at >= 0) slope[edge_at] += gain * full * dshape * dw;
+      if (a.power >= 0) slope[a.power] += gain * g * std::log(w);
+      if (!forward && a.reverse_ratio >= 0) slope[a.reverse_ratio] += -gain * shape;
+    }
+  }
+  if (slope != nullptr && a.gain >= 0) slope[a.gain] += g;
+  return gain * g;
+}
+
+/// Multiplier (s / s_ref)^p of actuator k; 1 without a scale signal.
+inline double multiplier(const Chain& c, const double* q, int k, const double* scale,
+                         double* slope) {
+  const Actuator& a = c.actuators[k];
+  if (a.scale < 0) return 1.0;
+  const double ratio = scale[a.scale] / c.scale_reference[a.scale];
+  if (!(ratio > 0.0)) return 0.0;
+  const double m = std::pow(ratio, detail::constant(q, a.scale_power, 1.0));
+  if (slope != nullptr && a.scale_power >= 0) slope[a.scale_power] += m * std::log(ratio);
+  return m;
+}
+
+/// exp(-h / lag), 0 without a lag: what is left of the distance to the target after h [s].
+inline double decay(const Chain& c, const double* q, int k, double h) {
+  const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
+  return lag > kShortestLag ? std::exp(-h / lag) : 0.0;
+}
+
+/// What drives the boat at one instant: for each actuator where its thrust is and where it goes.
+struct Thrust {
+  double level[kMaxActuators] = {};       // after the lag
+  double target[kMaxActuators] = {};      // what the level tends to
+  double multiplier[kMaxActuators] = {};  // of the known scale signal
+};
+
+/// Level of actuator k after h [s] with a constant target: exact.
+inline double level_after(const Chain& c, const double* q, const Thrust& f, int k, double h) {
+  return f.target[k] + (f.level[k] - f.target[k]) * decay(c, q, k, h);
+}
+
+/// F = T f, with f_k = multiplier_k level_k.
+inline void mix_forces(const Chain& c, const double* f, double* force) {
+  for (int j = 0; j < c.n_forces; ++j) {
+    double sum = 0.0;
+    for (int k = 0; k < c.n_actuators(); ++k) sum += c.mix[j][k] * f[k];
+    force[j] = sum;
+  }
+}
+
+/// Generalised forces F after h [s] with constant targets.
+inline void forces_after(const Chain& c, const double* q, const Thrust& f, double h,
+                         double* force) {
+  double output[kMaxActuators];
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    output[k] = f.multiplier[k] * level_after(c, q, f, k, h);
+  }
+  mix_forces(c, output, force);
+}
+
+}  // namespace seatrial

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Frames: body (x forward, y left, z up, REP-103) and earth-fixed.
+#pragma once
+#include <cmath>
+
+namespace seatrial {
+
+inline constexpr double kPi = 3.14159265358979323846;
+
+/// eta_dot = R(psi) nu, the paper's Eqs. (1) and (2). psi [rad], nu [m/s, m/s, rad/s].
+template <class T>
+inline void body_to_earth(const T& psi, const T* nu, T* eta_dot) {
+  using std::cos;
+  using std::sin;
+  const T c = cos(psi);
+  const T s = sin(psi);
+  eta_dot[0] = c * nu[0] - s * nu[1];
+  eta_dot[1] = s * nu[0] + c * nu[1];
+  eta_dot[2] = nu[2];
+}
+
+/// nu = R(psi)^T eta_dot, the inverse of Eq. (1).
+template <class T>
+inline void earth_to_body(const T& psi, const T* eta_dot, T* nu) {
+  using std::cos;
+  using std::sin;
+  const T c = cos(psi);
+  const T s = sin(psi);
+  nu[0] = c * eta_dot[0] + s * eta_dot[1];
+  nu[1] = -s * eta_dot[0] + c * eta_dot[1];
+  nu[2] = eta_dot[2];
+}
+
+/// The angle in (-pi, pi] that equals `angle` [rad] up to whole turns.
+inline double wrap(double angle) {
+  const double turned = std::remainder(angle, 2.0 * kPi);
+  return turned <= -kPi ? kPi : turned;
+}
+
+}  // namespace seatrial
