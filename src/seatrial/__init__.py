@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+"""Dynamic models of small surface vehicles from a recording: identify, prove, use."""
+
+from seatrial.errors import SeatrialError
+from seatrial.identify import EquationErrorSettings, identify
+from seatrial.io import read
+from seatrial.model import Model, load, save
+from seatrial.predict import Prediction, predict
+from seatrial.recording import Recording
+from seatrial.validate import Scores, validate
+from seatrial.vehicle import Vehicle, load_vehicle
+from seatrial.velocity import Motion, motion
+
+__all__ = [
+    "EquationErrorSettings",
+    "Model",
+    "Motion",
+    "Prediction",
+    "Recording",
+    "Scores",
+    "SeatrialError",
+    "Vehicle",
+    "identify",
+    "load",
+    "load_vehicle",
+    "motion",
+    "predict",
+    "read",
+    "save",
+    "validate",
+]

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
+#include "seatrial/plant.hpp"
+#include "seatrial/tangents.hpp"
+
+/// Surge speed after 1 s at full command of a boat with u_dot = -u + F; NaN where refused.
+double drive_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  Structure s;
+  s.n_terms = 2;
+  s.n_coefficients = 1;
+  s.n_forces = 1;
+  s.terms[0].coefficient = 0;
+  s.terms[0].n_factors = 1;
+  s.terms[0].factors[0] = kU;
+  s.terms[1].n_factors = 1;
+  s.terms[1].factors[0] = kForce0;
+  if (check(s) != StructureFault::kOk) return std::nan("");
+  Chain c;
+  c.allocation.n_commands = 1;
+  c.allocation.n_actuators = 1;
+  c.n_forces = 1;
+  c.mix[0][0] = 1.0;
+  const double coefficient = -1.0;
+  const double q = 0.0;
+  static Plant plant(s, &coefficient, c, &q, 0.01);
+  const double still = 0.0;
+  plant.reset(0.0, &still);
+  const double full = 1.0;
+  if (!plant.command(0.0, &full) || !plant.advance_to(1.0)) return std::nan("");
+  return plant.state()[3];
+}
+
+/// The same by the step with tangents; `slope` is d u / d coefficient.
+double drive_with_tangents(double* slope) {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  Structure s;
+  s.n_terms = 2;
+  s.n_coefficients = 1;
+  s.n_forces = 1;
+  s.terms[0].coefficient = 0;
+  s.terms[0].n_factors = 1;
+  s.terms[0].factors[0] = kU;
+  s.terms[1].n_factors = 1;
+  s.terms[1].factors[0] = kForce0;
+  Chain c;
+  c.allocation.n_commands = 1;
+  c.allocation.n_actuators = 1;
+  c.n_forces = 1;
+  c.mix[0][0] = 1.0;
+  Columns columns;
+  columns.n_coefficients = 1;
+  const double coefficient = -1.0;
+  Thrust f;
+  f.target[0] = 1.0;
+  f.multiplier[0] = 1.0;
+  ThrustTangent df;
+  StateTangent dx;
+  seed(columns, dx);
+  double x[kStates] = {0.0};
+  const double still[kMaxConstants] = {0.0};
+  if (!advance_tangent(s, &coefficient, c, still, columns, 1.0, still, 0.01, f, df, x, dx)) {
+    return std::nan("");
+  }
+  *slope = dx.row[3][0];
+  return x[3];
+}

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "seatrial/actuators.hpp"
+
+#include <doctest/doctest.h>
+
+#include "boats.hpp"
+
+using namespace seatrial;
+using boats::Random;
+using boats::Worst;
+
+namespace {
+
+const Chain kFull = boats::full_chain(Scheme::kMoorePenrose);
+
+double curve_at(const Chain& c, const std::vector<double>& q, int k, double command) {
+  return curve(c, q.data(), k, command, nullptr);
+}
+
+/// Commands well inside and outside the dead zone, on both sides.
+std::vector<double> commands_off_the_edges() {
+  std::vector<double> commands;
+  for (double x = -1.1875; x < 1.2; x += 0.0625) {
+    if (std::abs(x - 0.08) > 1e-3 && std::abs(x + 0.11) > 1e-3) commands.push_back(x);
+  }
+  return commands;
+}
+
+}  // namespace
+
+TEST_CASE("full command gives the gain forward and gain times ratio in reverse") {
+  const auto q = boats::full_constants();
+  for (int k = 0; k < 4; ++k) {
+    const double gain = q[static_cast<std::size_t>(boats::kGain0 + k)];
+    CHECK(curve_at(kFull, q, k, 1.0) == doctest::Approx(gain).epsilon(1e-15));
+    CHECK(curve_at(kFull, q, k, -1.0) == doctest::Approx(-0.7 * gain).epsilon(1e-15));
+  }
+  auto neutral = boats::plain_chain(Scheme::kMoorePenrose);
+  CHECK(curve_at(neutral, q, 0, 1.0) == 1.0);
+  CHECK(curve_at(neutral, q, 0, -0.37) == -0.37);
+}
+
+TEST_CASE("between its edges a thruster gives nothing and has no slope") {
+  const auto q = boats::full_constants();
+  for (const double command : {-0.11, -0.1, -0.01, 0.0, 0.01, 0.0799, 0.08}) {
+    double slope[kMaxConstants] = {0.0};
+    CHECK(curve(kFull, q.data(), 0, command, slope) == 0.0);
+    for (const double s : slope) CHECK(s == 0.0);
+  }
+  CHECK(curve_at(kFull, q, 0, 0.0801) > 0.0);
+  CHECK(curve_at(kFull, q, 0, -0.1101) < 0.0);
+}
+
+TEST_CASE("the curve is its definition: ratio ((|x| - edge) / (1 - edge))^power") {
+  const auto q = boats::full_constants();
+  Worst worst;
+  for (const double x : commands_off_the_edges()) {
+    for (int k = 0; k < 4; ++k) {
+      worst.see(curve_at(kFull, q, k, x), boats::curve_by_hand(kFull, q, k, x));
+    }
+  }
+  CHECK(worst.value() < 1e-15);
+  // one value from a pocket calculator: 1.05 ((0.54 - 0.08) / 0.92)^1.3 = 1.05 * 0.5^1.3
+  CHECK(curve_at(kFull, q, 0, 0.54) == doctest::Approx(1.05 * 0.40612619817811774));
+}
+
+TEST_CASE("the curve is continuous at its edges and at full command") {
+  const auto q = boats::full_constants();
+  for (const double edge : {0.08, -0.11, 1.0, -1.0}) {
+    const double below = curve_at(kFull, q, 0, edge - 1e-9);
+    const double above = curve_at(kFull, q, 0, edge + 1e-9);
+    CHECK(std::abs(above - below) < 1e-8);
+  }
+}
+
+TEST_CASE("the curve's slopes equal central differences for every constant") {
+  const auto q = boats::full_constants();
+  Worst worst;
+  std::vector<bool> moved(boats::kConstants, false);
+  for (const double x : commands_off_the_edges()) {
+    for (int k = 0; k < 4; ++k) {
+      double slope[kMaxConstants] = {0.0};
+      const double value = curve(kFull, q.data(), k, x, slope);
+      REQUIRE(value == curve_at(kFull, q, k, x));
+      for (std::size_t i = 0; i < q.size(); ++i) {
+        auto up = q;
+        auto down = q;
+        up[i] += 1e-6;
+        down[i] -= 1e-6;
+        const double want = (curve_at(kFull, up, k, x) - curve_at(kFull, down, k, x)) / 2e-6;
+        worst.see(slope[i], want);
+        moved[i] = moved[i] || std::abs(want) > 1e-3;
+      }
+    }
+  }
+  CHECK(worst.value() < 1e-8);
+  for (const int i : {2, 3, 4, 5, 8, 9, 10, 11}) CHECK(moved[static_cast<std::size_t>(i)]);
+}
+
+TEST_CASE("slopes are added to what is there") {
+  const auto q = boats::full_constants();
+  double once[kMaxConstants] = {0.0};
+  double twice[kMaxConstants] = {0.0};
+  curve(kFull, q.data(), 1, -0.6, once);
+  curve(kFull, q.data(), 1, -0.6, twice);
+  curve(kFull, q.data(), 1, -0.6, twice);
+  for (int i = 0; i < boats::kConstants; ++i) CHECK(twice[i] == 2.0 * once[i]);
+  CHECK(once[boats::kEdgeReverse] != 0.0);
+}
+
+TEST_CASE("a table is joined by straight lines and held beyond its ends") {
+  const Chain c = boats::direct_chain();  // (-1, -0.6) (-0.2, 0) (0.3, 0) (1, 1)
+  const auto q = boats::direct_constants();
+  const double command[] = {-1.5, -1.0, -0.6, -0.2, 0.1, 0.3, 0.65, 1.0, 3.0};
+  const double thrust[] = {-0.6, -0.6, -0.3, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0};
+  for (int i = 0; i < 9; ++i) {
+    CHECK(curve_at(c, q, 3, command[i]) == doctest::Approx(thrust[i]).epsilon(1e-14));
+  }
+  CHECK(std::isnan(curve_at(c, q, 3, std::nan(""))));
+}
+
+TEST_CASE("of a table only the gain has a slope") {
+  Chain c = boats::direct_chain();
+  const auto q = boats::direct_constants();
+  c.actuators[3].gain = 5;
+  double slope[kMaxConstants] = {0.0};
+  CHECK(curve(c, q.data(), 3, 0.65, slope) == doctest::Approx(1.2 * 0.5));
+  for (int i = 0; i < 5; ++i) CHECK(slope[i] == 0.0);
+  CHECK(slope[5] == doctest::Approx(0.5));
+}
+
+TEST_CASE("the scale multiplies by (s / reference)^power, with its slope") {
+  auto q = boats::full_constants();
+  const double volts[] = {14.4};
+  double slope[kMaxConstants] = {0.0};
+  const double got = multiplier(kFull, q.data(), 2, volts, slope);
+  CHECK(got == doctest::Approx(std::exp(1.7 * std::log(1.2))).epsilon(1e-14));
+  auto up = q;
+  auto down = q;
+  up[boats::kScalePower] += 1e-6;
+  down[boats::kScalePower] -= 1e-6;
+  const double want = (multiplier(kFull, up.data(), 2, volts, nullptr) -
+                       multiplier(kFull, down.data(), 2, volts, nullptr)) /
+                      2e-6;
+  for (int i = 0; i < boats::kConstants; ++i) {
+    CHECK(slope[i] == doctest::Approx(i == boats::kScalePower ? want : 0.0).epsilon(1e-8));
+  }
+  CHECK(multiplier(kFull, q.data(), 2, kFull.scale_reference, nullptr) == 1.0);
+
+  Chain linear = kFull;
+  linear.actuators[2].scale_power = -1;
+  CHECK(multiplier(linear, q.data(), 2, volts, nullptr) == doctest::Approx(1.2));
+  const double off[] = {0.0};
+  CHECK(multiplier(kFull, q.data(), 2, off, nullptr) == 0.0);
+  const Chain none = boats::plain_chain(Scheme::kMoorePenrose);
+  CHECK(multiplier(none, q.data(), 2, nullptr, nullptr) == 1.0);
+}
+
+TEST_CASE("a lag leaves exp(-h / lag) of the way, and none leaves nothing") {
+  auto q = boats::full_constants();
+  CHECK(decay(kFull, q.data(), 0, 0.08 * std::log(2.0)) == doctest::Approx(0.5).epsilon(1e-14));
+  CHECK(decay(kFull, q.data(), 0, 0.0) == 1.0);
+  q[boats::kLag] = 0.0;
+  CHECK(decay(kFull, q.data(), 0, 0.01) == 0.0);
+  q[boats::kLag] = -0.1;
+  CHECK(decay(kFull, q.data(), 0, 0.01) == 0.0);
+  CHECK(decay(boats::full_chain(Scheme::kMoorePenrose, false), q.data(), 0, 0.01) == 0.0);
+}
+
+TEST_CASE("a level after two waits is the level after their sum") {
+  const auto q = boats::full_constants();
+  Thrust f;
+  f.level[1] = -0.4;
+  f.target[1] = 0.9;
+  const double whole = level_after(kFull, q.data(), f, 1, 0.13);
+  f.level[1] = level_after(kFull, q.data(), f, 1, 0.05);
+  CHECK(level_after(kFull, q.data(), f, 1, 0.08) == doctest::Approx(whole).epsilon(1e-14));
+  CHECK(whole == doctest::Approx(0.9 - 1.3 * std::exp(-0.13 / 0.08)).epsilon(1e-14));
+}
+
+TEST_CASE("forces are T times the scaled levels") {
+  const auto q = boats::full_constants();
+  Random random(31);
+  Thrust f;
+  random.fill(f.level, 4, -1.0, 1.0);
+  random.fill(f.target, 4, -1.0, 1.0);
+  random.fill(f.multiplier, 4, 0.5, 1.5);
+  double force[3];
+  forces_after(kFull, q.data(), f, 0.03, force);
+  for (int j = 0; j < 3; ++j) {
+    double want = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      const double gone = 1.0 - std::exp(-0.03 / 0.08);
+      const double level = f.level[k] + (f.target[k] - f.level[k]) * gone;
+      want += 0.5 * boats::kSigns[j][k] * f.multiplier[k] * level;
+    }
+    CHECK(force[j] == doctest::Approx(want).epsilon(1e-13));
+  }
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "seatrial/structure.hpp"
+
+#include <doctest/doctest.h>
+
+#include "boats.hpp"
+
+using namespace seatrial;
+using boats::add;
+
+TEST_CASE("the boats of these tests are accepted") {
+  CHECK(check(boats::mallard()) == StructureFault::kOk);
+  CHECK(check(boats::rich()) == StructureFault::kOk);
+  CHECK(check(Structure{}) == StructureFault::kOk);
+  CHECK(boats::mallard().n_terms == 13);
+  CHECK(boats::mallard().n_coefficients == int{boats::kMallardSize});
+  CHECK(boats::rich().n_coefficients == int{boats::kRichSize});
+}
+
+TEST_CASE("a full structure is accepted and one entry more is refused") {
+  Structure s = boats::mallard();
+  while (s.n_terms < kMaxTerms) add(s, 1, 0, 1.0, {kU});
+  CHECK(check(s) == StructureFault::kOk);
+  s.n_terms = kMaxTerms + 1;
+  CHECK(check(s) == StructureFault::kTooManyTerms);
+  s.n_terms = -1;
+  CHECK(check(s) == StructureFault::kTooManyTerms);
+
+  s = boats::mallard();
+  s.n_coefficients = kMaxCoefficients;
+  CHECK(check(s) == StructureFault::kOk);
+  s.n_coefficients = kMaxCoefficients + 1;
+  CHECK(check(s) == StructureFault::kTooManyCoefficients);
+  s.n_coefficients = -1;
+  CHECK(check(s) == StructureFault::kTooManyCoefficients);
+
+  s = boats::mallard();
+  s.n_forces = kMaxForces;
+  CHECK(check(s) == StructureFault::kOk);
+  s.n_forces = kMaxForces + 1;
+  CHECK(check(s) == StructureFault::kTooManyForces);
+  s.n_forces = -1;
+  CHECK(check(s) == StructureFault::kTooManyForces);
+
+  s = boats::mallard();
+  s.terms[3].n_factors = kMaxFactors;
+  CHECK(check(s) == StructureFault::kOk);
+  s.terms[3].n_factors = kMaxFactors + 1;
+  CHECK(check(s) == StructureFault::kTooManyFactors);
+}
+
+TEST_CASE("a term that names what does not exist is refused") {
+  Structure s = boats::mallard();
+  s.terms[3].factors[0] = kForce0 + 3;  // a fourth force
+  CHECK(check(s) == StructureFault::kUnknownSignal);
+  s.n_forces = 4;
+  CHECK(check(s) == StructureFault::kOk);
+
+  s = boats::mallard();
+  s.terms[5].axis = 3;
+  CHECK(check(s) == StructureFault::kUnknownAxis);
+
+  s = boats::mallard();
+  s.terms[8].acceleration = 3;
+  CHECK(check(s) == StructureFault::kUnknownAxis);
+
+  s = boats::mallard();
+  s.terms[8].acceleration = 2;  // r_dot in the equation of r_dot
+  CHECK(check(s) == StructureFault::kOwnAcceleration);
+
+  s = boats::mallard();
+  s.terms[1].coefficient = boats::kMallardSize;
+  CHECK(check(s) == StructureFault::kUnknownCoefficient);
+}
+
+TEST_CASE("a factor that is not used is not looked at") {
+  Structure s = boats::mallard();
+  s.terms[3].factors[1] = 200;
+  CHECK(check(s) == StructureFault::kOk);
+}
+
+TEST_CASE("signals are u, v, r, their sizes and the forces") {
+  const Structure s = boats::mallard();
+  const double nu[3] = {0.5, -0.25, -2.0};
+  const double force[3] = {-0.1, 0.2, 0.3};
+  double z[kMaxSignals];
+  signals(s, nu, force, z);
+  const double expected[9] = {0.5, -0.25, -2.0, 0.5, 0.25, 2.0, -0.1, 0.2, 0.3};
+  for (int i = 0; i < 9; ++i) CHECK(z[i] == expected[i]);
+}
+
+TEST_CASE("a term's product is its number times its factors") {
+  Structure s;
+  s.n_forces = 1;
+  add(s, 0, -1, -3.0, {kAbsV, kV, kForce0, kR});
+  add(s, 0, -1, 0.25, {});
+  const double nu[3] = {0.5, -2.0, 3.0};
+  const double force[1] = {0.5};
+  double z[kMaxSignals];
+  signals(s, nu, force, z);
+  CHECK(product(s.terms[0], z) == 18.0);  // -3 * 2 * -2 * 0.5 * 3
+  CHECK(product(s.terms[1], z) == 0.25);
+}

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""What the commands excited: how much of each axis, and which recording plays which role."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.errors import RecordingError
+from seatrial.frames import AXES, Array
+from seatrial.model import thrust_trace
+from seatrial.recording import Recording
+from seatrial.vehicle import Vehicle
+
+DOMINANT = 0.75  # share of the squared commands from which on a recording belongs to one axis
+EXCITED = 0.02  # RMS in command units below which an axis counts as not excited
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Commands of one recording, axis by axis, in command units."""
+
+    rms: Array  # (3,)
+    largest: Array  # (3,) largest magnitude
+    share: Array  # (3,) of the squared commands
+    both_signs: tuple[bool, bool, bool]  # at least a fifth of the effort to either side
+
+    @property
+    def dominant(self) -> int | None:
+        """The axis that has nearly all of it, if one has."""
+        axis = int(np.argmax(self.share))
+        return axis if self.share[axis] >= DOMINANT else None
+
+
+def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
+    """RMS of the generalised forces over the time that poses cover, by axis."""
+    t = np.arange(0.0, recording.duration, min(0.05, recording.period))
+    forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+    rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
+    for axis in range(3):
+        mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        if mine.size == 0:
+            continue
+        rms[axis] = np.sqrt(np.mean(np.sum(mine**2, axis=1)))
+        largest[axis] = np.abs(mine).max()
+        sides = np.array([np.maximum(mine, 0).sum(), np.maximum(-mine, 0).sum()])
+        both[axis] = bool(sides.min() >= 0.2 * sides.sum() > 0)
+    total = float(np.sum(rms**2))
+    share = rms**2 / total if total > 0 else np.zeros(3)
+    return Excitation(rms, largest, share, (both[0], both[1], both[2]))
+
+
+def find_roles(
+    vehicle: Vehicle,
+    recordings: Sequence[Recording],
+    given: Mapping[str, Sequence[str]] | None = None,
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+    """For surge, sway and yaw the recordings that identify it (the paper's S1, S2, S3).
+
+    Roles that are given count. Otherwise a recording that is nearly all one axis serves that axis,
+    and an axis without such a recording takes all in which it is excited.
+    """
+    found = [excitation(vehicle, r) for r in recordings]
+    names = [r.name for r in recordings]
+    roles: list[tuple[int, ...]] = []
+    for axis, label in enumerate(AXES):
+        chosen = [_index(names, name, label) for name in (given or {}).get(label, ())]
+        if not chosen:
+            chosen = [i for i, e in enumerate(found) if e.dominant == axis]
+        if not chosen:
+            chosen = [i for i, e in enumerate(found) if e.rms[axis] >= EXCITED]
+        if not chosen:
+            largest = max(float(e.largest[axis]) for e in found)
+            raise RecordingError(
+                f"{', '.join(names)}: {label} is never excited (largest command {largest:.3g}); "
+                f"drive a minute of {label} pulses to both sides, or take it out of the structure"
+            )
+        roles.append(tuple(chosen))
+    return roles[0], roles[1], roles[2]
+
+
+def _index(names: Sequence[str], name: str, label: str) -> int:
+    if name not in names:
+        raise RecordingError(
+            f"role {label}={name}: no such recording; there are {', '.join(names)}"
+        )
+    return names.index(name)

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""Files that people read and write: strict on the way in, whole or not at all on the way out."""
+
+import difflib
+import hashlib
+import json
+import os
+import re
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import msgspec
+import yaml
+
+from seatrial.errors import FileError
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+S = TypeVar("S", bound=msgspec.Struct)
+
+
+class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
+    """YAML 1.2's booleans and floats (1e-3 is a number, `on` is a word); a key stands once."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:  # noqa: FBT001, FBT002
+        """Refuses a key that stands twice."""
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if isinstance(key, (list, dict)):
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key must be a word", key_node.start_mark
+                )
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key '{key}' stands twice", key_node.start_mark
+                )
+            seen.add(key)
+        return dict(super().construct_mapping(node, deep))
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [
+        (tag, pattern)
+        for tag, pattern in rules
+        if not tag.endswith((":bool", ":float", ":timestamp"))
+    ]
+    for first, rules in _Loader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|false|False)$"), list("tTfF")
+)
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"^[-+]?(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?$|^[-+]?\.(?:inf|Inf)$|^\.(?:nan|NaN)$"
+    ),
+    list("-+.0123456789"),
+)
+
+
+def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
+    """A YAML mapping. Raises FileError with file and line."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(f"{path}: can't be read as text ({error})") from None
+    try:
+        content = yaml.load(text, Loader=_Loader)  # noqa: S506
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise FileError(f"{path}:{where} is not YAML: {problem}") from None
+    if not isinstance(content, dict):
+        raise FileError(f"{path}: expected 'key: value' lines, got {type(content).__name__}")
+    return content
+
+
+def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
+    """A mapping as a typed struct; unknown keys and wrong types are one clear line."""
+    try:
+        return msgspec.convert(content, kind, strict=True)
+    except msgspec.ValidationError as error:
+        raise FileError(f"{path}: {_explain(str(error), kind)}") from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write whole or not at all: to a temporary file beside it, then moved into place."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise FileError(f"{path}: can't be written ({error.strerror})") from None
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(temporary).chmod(0o666 & ~mask)
+        Path(temporary).replace(path)
+    except OSError as error:
+        Path(temporary).unlink(missing_ok=True)
+        raise FileError(f"{path}: can't be written ({error.strerror})") from None
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def dump_yaml(content: dict[str, Any]) -> str:
+    """Readable YAML: order kept, short lists on one line."""
+    return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100))
+
+
+def dump_json(content: Any) -> str:
+    """Indented JSON; NaN is refused, as JSON has none."""
+    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of a file's bytes."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        for block in iter(lambda: file.read(1 << 20), b""):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+class _Dumper(yaml.SafeDumper):
+    pass
+
+
+def _flow_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
+    plain = all(isinstance(x, (int, float)) for x in data)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=plain)
+
+
+def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
+    text = repr(float(data))
+    text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
+    return dumper.represent_scalar("tag:yaml.org,2002:float", text)
+
+
+_Dumper.add_representer(list, _flow_list)
+_Dumper.add_representer(tuple, _flow_list)
+_Dumper.add_representer(float, _float)
+
+
+def _explain(message: str, kind: type[msgspec.Struct]) -> str:
+    """msgspec's message with the place in plain words and the nearest known key."""
+    text, _, place = message.partition(" - at `$")
+    where = place.rstrip("`").lstrip(".").replace("[...]", ".*")
+    unknown = re.search(r"unknown field `(.+)`", text)
+    if unknown:
+        known = sorted(_all_keys(kind))
+        near = difflib.get_close_matches(unknown[1], known, n=1)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        return f"unknown key '{unknown[1]}'{' in ' + where if where else ''}{hint}"
+    missing = re.search(r"missing required field `(.+)`", text)
+    if missing:
+        return f"key '{missing[1]}' is missing{' in ' + where if where else ''}"
+    text = text[:1].lower() + text[1:].replace("`", "'")
+    return f"{where or 'the file'}: {text}"
+
+
+def _all_keys(kind: type[msgspec.Struct], seen: set[type] | None = None) -> set[str]:
+    seen = seen if seen is not None else set()
+    keys: set[str] = set()
+    pending: list[Any] = [kind]
+    while pending:
+        current = pending.pop()
+        if isinstance(current, type) and issubclass(current, msgspec.Struct):
+            if current in seen:
+                continue
+            seen.add(current)
+            for field in msgspec.structs.fields(current):
+                keys.add(field.encode_name)
+                pending.append(field.type)
+        else:
+            pending.extend(getattr(current, "__args__", ()))
+    return keys

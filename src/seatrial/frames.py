@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+"""Axes and frames. Inside, everything is forward-left-up (REP-103); files state their own axes.
+
+Between forward-left-up and forward-right-down (SNAME, Fossen) the components v, r, y, psi, F_v
+and F_r change sign; `docs/conventions.md` derives what follows for coefficients.
+"""
+
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+
+Array = NDArray[np.float64]
+
+AXES = ("surge", "sway", "yaw")
+SYMBOLS = ("u", "v", "r")
+POSE_SIGNS = np.array([1.0, -1.0, -1.0])  # [x, y, psi] and [u, v, r] between the two systems
+
+
+class Axes(str, Enum):
+    """Body axes of a file, seen from the boat."""
+
+    FLU = "forward-left-up"  # REP-103; psi counter-clockwise from above
+    FRD = "forward-right-down"  # SNAME, Fossen; psi clockwise from above
+
+
+def body_velocity(psi: Array, eta_dot: Array) -> Array:
+    """nu = R(psi)^T eta_dot, the inverse of Eq. (1). psi (n,) [rad]; eta_dot, nu (n, 3)."""
+    return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(eta_dot), True)
+
+
+def earth_velocity(psi: Array, nu: Array) -> Array:
+    """eta_dot = R(psi) nu, Eq. (1). psi (n,) [rad]; nu, eta_dot (n, 3)."""
+    return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(nu), False)
+
+
+def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.generic]:
+    """A read-only, contiguous copy."""
+    array = np.array(values, dtype=dtype, order="C")
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""Numbers from a CSV table, by column name."""
+
+import csv
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.errors import RecordingError
+from seatrial.frames import Array
+from seatrial.schema import Column
+
+TO_SI = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180, "-": 1.0}
+TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+
+
+class Table:
+    """A CSV file with a header line; columns are read when asked for."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            with path.open(encoding="utf-8-sig", newline="") as file:
+                first = file.readline(1 << 20)
+        except OSError as error:
+            raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
+        except UnicodeDecodeError:
+            raise RecordingError(f"{path}: is not a CSV text file") from None
+        if not first.strip():
+            raise RecordingError(f"{path}: is empty; expected a header line and rows of numbers")
+        self.delimiter = max(",;\t", key=first.count)
+        self.names = [name.strip().strip('"') for name in first.strip().split(self.delimiter)]
+
+    def columns(self, wanted: Sequence[str]) -> Array:
+        """The wanted columns (n, len(wanted)); an empty cell is NaN."""
+        index = [self._find(name) for name in wanted]
+        try:
+            values = np.loadtxt(
+                self.path, delimiter=self.delimiter, skiprows=1, usecols=index, ndmin=2,
+                encoding="utf-8-sig", comments=None,
+            )  # fmt: skip
+        except (ValueError, UnicodeDecodeError):
+            values = self._read_slowly(index)
+        if len(values) == 0:
+            raise RecordingError(f"{self.path}: has a header but no rows")
+        return values
+
+    def _find(self, name: str) -> int:
+        if self.names.count(name) > 1:
+            raise RecordingError(f"{self.path}: column '{name}' stands twice in the header")
+        if name not in self.names:
+            near = difflib.get_close_matches(name, self.names, n=1)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            shown = ", ".join(self.names[:20])
+            raise RecordingError(f"{self.path}: no column '{name}'{hint} It has: {shown}")
+        return self.names.index(name)
+
+    def _read_slowly(self, index: Sequence[int]) -> Array:
+        """Row by row, to accept empty cells and to name the line that is wrong."""
+        rows: list[list[float]] = []
+        try:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
+                reader = csv.reader(file, delimiter=self.delimiter)
+                next(reader)
+                for row in reader:
+                    if row:
+                        rows.append([self._cell(row, i, reader.line_num) for i in index])
+        except UnicodeDecodeError:
+            raise RecordingError(f"{self.path}: is not a CSV text file") from None
+        except csv.Error as error:
+            raise RecordingError(f"{self.path}: is not a CSV table ({error})") from None
+        return np.array(rows, dtype=float).reshape(-1, len(index))
+
+    def _cell(self, row: Sequence[str], i: int, line: int) -> float:
+        if i >= len(row):
+            raise RecordingError(
+                f"{self.path} line {line}: {len(row)} cells, expected {len(self.names)}; "
+                "is the file cut off? Remove the line to use the rest"
+            )
+        try:
+            return float(row[i]) if row[i].strip() else float("nan")
+        except ValueError:
+            raise RecordingError(
+                f"{self.path} line {line}: column '{self.names[i]}' has '{row[i][:40]}', expected a number"
+            ) from None
+
+
+def scaled(raw: Array, column: Column) -> Array:
+    """value = sign (raw - offset) / scale, in SI."""
+    unit = TO_SI.get(column.unit or "-", 1.0)
+    return np.asarray(column.sign * (raw - column.offset) / column.scale * unit)
+
+
+def nanoseconds(
+    raw: Array, column: Column, path: Path
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Stamps as integer nanoseconds."""
+    if not np.isfinite(raw).all():
+        row = int(np.flatnonzero(~np.isfinite(raw))[0])
+        raise RecordingError(f"{path} row {row + 1}: column '{column.column}' has no stamp")
+    if column.unit is not None and column.unit not in TO_NANOSECONDS:
+        raise RecordingError(
+            f"{path}: stamp column '{column.column}' has unit '{column.unit}'; use s, ms, us or ns"
+        )
+    stamps = column.sign * (raw - column.offset) / column.scale * TO_NANOSECONDS[column.unit or "s"]
+    if np.abs(stamps).max() > 9e18:
+        raise RecordingError(
+            f"{path}: stamp column '{column.column}' goes to {raw.max():g} {column.unit or 's'}; "
+            "is its unit ms, us or ns? Name it in the vehicle file"
+        )
+    return np.rint(stamps).astype(np.int64)

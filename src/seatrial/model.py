@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: MIT
+"""The identified model: coefficients with covariance, thrusters, provenance; its file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.errors import FileError, ModelError
+from seatrial.files import convert, dump_yaml, read_yaml, write_text
+from seatrial.frames import SYMBOLS, Array, Axes, frozen_array
+from seatrial.recording import Recording
+from seatrial.schema import (
+    CoefficientEntry,
+    EnvelopeEntry,
+    EstimatorEntry,
+    Integration,
+    ModelFile,
+    NoiseEntry,
+    RecordingEntry,
+)
+from seatrial.structure import Structure
+from seatrial.vehicle import Vehicle, vehicle_from
+
+MODEL_FORMAT = "model 1"
+INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
+
+
+@dataclass(frozen=True)
+class Model:
+    """A boat in forward-left-up axes, per unit mass and inertia."""
+
+    vehicle: Vehicle
+    coefficients: Array  # (n,) in the order of structure.coefficients
+    covariance: Array  # (n, n)
+    constants: Array  # (m,) of the actuator chain, in the order of vehicle.constants.names
+    integration: Integration
+    noise: NoiseEntry
+    envelope: EnvelopeEntry  # forward-left-up
+    recordings: tuple[RecordingEntry, ...] = ()
+    estimator: EstimatorEntry = EstimatorEntry("given")
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        n = len(self.structure.coefficients)
+        for name in ("coefficients", "covariance", "constants"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        if self.coefficients.shape != (n,) or self.covariance.shape != (n, n):
+            raise ModelError(
+                f"{n} coefficients expected, got {self.coefficients.shape} and covariance "
+                f"{self.covariance.shape}"
+            )
+        if self.constants.shape != (len(self.vehicle.constants.names),):
+            raise ModelError("one value for each constant of the vehicle's chain expected")
+        if not (np.isfinite(self.coefficients).all() and np.isfinite(self.constants).all()):
+            raise ModelError("a coefficient or constant is not a finite number")
+
+    @property
+    def name(self) -> str:
+        """The vehicle's name."""
+        return self.vehicle.name
+
+    @property
+    def structure(self) -> Structure:
+        """Structure in forward-left-up axes."""
+        return self.vehicle.structure
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Coefficients by name, forward-left-up."""
+        return dict(zip(self.structure.coefficients, self.coefficients.tolist(), strict=True))
+
+    @cached_property
+    def standard_errors(self) -> dict[str, float]:
+        """Standard errors by name."""
+        errors = np.sqrt(np.diag(self.covariance)).tolist()
+        return dict(zip(self.structure.coefficients, errors, strict=True))
+
+    @cached_property
+    def boat(self) -> _core.Boat:
+        """The core's model."""
+        code = INTEGRATORS.index(self.integration.scheme)
+        return _core.Boat(self.structure.compiled, self.coefficients, code, self.integration.step)
+
+    def trace(
+        self,
+        recording: Recording,
+        *,
+        initial: bool = False,
+        coefficients: Sequence[int] = (),
+        tangents: Sequence[int] = (),
+    ) -> _core.Trace:
+        """`thrust_trace` with the model's own constants."""
+        return thrust_trace(
+            self.vehicle, self.constants, recording,
+            initial=initial, coefficients=coefficients, tangents=tangents,
+        )  # fmt: skip
+
+    def with_vehicle(self, vehicle: Vehicle) -> "Model":
+        """The same boat with another vehicle's signals, allocation and chain."""
+        if vehicle.structure.coefficients != self.structure.coefficients:
+            raise ModelError(
+                f"vehicle {vehicle.name} has coefficients {', '.join(vehicle.structure.coefficients)}; "
+                f"the model has {', '.join(self.structure.coefficients)}"
+            )
+        known = dict(zip(self.vehicle.constants.names, self.constants.tolist(), strict=True))
+        own = vehicle.constants
+        constants = [known.get(n, v) for n, v in zip(own.names, own.values.tolist(), strict=True)]
+        return replace(self, vehicle=vehicle, constants=np.array(constants))
+
+
+def thrust_trace(
+    vehicle: Vehicle,
+    constants: Array,
+    recording: Recording,
+    *,
+    initial: bool = False,
+    coefficients: Sequence[int] = (),
+    tangents: Sequence[int] = (),
+) -> _core.Trace:
+    """What the thrusters did along a recording, in its seconds.
+
+    The tangents' columns: initial state (6), chosen coefficients, chosen chain constants.
+    """
+    commands, scales = recording.commands, recording.scales
+    empty = np.zeros((0, len(vehicle.scales)))
+    return _core.Trace(
+        vehicle.chain,
+        constants,
+        recording.seconds(commands.stamps),
+        commands.values,
+        np.zeros(0) if scales is None else recording.seconds(scales.stamps),
+        empty if scales is None else scales.values,
+        initial,
+        list(coefficients),
+        list(tangents),
+    )
+
+
+def save(model: Model, path: str | Path) -> None:
+    """Write `model.yaml` in the vehicle's own axes, whole or not at all."""
+    write_text(Path(path), dump_yaml(_to_content(model)))
+
+
+def load(path: str | Path) -> Model:
+    """A model from its file, in forward-left-up axes. Raises FileError, ModelError."""
+    content = read_yaml(Path(path))
+    kind = content.get("seatrial")
+    if kind != MODEL_FORMAT:
+        raise FileError(
+            f"{path}: says 'seatrial: {kind}'; this seatrial ({version('seatrial')}) reads "
+            f"'{MODEL_FORMAT}': is it another file, or from another version?"
+        )
+    return _from_file(convert(content, ModelFile, path), str(path))
+
+
+def _signs(structure: Structure) -> Array:
+    flipped = structure.flipped_coefficients
+    return np.array([-1.0 if name in flipped else 1.0 for name in structure.coefficients])
+
+
+def _to_content(model: Model) -> dict[str, Any]:
+    vehicle, frd = model.vehicle, model.vehicle.axes is Axes.FRD
+    structure = model.structure.flipped() if frd else model.structure
+    sign = _signs(structure) if frd else np.ones(len(model.coefficients))
+    values = (model.coefficients * sign).tolist()
+    covariance = (model.covariance * np.outer(sign, sign)).tolist()
+    errors = np.sqrt(np.diag(model.covariance)).tolist()
+    mapping = vehicle.to_mapping()
+    del mapping["structure"]
+    file = ModelFile(
+        MODEL_FORMAT,
+        version("seatrial"),
+        model.name,
+        vehicle.axes.value,
+        structure.lines(),
+        {
+            name: CoefficientEntry(v, e, structure.units[name])
+            for name, v, e in zip(structure.coefficients, values, errors, strict=True)
+        },
+        covariance,
+        dict(zip(vehicle.constants.names, model.constants.tolist(), strict=True)),
+        model.integration,
+        model.noise,
+        _flip_envelope(model.envelope, structure) if frd else model.envelope,
+        list(model.recordings),
+        model.estimator,
+        list(model.warnings),
+        mapping,
+    )
+    content: dict[str, Any] = msgspec.to_builtins(file)
+    return {"seatrial": MODEL_FORMAT, **content}
+
+
+def _from_file(file: ModelFile, path: str) -> Model:
+    vehicle = vehicle_from({**file.vehicle, "structure": file.structure}, f"{path}: vehicle")
+    if vehicle.axes.value != file.axes:
+        raise ModelError(f"{path}: axes are {file.axes} but its vehicle's are {vehicle.axes.value}")
+    structure, frd = vehicle.structure, vehicle.axes is Axes.FRD
+    _same_names(path, "coefficients", file.coefficients, structure.coefficients)
+    _same_names(path, "constants", file.constants, vehicle.constants.names)
+    n = len(structure.coefficients)
+    covariance = file.covariance
+    if len(covariance) != n or any(len(row) != n for row in covariance):
+        raise ModelError(f"{path}: covariance must be {n} x {n}, as there are {n} coefficients")
+    sign = _signs(structure) if frd else np.ones(n)
+    values = np.array([file.coefficients[name].value for name in structure.coefficients])
+    return Model(
+        vehicle,
+        values * sign,
+        np.array(covariance) * np.outer(sign, sign),
+        np.array([file.constants[name] for name in vehicle.constants.names]),
+        file.integration,
+        file.noise,
+        _flip_envelope(file.envelope, structure) if frd else file.envelope,
+        tuple(file.recordings),
+        file.estimator,
+        tuple(file.warnings),
+    )
+
+
+def _same_names(path: str, what: str, got: Mapping[str, object], expected: Sequence[str]) -> None:
+    if set(got) != set(expected):
+        odd = sorted(set(got) ^ set(expected))
+        raise ModelError(
+            f"{path}: {what} and structure disagree on {', '.join(odd)}; "
+            f"expected {', '.join(expected) or 'none'}"
+        )
+
+
+def _flip_envelope(envelope: EnvelopeEntry, structure: Structure) -> EnvelopeEntry:
+    def flip(
+        ranges: dict[str, tuple[float, float]], odd: frozenset[str]
+    ) -> dict[str, tuple[float, float]]:
+        return {n: ((-b, -a) if n in odd else (a, b)) for n, (a, b) in ranges.items()}
+
+    return EnvelopeEntry(
+        flip(envelope.speeds, frozenset(SYMBOLS[1:])), flip(envelope.forces, structure.odd_forces)
+    )

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""What a model means for the boat: top speed, coasting distance; and whether it is a boat at all."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.errors import ModelError
+from seatrial.frames import AXES, SYMBOLS, Array
+from seatrial.model import Model
+
+RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
+STILL = 0.02  # share of the top speed at which a boat counts as stopped
+ABSURD_SPEED = 50.0  # [m/s], [rad/s] no small boat goes faster
+
+
+@dataclass(frozen=True)
+class AxisSanity:
+    """One axis driven alone by its first force at +1, then left to coast."""
+
+    axis: int
+    top_speed: float  # [m/s] or [rad/s]
+    rise_time: float  # [s] to 63 % of it
+    coast: float  # [m] or [rad] until 2 % of the top speed is left
+
+
+def sanity(model: Model) -> list[AxisSanity]:
+    """Each driven axis in physical terms. Raises ModelError where the model is unstable."""
+    return [_drive(model, axis) for axis in range(3) if _first_force(model, axis) is not None]
+
+
+def sanity_line(model: Model) -> str:
+    """One line in plain words."""
+    found = sanity(model)
+    speeds = ", ".join(
+        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}" for s in found
+    )
+    coasts = ", ".join(
+        f"{s.coast:.2f} {'rad' if s.axis == 2 else 'm'} in {AXES[s.axis]}" for s in found
+    )
+    return f"Top speed {speeds}; from there it coasts {coasts}: is that your boat?"
+
+
+def doubts(model: Model) -> list[str]:
+    """What a physicist would frown at, one sentence each."""
+    found = []
+    for axis, symbol in enumerate(SYMBOLS):
+        own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}
+        for name, kind in own.items():
+            value = model.values.get(name)
+            if value is not None and value > 0:
+                error = model.standard_errors[name]
+                found.append(
+                    f"{name} = {value:.3g} +- {error:.2g} is positive: {kind} {AXES[axis]} drag that "
+                    "drives the boat. The two drag terms may not be told apart by these speeds: "
+                    "drive faster and slower, or drop one."
+                )
+    return found
+
+
+def _first_force(model: Model, axis: int) -> int | None:
+    used = {f for t in model.structure.terms if t.axis == axis for f in t.factors}
+    for i, force in enumerate(model.structure.forces):
+        if force.axis == axis and force.name in used:
+            return i
+    return None
+
+
+def _drive(model: Model, axis: int) -> AxisSanity:
+    n = len(model.structure.forces)
+    force = np.zeros((2, n))
+    force[0, _first_force(model, axis)] = 1.0
+    step = model.integration.step
+    t = np.arange(0.0, 2 * RUN + step, step)
+    trace = _core.Trace(
+        direct_chain(n), np.zeros(0), np.array([0.0, RUN]), force, np.zeros(0), np.zeros((0, 0))
+    )
+    states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)
+    speed, way = states[:, 3 + axis], _path(states, t, axis)
+    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > ABSURD_SPEED:
+        last = float(t[np.isfinite(states).all(axis=1)][-1])
+        raise ModelError(
+            f"{model.name}: the model is unstable: driven in {AXES[axis]} at full command it passes "
+            f"{ABSURD_SPEED:g} m/s or rad/s within {last:.0f} s; its drag does not hold it back. "
+            f"Coefficients: {_listed(model, axis)}. Drive longer in {AXES[axis]}, at several speeds"
+        )
+    driven = t <= RUN
+    top = float(speed[driven][-1])
+    if top == 0.0:
+        return AxisSanity(axis, 0.0, 0.0, 0.0)
+    rise = t[driven][np.argmax(np.abs(speed[driven]) >= 0.632 * abs(top))]
+    after = ~driven
+    slow = np.abs(speed[after]) <= STILL * abs(top)
+    end = np.argmax(slow) if slow.any() else len(slow) - 1
+    return AxisSanity(axis, top, float(rise), float(abs(way[after][end] - way[driven][-1])))
+
+
+def direct_chain(n: int) -> _core.Chain:
+    """A chain without any stage: n commands are the n generalised forces."""
+    rows = np.full((n, 10), -1, dtype=np.int32)
+    rows[:, 9] = 0
+    return _core.Chain(
+        0, np.eye(n), 0.0, float("inf"), np.eye(n), rows, 0, np.zeros(0), np.zeros((0, 2))
+    )
+
+
+def _path(states: Array, t: Array, axis: int) -> Array:
+    """Distance made good along the axis, [m] or [rad]."""
+    steps = 0.5 * (states[1:, 3 + axis] + states[:-1, 3 + axis]) * np.diff(t)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _listed(model: Model, axis: int) -> str:
+    names = dict.fromkeys(
+        t.coefficient for t in model.structure.terms if t.axis == axis and t.coefficient
+    )
+    return ", ".join(f"{n} = {model.values[n]:.3g}" for n in names)

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""What may stand in a vehicle file, key by key. Unknown keys are refused."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+VEHICLE_FORMAT = "vehicle 1"
+Number = float | int
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0)]
+
+
+class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
+    """A mapping whose unknown keys are errors."""
+
+
+class Column(Strict):
+    """One column of a table: value = sign (raw - offset) / scale, in `unit`."""
+
+    column: str
+    unit: Literal["m", "mm", "cm", "rad", "deg", "s", "ms", "us", "ns", "-"] | None = None
+    sign: Literal[1, -1] = 1
+    scale: Positive = 1.0
+    offset: float = 0.0
+
+
+class PoseSource(Strict):
+    """Where the pose comes from."""
+
+    stamp: str | Column
+    x: str | Column
+    y: str | Column
+    psi: str | Column
+    file: str | None = None  # of a folder recording
+    valid: str | None = None  # column that is 0 where the pose is not to be used
+
+
+class CommandSource(Strict):
+    """Where the commands come from: a name for each input."""
+
+    stamp: str | Column
+    inputs: dict[str, str | Column]
+    file: str | None = None
+
+
+class ScaleSource(Strict):
+    """A known signal that scales thrust, for instance propeller speed."""
+
+    column: str | Column
+    reference: Positive  # value at which the scale is 1
+
+
+class ThrusterEntry(Strict):
+    """A fixed thruster."""
+
+    x: float  # [m]
+    y: float  # [m]
+    angle_deg: float  # direction of push, from forward towards the second axis [deg]
+
+
+class ForceEntry(Strict):
+    """A generalised force as a weighted sum of actuators."""
+
+    axis: Literal["surge", "sway", "yaw"]
+    of: dict[str, float]
+
+
+class AllocationEntry(Strict):
+    """Scheme and limits, in command units."""
+
+    scheme: Literal["direct", "moore-penrose", "always-forward"] = "direct"
+    F_os: NotNegative = 0.0
+    limit: Positive | None = None
+
+
+class DeadZone(Strict):
+    """Edges of the dead zone, both >= 0, in command units."""
+
+    forward: Annotated[float, msgspec.Meta(ge=0, lt=1)]
+    reverse: Annotated[float, msgspec.Meta(ge=0, lt=1)]
+
+
+class ScaleUse(Strict):
+    """Thrust is multiplied by (signal / reference) ^ power."""
+
+    signal: str
+    power: float = 1.0
+
+
+class ChainGroup(Strict):
+    """Stages of the actuator chain, for some or all actuators. Absent: no such stage."""
+
+    name: str = ""
+    actuators: list[str] | None = None  # None: all
+    latency: float | None = None  # [s] transport delay plus clock offset
+    dead_zone: DeadZone | None = None
+    reverse_ratio: Positive | None = None  # full reverse over full forward thrust
+    power: Positive | None = None  # exponent past the edge
+    table: list[tuple[float, float]] | None = None  # command, thrust; instead of edge and power
+    lag: NotNegative | None = None  # [s]
+    scale: ScaleUse | None = None
+    gains: dict[str, float] | None = None  # by actuator, mean 1
+
+
+class VehicleFile(Strict):
+    """`vehicle.yaml`."""
+
+    seatrial: Literal["vehicle 1"]
+    name: str
+    axes: Literal["forward-left-up", "forward-right-down"]
+    pose: PoseSource
+    commands: CommandSource
+    structure: str | dict[str, list[str]]
+    scales: dict[str, ScaleSource] = {}
+    thrusters: dict[str, ThrusterEntry] = {}
+    forces: dict[str, ForceEntry] = {}
+    allocation: AllocationEntry = AllocationEntry()
+    chain: list[ChainGroup] = []
+
+
+class CoefficientEntry(Strict):
+    """A coefficient as found."""
+
+    value: float
+    standard_error: float
+    unit: str = ""
+
+
+class Integration(Strict):
+    """How the model is to be stepped."""
+
+    scheme: Literal["runge-kutta", "forward-euler"]
+    step: Positive  # [s] longest step of Runge-Kutta; the step of forward Euler
+
+
+class NoiseEntry(Strict):
+    """Standard deviations of the pose noise."""
+
+    position: NotNegative  # [m]
+    heading: NotNegative  # [rad]
+
+
+class EnvelopeEntry(Strict):
+    """Ranges that occurred in the recordings: 0.5th to 99.5th percentile of speeds, all forces."""
+
+    speeds: dict[str, tuple[float, float]]
+    forces: dict[str, tuple[float, float]]
+
+
+class SourceEntry(Strict):
+    """A file that a recording was read from."""
+
+    name: str
+    sha256: str
+
+
+class RecordingEntry(Strict):
+    """A recording that the model was identified from."""
+
+    name: str
+    length: float  # [s]
+    files: list[SourceEntry] = []
+
+
+class StepEntry(Strict):
+    """One least-squares step, as the report shows it."""
+
+    equation: str
+    coefficients: list[str]
+    recordings: list[str]
+    rows: int
+    condition: float  # of the column-scaled regressor
+    explained: float  # R^2
+
+
+class EstimatorEntry(Strict):
+    """How the coefficients were found."""
+
+    method: str
+    settings: dict[str, str | float | int | bool | None] = {}
+    steps: list[StepEntry] = []
+
+
+class ModelFile(Strict):
+    """`model.yaml`."""
+
+    seatrial: Literal["model 1"]
+    version: str  # of seatrial
+    name: str
+    axes: Literal["forward-left-up", "forward-right-down"]
+    structure: dict[str, list[str]]
+    coefficients: dict[str, CoefficientEntry]
+    covariance: list[list[float]]
+    constants: dict[str, float]
+    integration: Integration
+    noise: NoiseEntry
+    envelope: EnvelopeEntry
+    recordings: list[RecordingEntry]
+    estimator: EstimatorEntry
+    warnings: list[str]
+    vehicle: dict[str, object]

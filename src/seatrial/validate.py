@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from seatrial.excitation import excitation
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.model import Model
+from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
+from seatrial.recording import Recording
+from seatrial.schema import Strict
+from seatrial.statistics import kurtosis
+
+SCORES_FORMAT = "scores 1"
+
+
+class AxisScore(Strict, omit_defaults=False):
+    """One velocity on one recording. RMS values in m/s or rad/s."""
+
+    rms: float  # of measured minus predicted
+    stays_constant: float  # RMS of "velocity stays constant" at the same instants
+    ratio: float  # rms / stays_constant: below 1 the model is worth having
+    floor: float  # what a perfect model would score, because of pose noise
+    excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
+    bias: float  # mean of measured minus predicted
+    kurtosis: float  # 3 for a normal distribution
+
+
+class RecordingScore(Strict, omit_defaults=False):
+    """All three velocities on one recording."""
+
+    recording: str
+    length: float  # [s]
+    predictions: int
+    excited: str | None  # the axis that dominates it, if one does: Table III's pairing
+    scores: dict[str, AxisScore]  # by u, v, r
+
+
+class Scores(Strict, omit_defaults=False):
+    """What `validate` found."""
+
+    seatrial: str
+    model: str
+    method: str
+    horizon: float  # [s]
+    recordings: list[RecordingScore]
+
+
+def validate(
+    model: Model, recordings: Sequence[Recording], horizon: float = DEFAULT_HORIZON
+) -> Scores:
+    """Scores of the model on every recording, `horizon` [s] ahead."""
+    found = [score(model, r, predict(model, r, horizon)) for r in recordings]
+    return Scores(SCORES_FORMAT, model.name, model.estimator.method, horizon, found)
+
+
+def score(model: Model, recording: Recording, prediction: Prediction) -> RecordingScore:
+    """Scores of one prediction."""
+    dominant = excitation(model.vehicle, recording).dominant
+    scores = {symbol: _axis_score(prediction, axis) for axis, symbol in enumerate(SYMBOLS)}
+    return RecordingScore(
+        recording.name,
+        recording.duration,
+        len(prediction.t),
+        None if dominant is None else AXES[dominant],
+        scores,
+    )
+
+
+def _axis_score(prediction: Prediction, axis: int) -> AxisScore:
+    errors = prediction.errors[:, axis]
+    rms = float(np.sqrt(np.mean(errors**2)))
+    still = float(np.sqrt(np.mean((prediction.measured - prediction.start)[:, axis] ** 2)))
+    floor = float(prediction.floor[axis])
+    return AxisScore(
+        rms,
+        still,
+        rms / still if still > 0 else float("inf"),
+        floor,
+        float(np.sqrt(max(0.0, rms**2 - floor**2))),
+        float(np.mean(errors)),
+        kurtosis(errors),
+    )
+
+
+def scores_text(scores: Scores) -> str:
+    """The scores as a table for the terminal; Table III's pairing is marked."""
+    head = f"{scores.horizon:g} s ahead: RMS error | ratio to 'velocity stays constant' | floor"
+    lines = [head]
+    width = max(len(r.recording) for r in scores.recordings)
+    for row in scores.recordings:
+        cells = []
+        for axis, symbol in enumerate(SYMBOLS):
+            s = row.scores[symbol]
+            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+            mark = "*" if row.excited == AXES[axis] else " "
+            cells.append(
+                f"{symbol} {s.rms * scale:6.3f}{mark}{unit} | {s.ratio:4.2f} | {s.floor * scale:.3f}"
+            )
+        lines.append(f"  {row.recording:<{width}}  " + "   ".join(cells))
+    if any(row.excited for row in scores.recordings):
+        lines.append("  * the axis that the recording excites (the paper's Table III)")
+    return "\n".join(lines)
+
+
+def scores_json(scores: Scores) -> dict[str, object]:
+    """The content of `scores.json`."""
+    content: dict[str, object] = msgspec.to_builtins(scores)
+    return content

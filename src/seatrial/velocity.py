@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""Velocity from poses: differentiation schemes, one function each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.frames import Array, body_velocity, frozen_array
+from seatrial.recording import Mask, Recording
+
+UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated
+STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Poses with velocities at the same instants. NaN where not valid."""
+
+    t: Array  # (n,) [s]
+    eta: Array  # (n, 3) [m, m, rad]
+    nu: Array  # (n, 3) body velocity [m/s, m/s, rad/s]
+    valid: Mask  # (n,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nu", frozen_array(self.nu))
+
+
+def motion(recording: Recording) -> Motion:
+    """The paper's velocities: five-point stencil in earth axes, then Eq. (1) into body axes."""
+    eta_dot, valid = five_point_stencil(recording)
+    nu = body_velocity(recording.eta[:, 2], eta_dot)
+    nu[~valid] = np.nan
+    return Motion(recording.t, recording.eta, nu, valid)
+
+
+def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
+    """eta_dot (n, 3) and where it is valid (n,).
+
+    The derivative of the quartic through five poses at the middle one. For even stamps its weights
+    are the stencil's (1, -8, 0, 8, -1) / 12 dt; uneven stamps are used as they are. Windows never
+    reach over a masked pose, a gap or a jump.
+    """
+    n = len(recording.t)
+    eta_dot = np.full((n, 3), np.nan)
+    valid = np.zeros(n, dtype=bool)
+    index = np.flatnonzero(recording.valid)
+    if len(index) < 5:
+        return eta_dot, valid
+    windows = np.lib.stride_tricks.sliding_window_view(index, 5)
+    t = recording.t[windows]
+    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.period
+    usable &= np.ptp(recording.segment[windows], axis=1) == 0
+    windows, t = windows[usable], t[usable]
+    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", stencil_weights(t), recording.eta[windows])
+    valid[windows[:, 2]] = True
+    return eta_dot, valid
+
+
+def stencil_weights(t: Array) -> Array:
+    """Weights (n, 5) of the derivative at t[:, 2] of the quartic through five points t (n, 5)."""
+    h = t - t[:, 2:3]
+    weights = np.zeros_like(h)
+    for j in (0, 1, 3, 4):
+        others = [m for m in (0, 1, 3, 4) if m != j]
+        above = np.prod(-h[:, others], axis=1)
+        weights[:, j] = above / (h[:, j] * np.prod(h[:, [j]] - h[:, others], axis=1))
+    weights[:, 2] = np.sum(-1.0 / h[:, [0, 1, 3, 4]], axis=1)
+    return weights
