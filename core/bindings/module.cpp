@@ -369,7 +369,8 @@ NB_MODULE(_core, m) {
           [](Plant& self, Vector x) {
             require(x.shape(0) == kStates, "state: [x, y, psi, u, v, r]");
             std::copy(x.data(), x.data() + kStates, self.state());
-          })
+          },
+          nb::for_getter(nb::rv_policy::move))
       .def(
           "forces",
           [](const Plant& self, int n_forces) {

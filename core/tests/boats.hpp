@@ -240,8 +240,8 @@ inline Chain direct_chain() {
   c.allocation.limit = 0.8;
   c.n_forces = 3;
   c.n_constants = 6;  // latency, edge, reverse ratio, lag of 0-1, lag of 2-4, gain of 4
-  const double mix[3][5] = {{0.5, 0.5, 0.0, 0.1, 0.2}, {0.0, 0.1, 1.0, 0.3, 0.4},
-                            {-0.3, 0.3, 0.6, 0.0, -0.2}};
+  const double mix[3][5] = {
+      {0.5, 0.5, 0.0, 0.1, 0.2}, {0.0, 0.1, 1.0, 0.3, 0.4}, {-0.3, 0.3, 0.6, 0.0, -0.2}};
   for (int j = 0; j < 3; ++j) std::copy(mix[j], mix[j] + 5, c.mix[j]);
   for (int k = 0; k < 5; ++k) {
     Actuator& a = c.actuators[k];
@@ -345,7 +345,7 @@ inline double output_by_hand(const Chain& c, const std::vector<double>& q, const
     }
     before = target;
   }
-  if (a.scale < 0) return level;
+  if (a.scale < 0 || scales.size() == 0) return level;
   const double ratio = scales.holding(t)[a.scale] / c.scale_reference[a.scale];
   const double power = a.scale_power < 0 ? 1.0 : q[static_cast<std::size_t>(a.scale_power)];
   return level * std::pow(ratio, power);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/actuators.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/actuators.hpp"
 
 using namespace seatrial;
 using boats::Random;

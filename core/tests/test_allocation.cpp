@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/allocation.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/allocation.hpp"
 
 using namespace seatrial;
 using boats::Random;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/dynamics.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
 #include "dual.hpp"
+#include "seatrial/dynamics.hpp"
 
 using namespace seatrial;
 using boats::add;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/frames.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
 #include "dual.hpp"
+#include "seatrial/frames.hpp"
 
 using boats::Random;
 using boats::Worst;

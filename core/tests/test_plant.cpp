@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/plant.hpp"
-
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -9,21 +7,37 @@
 #include <new>
 
 #include "boats.hpp"
+#include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 
 // Every allocation of this program is counted, so that code that must not allocate can be watched.
 namespace {
-std::atomic<long> allocations{0};
-}  // namespace
 
-void* operator new(std::size_t size) {
+std::atomic<long> allocations{0};
+
+void* counted(std::size_t size) {
   ++allocations;
-  void* p = std::malloc(size == 0 ? 1 : size);
+  return std::malloc(size == 0 ? 1 : size);
+}
+
+void* counted_or_throw(std::size_t size) {
+  void* p = counted(size);
   if (p == nullptr) throw std::bad_alloc();
   return p;
 }
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted_or_throw(size); }
+void* operator new[](std::size_t size) { return counted_or_throw(size); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return counted(size); }
 void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t /*size*/) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
+void operator delete[](void* p, const std::nothrow_t&) noexcept { std::free(p); }
 
 using namespace seatrial;
 using boats::Script;
@@ -121,9 +135,9 @@ TEST_CASE("a queue of commands wraps around without a slip") {
   auto q = boats::full_constants();
   q[boats::kLatencyA] = 0.93;
   Twin twin(boats::full_chain(Scheme::kMoorePenrose), q);
-  twin.boat.longest_step = 0.01;
+  twin.boat.longest_step = 0.002;
   twin.plant = std::make_unique<Plant>(twin.boat.structure, twin.boat.coefficient, twin.chain,
-                                       twin.q.data(), 0.01);
+                                       twin.q.data(), 0.002);
   boats::Random random(73);
   Script script;
   script.width = 3;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/rollout.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/rollout.hpp"
 
 using namespace seatrial;
 using boats::Random;
@@ -105,7 +104,8 @@ Compared compare(Problem p, Rollout rollout, double step = 1e-5, Side side = Sid
     }
     // a column of zeros is compared absolutely
     const double scale = std::max(largest, 1e-3);
-    for (std::size_t i = 0; i < want.size(); ++i) relative.see(tangent[i * width + c], want[i], scale);
+    for (std::size_t i = 0; i < want.size(); ++i)
+      relative.see(tangent[i * width + c], want[i], scale);
     result.largest.push_back(largest);
   }
   result.value = value.value();
@@ -170,7 +170,8 @@ std::vector<double> mallard_in_fine_steps(const Problem& p, double end) {
     const auto k2 = rate(moved(x, 0.5 * h, k1), t + 0.5 * h);
     const auto k3 = rate(moved(x, 0.5 * h, k2), t + 0.5 * h);
     const auto k4 = rate(moved(x, h, k3), t + h);
-    for (std::size_t s = 0; s < 6; ++s) x[s] += h / 6.0 * (k1[s] + 2.0 * k2[s] + 2.0 * k3[s] + k4[s]);
+    for (std::size_t s = 0; s < 6; ++s)
+      x[s] += h / 6.0 * (k1[s] + 2.0 * k2[s] + 2.0 * k3[s] + k4[s]);
   }
   return x;
 }
@@ -198,8 +199,8 @@ TEST_CASE("a simulation agrees with Eq. (12) integrated by hand in fine steps") 
 
 TEST_CASE("tangents of simulate equal central differences, for every parameter there is") {
   for (const Scheme scheme : {Scheme::kMoorePenrose, Scheme::kAlwaysForward}) {
-    const auto got = compare(
-        driven(boats::mallard(), boats::mallard_coefficients(), scheme, true), simulated);
+    const auto got =
+        compare(driven(boats::mallard(), boats::mallard_coefficients(), scheme, true), simulated);
     CHECK(got.value < 1e-12);
     CHECK(got.relative < 1e-6);
     // every parameter moves the boat, but the reverse ones under always forward
@@ -214,9 +215,9 @@ TEST_CASE("tangents of simulate equal central differences, for every parameter t
 }
 
 TEST_CASE("without a lag the latency's derivative comes from the moving breaks alone") {
-  const auto got = compare(driven(boats::mallard(), boats::mallard_coefficients(),
-                                  Scheme::kMoorePenrose, false),
-                           simulated);
+  const auto got =
+      compare(driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, false),
+              simulated);
   CHECK(got.value < 1e-12);
   CHECK(got.relative < 1e-6);
   const std::size_t first = kStates + boats::kMallardSize;
@@ -236,9 +237,9 @@ TEST_CASE("tangents of the rich boat equal central differences") {
 
 TEST_CASE("tangents of predict equal central differences") {
   for (const bool lag : {true, false}) {
-    const auto got = compare(driven(boats::mallard(), boats::mallard_coefficients(),
-                                    Scheme::kMoorePenrose, lag),
-                             predicted);
+    const auto got =
+        compare(driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, lag),
+                predicted);
     CHECK(got.value < 1e-12);
     CHECK(got.relative < 1e-6);
   }
@@ -394,7 +395,8 @@ TEST_CASE("a boat that runs away ends in rows of NaN, tangents too, and is count
     std::vector<double> plain(p.time.size() * kStates);
     std::vector<double> with(plain.size());
     std::vector<double> tangent(plain.size() * width);
-    const int reached = simulate(p.boat, trace, p.x0.data(), p.time.data(), n, plain.data(), nullptr);
+    const int reached =
+        simulate(p.boat, trace, p.x0.data(), p.time.data(), n, plain.data(), nullptr);
     CHECK(reached > 0);
     CHECK(reached < n);
     CHECK(simulate(p.boat, trace, p.x0.data(), p.time.data(), n, with.data(), tangent.data()) ==

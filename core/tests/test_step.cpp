@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/step.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/step.hpp"
 
 using namespace seatrial;
 using boats::add;

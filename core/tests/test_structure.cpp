@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/structure.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/structure.hpp"
 
 using namespace seatrial;
 using boats::add;

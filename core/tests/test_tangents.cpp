@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/tangents.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
 #include "dual.hpp"
+#include "seatrial/tangents.hpp"
 
 using namespace seatrial;
 using boats::Random;
@@ -90,8 +89,8 @@ double worst_euler(const Structure& s, const std::vector<double>& nominal) {
   for (int n = 0; n < 200; ++n) {
     Case<kSize> c(s, nominal, random, false);
     REQUIRE(euler_step(s, c.dual_coefficient, c.dual_h, c.dual_force[0], c.dual_x));
-    REQUIRE(euler_step_tangent(s, c.coefficient, c.columns, c.h, c.force[0], c.dforce[0], c.x,
-                               c.dx));
+    REQUIRE(
+        euler_step_tangent(s, c.coefficient, c.columns, c.h, c.force[0], c.dforce[0], c.x, c.dx));
     c.compare(worst);
   }
   return worst.value();
@@ -104,8 +103,8 @@ double worst_runge_kutta(const Structure& s, const std::vector<double>& nominal)
   for (int n = 0; n < 200; ++n) {
     Case<kSize> c(s, nominal, random, true);
     REQUIRE(runge_kutta_step(s, c.dual_coefficient, c.dual_h, c.dual_force, c.dual_x));
-    REQUIRE(runge_kutta_step_tangent(s, c.coefficient, c.columns, c.h, c.dh, c.force, c.dforce,
-                                     c.x, c.dx));
+    REQUIRE(runge_kutta_step_tangent(s, c.coefficient, c.columns, c.h, c.dh, c.force, c.dforce, c.x,
+                                     c.dx));
     c.compare(worst);
   }
   return worst.value();

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "seatrial/trace.hpp"
-
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "seatrial/trace.hpp"
 
 using namespace seatrial;
 using boats::Random;

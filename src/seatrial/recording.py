@@ -16,9 +16,10 @@ Stamps = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 GAP_FACTOR = 2.5  # a gap is longer than this many median periods
-JUMP_SPREADS = 10.0  # a jump's rate is this many robust spreads off its neighbours' median,
-JUMP_USUAL = 5.0  # this many times the 90th percentile of how far rates usually are off it,
-JUMP_SPEED = 0.3  # and this share of the 90th percentile of the boat's speed
+JUMP_SPREADS = 10.0  # a jump's rate is off its neighbours by this many robust spreads,
+JUMP_USUAL = 5.0  # by this many times the 90th percentile of all steps,
+JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
+LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 
 
@@ -264,24 +265,23 @@ def _frozen(eta: Array) -> Mask:
 
 
 def _jumps(t: Array, eta: Array) -> list[int]:
-    """Steps i -> i + 1 whose rate is far off its neighbours' and above any speed of the boat."""
+    """Steps i -> i + 1 at a rate that neither the step before nor the one after comes near.
+
+    A boat's rate changes little by little; a false match makes one step, and one back.
+    """
     if len(t) < 7:
         return []
     rate = np.diff(eta, axis=0) / np.diff(t)[:, None]
-    rate[:, 2] = np.abs(rate[:, 2])
-    rates = np.column_stack([np.hypot(rate[:, 0], rate[:, 1]), rate[:, 2]])
+    usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
+    # an axis that rests is measured by the other: a point of the hull moves by both
+    least = JUMP_SPEED * np.array([max(usual[0], usual[1] * LEVER), max(usual[1], usual[0] / LEVER)])
     found: set[int] = set()
-    for column, parts in ((0, rate[:, :2]), (1, rate[:, 2:])):
-        padded = np.pad(parts, ((3, 3), (0, 0)), mode="edge")
-        around = np.median(np.stack([padded[k : k + len(parts)] for k in range(7)]), axis=0)
-        off = np.linalg.norm(parts - around, axis=1)
-        spread = 1.4826 * float(np.median(off))
-        limit = max(
-            JUMP_SPREADS * spread,
-            JUMP_USUAL * float(np.percentile(off, 90)),
-            JUMP_SPEED * float(np.percentile(rates[:, column], 90)),
-        )
-        found |= set(np.flatnonzero(off > limit).tolist()) if limit > 0 else set()
+    for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
+        change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
+        apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
+        spread = 1.4826 * float(np.median(apart))
+        limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(apart, 90)), floor)
+        found |= set(np.flatnonzero(apart > limit).tolist()) if limit > 0 else set()
     return sorted(found)
 
 

@@ -17,9 +17,10 @@ ABSURD_SPEED = 50.0  # [m/s], [rad/s] no small boat goes faster
 
 @dataclass(frozen=True)
 class AxisSanity:
-    """One axis driven alone by its first force at +1, then left to coast."""
+    """One axis driven alone by its first force, then left to coast."""
 
     axis: int
+    command: float  # of that force: 1, or the largest recorded if that is smaller
     top_speed: float  # [m/s] or [rad/s]
     rise_time: float  # [s] to 63 % of it
     coast: float  # [m] or [rad] until 2 % of the top speed is left
@@ -70,7 +71,10 @@ def _first_force(model: Model, axis: int) -> int | None:
 def _drive(model: Model, axis: int) -> AxisSanity:
     n = len(model.structure.forces)
     force = np.zeros((2, n))
-    force[0, _first_force(model, axis)] = 1.0
+    driving = _first_force(model, axis)
+    recorded = model.envelope.forces.get(model.structure.forces[driving or 0].name, (-1.0, 1.0))
+    command = min(1.0, max(abs(recorded[0]), abs(recorded[1])))
+    force[0, driving] = command
     step = model.integration.step
     t = np.arange(0.0, 2 * RUN + step, step)
     trace = _core.Trace(
@@ -81,19 +85,19 @@ def _drive(model: Model, axis: int) -> AxisSanity:
     if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > ABSURD_SPEED:
         last = float(t[np.isfinite(states).all(axis=1)][-1])
         raise ModelError(
-            f"{model.name}: the model is unstable: driven in {AXES[axis]} at full command it passes "
+            f"{model.name}: the model is unstable: driven in {AXES[axis]} at command {command:.2g} it passes "
             f"{ABSURD_SPEED:g} m/s or rad/s within {last:.0f} s; its drag does not hold it back. "
             f"Coefficients: {_listed(model, axis)}. Drive longer in {AXES[axis]}, at several speeds"
         )
     driven = t <= RUN
     top = float(speed[driven][-1])
     if top == 0.0:
-        return AxisSanity(axis, 0.0, 0.0, 0.0)
+        return AxisSanity(axis, command, 0.0, 0.0, 0.0)
     rise = t[driven][np.argmax(np.abs(speed[driven]) >= 0.632 * abs(top))]
     after = ~driven
     slow = np.abs(speed[after]) <= STILL * abs(top)
     end = np.argmax(slow) if slow.any() else len(slow) - 1
-    return AxisSanity(axis, top, float(rise), float(abs(way[after][end] - way[driven][-1])))
+    return AxisSanity(axis, command, top, float(rise), float(abs(way[after][end] - way[driven][-1])))
 
 
 def direct_chain(n: int) -> _core.Chain:

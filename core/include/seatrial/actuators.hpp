@@ -52,8 +52,9 @@ inline double constant(const double* q, std::int8_t index, double neutral) {
   return index >= 0 ? q[index] : neutral;
 }
 
-/// Piecewise linear, held constant outside the table.
+/// Piecewise linear, held constant outside the table; NaN stays NaN.
 inline double interpolate(const Chain& c, double x) {
+  if (std::isnan(x)) return x;
   const double* begin = c.table_command;
   const double* end = begin + c.n_table;
   const double* above = std::upper_bound(begin, end, x);

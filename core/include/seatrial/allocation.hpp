@@ -29,6 +29,7 @@ struct Allocation {
 
 /// Thruster commands f for the wrench command F. Returns alpha in [0, 1]: the wrench that is
 /// really given is alpha F. Limits scale F and never a single f, so that the direction is kept.
+/// A command that is NaN stays NaN (hence the order inside min and max).
 inline double allocate(const Allocation& a, const double* wrench, double* thruster) {
   double alpha = 1.0;
   const double offset = a.scheme == Scheme::kAlwaysForward ? a.offset : 0.0;
@@ -36,7 +37,7 @@ inline double allocate(const Allocation& a, const double* wrench, double* thrust
     double sum = 0.0;
     for (int j = 0; j < a.n_commands; ++j) {
       const double share = a.inverse[k][j] * wrench[j];
-      sum += a.scheme == Scheme::kAlwaysForward ? std::max(0.0, 2.0 * share) : share;
+      sum += a.scheme == Scheme::kAlwaysForward ? std::max(2.0 * share, 0.0) : share;
     }
     if (a.scheme == Scheme::kDirect) sum = wrench[k];
     thruster[k] = sum;
@@ -46,7 +47,7 @@ inline double allocate(const Allocation& a, const double* wrench, double* thrust
   }
   for (int k = 0; k < a.n_actuators; ++k) {
     if (a.scheme == Scheme::kDirect) {
-      thruster[k] = std::min(a.limit, std::max(-a.limit, thruster[k]));
+      thruster[k] = std::min(std::max(thruster[k], -a.limit), a.limit);
     } else {
       thruster[k] = offset + alpha * thruster[k];
     }

@@ -34,10 +34,12 @@ class Plant {
     }
   }
 
-  /// A command given at t >= time(); false where it comes too late or too many are under way.
+  /// A command given at t >= time(), in order; false where it comes too late, before one that is
+  /// under way, or where too many are.
   bool command(double t, const double* values) {
-    if (!(t >= time_) || pending_ >= kMaxPending) return false;
-    Pending& p = queue_[(first_ + pending_) % kMaxPending];
+    const double last = pending_ > 0 ? pending(pending_ - 1).time : time_;
+    if (!(t >= std::max(last, time_)) || !std::isfinite(t) || pending_ >= kMaxPending) return false;
+    Pending& p = pending(pending_);
     p.time = t;
     p.arrived = 0;
     std::copy(values, values + chain_.allocation.n_commands, p.values);
@@ -45,8 +47,10 @@ class Plant {
     return true;
   }
 
-  /// On to time t [s]; breaks where a delayed command arrives. False where the boat diverged.
+  /// On to time t [s]; breaks where a delayed command arrives. False where the boat diverged, or t
+  /// is no time.
   bool advance_to(double t) {
+    if (!std::isfinite(t)) return false;
     while (time_ < t) {
       const double next = std::min(t, next_arrival());
       if (!advance(structure_, coefficient_, chain_, q_, next - time_, longest_step_, f_, x_)) {
@@ -72,6 +76,10 @@ class Plant {
     double values[kMaxCommands] = {};
   };
 
+  /// The i-th of those under way.
+  Pending& pending(int i) { return queue_[(first_ + i) % kMaxPending]; }
+  const Pending& pending(int i) const { return queue_[(first_ + i) % kMaxPending]; }
+
   double latency(int k) const {
     return std::max(0.0, detail::constant(q_, chain_.actuators[k].latency, 0.0));
   }
@@ -79,7 +87,7 @@ class Plant {
   double next_arrival() const {
     double next = std::numeric_limits<double>::infinity();
     for (int i = 0; i < pending_; ++i) {
-      const Pending& p = queue_[(first_ + i) % kMaxPending];
+      const Pending& p = pending(i);
       for (int k = 0; k < chain_.n_actuators(); ++k) {
         if ((p.arrived >> k & 1U) == 0U) next = std::min(next, p.time + latency(k));
       }
@@ -91,7 +99,7 @@ class Plant {
   void arrive() {
     const unsigned all = (1U << chain_.n_actuators()) - 1U;
     for (int i = 0; i < pending_; ++i) {
-      Pending& p = queue_[(first_ + i) % kMaxPending];
+      Pending& p = pending(i);
       if (p.time > time_) break;
       for (int k = 0; k < chain_.n_actuators(); ++k) {
         if ((p.arrived >> k & 1U) == 0U && p.time + latency(k) <= time_) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <thread>
 #include <vector>
@@ -23,6 +24,10 @@ namespace detail {
 
 inline void fail(double* x) { std::fill(x, x + kStates, std::nan("")); }
 
+inline void fail(StateTangent& dx) {
+  for (double(&row)[kMaxColumns] : dx.row) std::fill(row, row + kMaxColumns, std::nan(""));
+}
+
 }  // namespace detail
 
 /// From t0 to t1, breaking at every change of the input. `cursor` is the break before t0 and is
@@ -35,10 +40,7 @@ inline bool roll(const Boat& boat, const Trace& trace, double t0, double t1, int
     cursor = trace.find(t0);
     trace.at(cursor, t0, f);
     forces_after(trace.chain(), trace.constants(), f, 0.0, force);
-    if (euler_step(boat.structure, boat.coefficient, t1 - t0, force, x) &&
-        std::abs(x[3]) + std::abs(x[4]) + std::abs(x[5]) < 1e9) {
-      return true;
-    }
+    if (euler_step(boat.structure, boat.coefficient, t1 - t0, force, x) && bounded(x)) return true;
     detail::fail(x);
     return false;
   }
@@ -60,7 +62,9 @@ inline bool roll(const Boat& boat, const Trace& trace, double t0, double t1, int
   return true;
 }
 
-/// `roll` with tangents of the state to trace.columns().
+/// `roll` with tangents of the state to trace.columns(). A break moves with its latency, a stamp
+/// does not. Where both coincide a jump's derivative is the one from the left: the break came
+/// first.
 inline bool roll_tangent(const Boat& boat, const Trace& trace, double t0, double t1, int& cursor,
                          double* x, StateTangent& dx) {
   const Columns& columns = trace.columns();
@@ -77,32 +81,31 @@ inline bool roll_tangent(const Boat& boat, const Trace& trace, double t0, double
     }
     detail::mix_node(trace.chain(), columns, output, doutput, 0, forces);
     return euler_step_tangent(boat.structure, boat.coefficient, columns, t1 - t0, forces.force[0],
-                              forces.dforce[0], x, dx);
+                              forces.dforce[0], x, dx) &&
+           bounded(x);
   }
+  if (!(t0 < t1)) return true;
+  while (cursor + 1 < trace.breaks() && trace.time(cursor + 1) <= t0) ++cursor;
   double t = t0;
-  bool at_break = false;
-  while (t < t1) {
-    while (cursor + 1 < trace.breaks() && trace.time(cursor + 1) <= t) {
-      ++cursor;
-      at_break = trace.time(cursor) == t;
-    }
-    const bool last = cursor + 1 >= trace.breaks();
-    const double next = last ? std::numeric_limits<double>::infinity() : trace.time(cursor + 1);
-    const bool ends_at_break = next <= t1;
-    const double end = ends_at_break ? next : t1;
-    double dbegin[kMaxConstants] = {0.0};
-    double dlength[kMaxConstants] = {0.0};
-    if (at_break && t > t0) trace.time_tangent(cursor, 1.0, dbegin);
-    if (ends_at_break) trace.time_tangent(cursor + 1, 1.0, dlength);
-    for (int p = 0; p < columns.n_constants; ++p) dlength[p] -= dbegin[p];
-    trace.at(cursor, t, dbegin, f, df);
-    if (!advance_tangent(boat.structure, boat.coefficient, trace.chain(), trace.constants(),
-                         columns, end - t, dlength, boat.longest_step, f, df, x, dx)) {
-      detail::fail(x);
-      return false;
+  double dbegin[kMaxConstants] = {0.0};
+  for (bool more = true; more;) {
+    more = cursor + 1 < trace.breaks() && trace.time(cursor + 1) <= t1;
+    const double end = more ? trace.time(cursor + 1) : t1;
+    double dend[kMaxConstants] = {0.0};
+    double dlength[kMaxConstants];
+    if (more) trace.time_tangent(cursor + 1, 1.0, dend);
+    std::transform(dend, dend + kMaxConstants, dbegin, dlength, std::minus<>());
+    // breaks at one instant may move apart: an interval without length has a derivative
+    if (t < end || !std::equal(dend, dend + kMaxConstants, dbegin)) {
+      trace.at(cursor, t, dbegin, f, df);
+      if (!advance_tangent(boat.structure, boat.coefficient, trace.chain(), trace.constants(),
+                           columns, end - t, dlength, boat.longest_step, f, df, x, dx)) {
+        return false;
+      }
     }
     t = end;
-    at_break = ends_at_break;
+    std::copy(dend, dend + kMaxConstants, dbegin);
+    cursor += more ? 1 : 0;
   }
   return true;
 }
@@ -124,7 +127,10 @@ inline int simulate(const Boat& boat, const Trace& trace, const double* x0, cons
       good = tangent == nullptr ? roll(boat, trace, time[i - 1], time[i], cursor, x)
                                 : roll_tangent(boat, trace, time[i - 1], time[i], cursor, x, dx);
     }
-    if (!good) detail::fail(x);
+    if (!good) {
+      detail::fail(x);
+      detail::fail(dx);
+    }
     reached += good ? 1 : 0;
     std::copy(x, x + kStates, out + static_cast<std::ptrdiff_t>(i) * kStates);
     for (int row = 0; tangent != nullptr && row < kStates; ++row) {
@@ -154,7 +160,10 @@ inline void predict_range(const Boat& boat, const Trace& trace, const double* ti
       good = tangent == nullptr ? roll(boat, trace, t[k], t[k + 1], cursor, x)
                                 : roll_tangent(boat, trace, t[k], t[k + 1], cursor, x, dx);
     }
-    if (!good) detail::fail(x);
+    if (!good) {
+      detail::fail(x);
+      detail::fail(dx);
+    }
     std::copy(x, x + kStates, out + static_cast<std::ptrdiff_t>(j) * kStates);
     for (int row = 0; tangent != nullptr && row < kStates; ++row) {
       double* to = tangent + (static_cast<std::ptrdiff_t>(j) * kStates + row) * width;

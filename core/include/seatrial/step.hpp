@@ -60,6 +60,11 @@ inline bool runge_kutta_step(const Structure& s, const T* coefficient, const T& 
   return solved;
 }
 
+/// Whether the boat is still anywhere: false where it diverged.
+inline bool bounded(const double* x) {
+  return std::all_of(x, x + kStates, [](double value) { return std::abs(value) < 1e9; });
+}
+
 /// Number of equal steps of at most `longest` [s] that fill `length` [s].
 inline int steps_for(double length, double longest) {
   return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
@@ -72,7 +77,10 @@ inline bool advance(const Structure& s, const double* coefficient, const Chain& 
   const int n = steps_for(length, longest);
   const double h = length / n;
   double remains[kMaxActuators];  // of the distance to the target, after half a step
-  for (int k = 0; k < c.n_actuators(); ++k) remains[k] = decay(c, q, k, 0.5 * h);
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    remains[k] = decay(c, q, k, 0.5 * h);
+    f.level[k] = level_after(c, q, f, k, 0.0);  // without a lag it has jumped to its target
+  }
   double output[3][kMaxActuators];
   double force[3][kMaxForces];
   for (int i = 0; i < n; ++i) {
@@ -80,9 +88,7 @@ inline bool advance(const Structure& s, const double* coefficient, const Chain& 
       const double away = f.level[k] - f.target[k];
       const double half = f.target[k] + away * remains[k];
       const double whole = f.target[k] + away * remains[k] * remains[k];
-      // without a lag the level has jumped to its target at the interval's begin
-      const double begin = remains[k] > 0.0 ? f.level[k] : f.target[k];
-      output[0][k] = f.multiplier[k] * begin;
+      output[0][k] = f.multiplier[k] * f.level[k];
       output[1][k] = f.multiplier[k] * half;
       output[2][k] = f.multiplier[k] * whole;
       f.level[k] = whole;
@@ -90,10 +96,7 @@ inline bool advance(const Structure& s, const double* coefficient, const Chain& 
     for (int node = 0; node < 3; ++node) mix_forces(c, output[node], force[node]);
     if (!runge_kutta_step(s, coefficient, h, force, x)) return false;
   }
-  for (int i = 0; i < kStates; ++i) {
-    if (!(std::abs(x[i]) < 1e9)) return false;
-  }
-  return true;
+  return bounded(x);
 }
 
 }  // namespace seatrial

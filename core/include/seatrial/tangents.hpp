@@ -242,10 +242,7 @@ inline bool advance_tangent(const Structure& s, const double* coefficient, const
       return false;
     }
   }
-  for (int i = 0; i < kStates; ++i) {
-    if (!(std::abs(x[i]) < 1e9)) return false;
-  }
-  return true;
+  return bounded(x);
 }
 
 }  // namespace seatrial

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""The plan of simulated trials: plant, sensor, operator and trials in one file."""
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from seatrial.errors import FileError
+from seatrial.files import convert, read_yaml
+from seatrial.schema import ChainGroup, NotNegative, Positive, Strict
+
+PLAN_FORMAT = "plan 1"
+Range = tuple[float, float]
+
+
+class PlantEntry(Strict):
+    """The truth."""
+
+    coefficients: dict[str, float]
+    chain: list[ChainGroup] = []
+    step: Positive = 1 / 240  # [s]
+
+
+class Pool(Strict):
+    """A rectangular pool around the origin, its length along x."""
+
+    length: Positive  # [m]
+    width: Positive  # [m]
+    margin: NotNegative  # [m] that the operator keeps from the walls
+
+
+class DropOuts(Strict):
+    """Stretches without poses."""
+
+    per_minute: NotNegative
+    shortest: NotNegative = 0.3  # [s]
+    longest: NotNegative = 2.0  # [s]
+
+
+class Jumps(Strict):
+    """False matches."""
+
+    per_minute: NotNegative
+    shortest: NotNegative = 0.1  # [m]
+    longest: NotNegative = 0.5  # [m]
+    samples: Annotated[int, msgspec.Meta(ge=1)] = 3  # up to so many poses in a row
+
+
+class PoseSensor(Strict):
+    """SLAM as a sensor."""
+
+    rate: Positive  # [Hz]
+    position_noise: NotNegative  # [m] standard deviation
+    heading_noise: NotNegative  # [rad]
+    stamp_jitter: NotNegative  # [s]
+    drop_outs: DropOuts
+    jumps: Jumps
+
+
+class Joypad(Strict):
+    """Rate and clock of the commands."""
+
+    rate: Positive  # [Hz]
+    clock_offset: float  # [s]
+
+
+class OperatorEntry(Strict):
+    """How the operator drives."""
+
+    reaction: Positive  # [s]
+    amplitude: dict[Literal["surge", "sway", "yaw"], Range]
+    pulse: Range  # [s]
+    pause: Range  # [s]
+    crosstalk: NotNegative = 0.0  # standard deviation of the other sticks, as a share of a pulse
+
+
+class TrialEntry(Strict):
+    """One trial."""
+
+    drive: Literal["surge", "sway", "yaw", "courses"]
+    duration: Positive  # [s]
+
+
+class PlanFile(Strict):
+    """A plan, whole."""
+
+    seatrial: Literal["plan 1"]
+    name: str
+    seed: int
+    vehicles: list[str]
+    plant: PlantEntry
+    pool: Pool
+    pose: PoseSensor
+    joypad: Joypad
+    operator: OperatorEntry
+    trials: dict[str, TrialEntry]
+
+
+def load_plan(path: str | Path) -> PlanFile:
+    """A plan from a file, or by the name of one that comes with seatrial."""
+    return convert(_resolved(path, 0), PlanFile, path)
+
+
+def plan_names() -> list[str]:
+    """Plans that come with seatrial."""
+    folder = resources.files("seatrial") / "plans"
+    return sorted(p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml"))
+
+
+def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
+    bundled = resources.files("seatrial") / "plans" / f"{path}.yaml"
+    given = Path(path)
+    if not given.exists() and not bundled.is_file():
+        raise FileError(f"{path}: no such plan; give a file or one of {', '.join(plan_names())}")
+    content = read_yaml(given) if given.is_file() else read_yaml(bundled)
+    base = content.pop("based_on", None)
+    if base is None:
+        return content
+    if depth > 5:
+        raise FileError(f"{path}: plans are based on each other in a circle")
+    return _merged(_resolved(str(base), depth + 1), content)
+
+
+def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """Deep merge: mappings key by key, all else replaced. `trials` and `vehicles` replace whole."""
+    out = dict(base)
+    for key, value in over.items():
+        deep = isinstance(value, dict) and isinstance(out.get(key), dict) and key != "trials"
+        out[key] = _merged(out[key], value) if deep else value
+    return out

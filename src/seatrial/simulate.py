@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""Simulated trials like the paper's S1-S7: an operator, a boat, a SLAM, two clocks."""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.allocation import Scheme
+from seatrial.errors import ModelError, VehicleError
+from seatrial.frames import Array
+from seatrial.model import Model
+from seatrial.operators import make_operator
+from seatrial.plan import PlanFile, PoseSensor, TrialEntry
+from seatrial.recording import Mask, Recording, Signal, Stamps, make_recording
+from seatrial.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
+from seatrial.vehicle import WRENCH, Vehicle
+from seatrial.velocity import Motion
+
+SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
+LEAD = 0.5  # [s] the joypad is recorded before the first pose and after the last
+OVERSHOOT = 0.3  # [m] past the wall at which a trial is given up
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One simulated trial: what was recorded, and the truth at every pose tick."""
+
+    name: str
+    vehicle: Vehicle
+    pose_stamps: Stamps  # (n,) [ns] of the poses that arrived
+    pose: Array  # (n, 3) as the SLAM gave them, heading wrapped
+    command_stamps: Stamps  # (m,) [ns] by the joypad's clock
+    command: Array  # (m, inputs)
+    truth_t: Array  # (k,) [s] true times of all pose ticks
+    truth: Array  # (k, 6) x, y, psi, u, v, r
+    truth_force: Array  # (k, forces) generalised forces after the actuator chain
+    arrived: Mask  # (k,) ticks whose pose arrived
+
+    @cached_property
+    def recording(self) -> Recording:
+        """The recording, as `read` would give it."""
+        commands = Signal(self.vehicle.inputs, self.command_stamps, self.command)
+        return make_recording(self.name, self.pose_stamps, self.pose, commands)
+
+    @cached_property
+    def true_motion(self) -> Motion:
+        """True poses and velocities at the recording's poses."""
+        x = self.truth[self.arrived]
+        return Motion(self.recording.t, x[:, :3], x[:, 3:], self.recording.valid)
+
+
+def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> Iterator[Trial]:
+    """The plan's trials with one vehicle, one by one.
+
+    The truth is the plan's plant, or `model` if given. The same plan, vehicle and seed give the
+    same trials; each trial has a stream of random numbers of its own.
+    """
+    if set(vehicle.inputs) != set(WRENCH):
+        raise VehicleError(
+            f"{vehicle.source}: the simulated operator moves {', '.join(WRENCH)}; "
+            f"this vehicle's inputs are {', '.join(vehicle.inputs)}"
+        )
+    plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
+    for name, entry in plan.trials.items():
+        yield _run(plan, plant, name, entry)
+
+
+def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
+    """The plan's plant as a model: the truth to compare an identified one with."""
+    driven = vehicle.with_chain(plan.plant.chain)
+    names = driven.structure.coefficients
+    odd = set(names) ^ set(plan.plant.coefficients)
+    if odd:
+        raise ModelError(
+            f"plan {plan.name}: plant and structure disagree on {', '.join(sorted(odd))}; "
+            f"expected {', '.join(names)}"
+        )
+    values = np.array([plan.plant.coefficients[name] for name in names])
+    return Model(
+        driven,
+        values,
+        np.zeros((len(values), len(values))),
+        driven.constants.values,
+        Integration("runge-kutta", plan.plant.step),
+        NoiseEntry(plan.pose.position_noise, plan.pose.heading_noise),
+        EnvelopeEntry({}, {}),
+        estimator=EstimatorEntry("truth", {"plan": plan.name}),
+    )
+
+
+def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
+    label = name + SUFFIX[model.vehicle.scheme]
+    rng = np.random.default_rng([plan.seed, zlib.crc32(label.encode())])
+    stick_t, sticks, truth_t, truth, force = _drive(plan, model, label, entry, rng)
+    joypad_t = np.arange(-LEAD, entry.duration + LEAD, 1.0 / plan.joypad.rate)
+    order = [WRENCH.index(i) for i in model.vehicle.inputs]
+    held = np.maximum(np.searchsorted(stick_t, joypad_t + 1e-9, side="right") - 1, 0)
+    command = np.where((joypad_t < 0)[:, None], 0.0, sticks[held])[:, order]
+    pose, arrived = _observe(plan.pose, truth_t, truth[:, :3], rng)
+    pose_t = truth_t + rng.normal(0.0, 1.0, len(truth_t)) * plan.pose.stamp_jitter
+    return Trial(
+        label,
+        model.vehicle.with_chain([]),
+        _nanoseconds(pose_t)[arrived],
+        pose[arrived],
+        _nanoseconds(joypad_t + plan.joypad.clock_offset),
+        command,
+        truth_t,
+        truth,
+        force,
+        arrived,
+    )
+
+
+def _drive(
+    plan: PlanFile, model: Model, label: str, entry: TrialEntry, rng: np.random.Generator
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Operator and boat in closed loop: stick times and positions, truth at the pose ticks."""
+    operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
+    order = [WRENCH.index(i) for i in model.vehicle.inputs]
+    plant = _core.Plant(model.boat, model.vehicle.chain, model.constants)
+    state = np.zeros(6)
+    state[2] = operator.start_heading()
+    plant.state = state
+    tick = 1.0 / plan.joypad.rate
+    looks = np.arange(0, entry.duration, plan.operator.reaction)
+    looks = np.round(looks / tick) * tick  # sticks are read at the joypad's rate
+    poses = np.arange(0, entry.duration, 1.0 / plan.pose.rate)
+    sticks = np.zeros((len(looks), 3))
+    truth = np.zeros((len(poses), 6))
+    force = np.zeros((len(poses), len(model.structure.forces)))
+    walls = np.array([plan.pool.length, plan.pool.width]) / 2 + OVERSHOOT
+    j = 0
+    for i, t in enumerate(looks.tolist()):
+        while j < len(poses) and poses[j] < t:
+            j = _note(plant, poses, truth, force, j)
+        plant.advance_to(t)
+        x = plant.state
+        if not np.all(np.abs(x[:2]) < walls):
+            raise ModelError(
+                f"{label}: the boat left the pool after {t:.1f} s at ({x[0]:.2f}, {x[1]:.2f}) m; "
+                "the plant is too fast or too weak for this operator and pool"
+            )
+        sticks[i] = operator.look(t, x)
+        plant.command(t, np.ascontiguousarray(sticks[i][order]))
+    while j < len(poses):
+        j = _note(plant, poses, truth, force, j)
+    return looks, sticks, poses, truth, force
+
+
+def _note(plant: _core.Plant, poses: Array, truth: Array, force: Array, j: int) -> int:
+    plant.advance_to(float(poses[j]))
+    truth[j] = plant.state
+    force[j] = plant.forces(force.shape[1])
+    return j + 1
+
+
+def _observe(
+    sensor: PoseSensor, t: Array, eta: Array, rng: np.random.Generator
+) -> tuple[Array, Mask]:
+    """Poses as a SLAM gives them: noisy, sometimes away, sometimes somewhere else."""
+    n = len(t)
+    noise = np.array([sensor.position_noise, sensor.position_noise, sensor.heading_noise])
+    pose = eta + rng.normal(0.0, 1.0, (n, 3)) * noise
+    minutes = (t[-1] - t[0]) / 60.0
+    for _ in range(rng.poisson(sensor.jumps.per_minute * minutes)):
+        first = int(rng.integers(1, n))
+        last = first + int(rng.integers(1, sensor.jumps.samples + 1))
+        size, angle = rng.uniform(sensor.jumps.shortest, sensor.jumps.longest), rng.uniform(-np.pi, np.pi)
+        pose[first:last] += size * np.array([np.cos(angle), np.sin(angle), rng.uniform(-1.0, 1.0)])
+    arrived = np.ones(n, dtype=bool)
+    for _ in range(rng.poisson(sensor.drop_outs.per_minute * minutes)):
+        begin = rng.uniform(t[0], t[-1])
+        end = begin + rng.uniform(sensor.drop_outs.shortest, sensor.drop_outs.longest)
+        arrived[(t >= begin) & (t < end)] = False
+    arrived[0] = True
+    pose[:, 2] = (pose[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return pose, arrived
+
+
+def _nanoseconds(t: Array) -> Stamps:
+    return np.rint(t * 1e9).astype(np.int64)
