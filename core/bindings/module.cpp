@@ -3,11 +3,13 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <limits>
 #include <memory>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "seatrial/frames.hpp"
@@ -45,19 +47,17 @@ Out fresh(const std::size_t (&shape)[N], double** data) {
 
 using TermRow = std::tuple<int, int, double, int, std::vector<int>>;
 
-Structure make_structure(nb::list rows, int n_coefficients, int n_forces) {
+Structure make_structure(const std::vector<TermRow>& rows, int n_coefficients, int n_forces) {
   Structure s;
-  require(nb::len(rows) <= static_cast<std::size_t>(kMaxTerms), "too many terms");
+  require(rows.size() <= static_cast<std::size_t>(kMaxTerms), "too many terms");
   s.n_coefficients = n_coefficients;
   s.n_forces = n_forces;
-  for (nb::handle row : rows) {
-    nb::tuple t = nb::cast<nb::tuple>(row);
+  for (const auto& [axis, coefficient, number, acceleration, factors] : rows) {
     Term& term = s.terms[s.n_terms++];
-    term.axis = static_cast<std::uint8_t>(nb::cast<int>(t[0]));
-    term.coefficient = static_cast<std::int8_t>(nb::cast<int>(t[1]));
-    term.number = nb::cast<double>(t[2]);
-    term.acceleration = static_cast<std::int8_t>(nb::cast<int>(t[3]));
-    const auto factors = nb::cast<std::vector<int>>(t[4]);
+    term.axis = static_cast<std::uint8_t>(axis);
+    term.coefficient = static_cast<std::int8_t>(coefficient);
+    term.number = number;
+    term.acceleration = static_cast<std::int8_t>(acceleration);
     require(factors.size() <= static_cast<std::size_t>(kMaxFactors), "too many factors in a term");
     term.n_factors = static_cast<std::uint8_t>(factors.size());
     for (std::size_t k = 0; k < factors.size(); ++k) {
@@ -315,8 +315,8 @@ NB_MODULE(_core, m) {
   nb::class_<Structure>(m, "Structure")
       .def(
           "__init__",
-          [](Structure* self, nb::list rows, int n_coefficients, int n_forces) {
-            new (self) Structure(make_structure(std::move(rows), n_coefficients, n_forces));
+          [](Structure* self, const std::vector<TermRow>& rows, int n_coefficients, int n_forces) {
+            new (self) Structure(make_structure(rows, n_coefficients, n_forces));
           },
           "rows"_a, "n_coefficients"_a, "n_forces"_a,
           "rows: (axis, coefficient or -1, number, acceleration or -1, [factor codes]) each.");

@@ -19,7 +19,8 @@ double curve_at(const Chain& c, const std::vector<double>& q, int k, double comm
 /// Commands well inside and outside the dead zone, on both sides.
 std::vector<double> commands_off_the_edges() {
   std::vector<double> commands;
-  for (double x = -1.1875; x < 1.2; x += 0.0625) {
+  for (int i = -19; i < 20; ++i) {
+    const double x = 0.0625 * i;
     if (std::abs(x - 0.08) > 1e-3 && std::abs(x + 0.11) > 1e-3) commands.push_back(x);
   }
   return commands;

@@ -165,7 +165,7 @@ TEST_CASE("direct commands are passed on one by one and clipped one by one") {
 
 TEST_CASE("a command that is not a number is never turned into thrust") {
   const double lost[5] = {std::nan(""), 0.0, 0.0, 0.0, 0.0};
-  double f[kMaxActuators];
+  double f[kMaxActuators] = {0.0};
   allocate(boats::direct_chain().allocation, lost, f);
   CHECK(std::isnan(f[0]));
   CHECK(f[1] == 0.0);

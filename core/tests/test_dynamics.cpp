@@ -110,7 +110,7 @@ TEST_CASE("the solved accelerations satisfy every equation of the rich boat") {
 TEST_CASE("accelerations that depend on each other are solved, not evaluated in order") {
   const double coefficient[2] = {0.5, -0.8};
   const double nu[3] = {0.0, 0.0, 0.0};
-  const double force[2] = {1.0, 2.0};
+  const double force[kMaxForces] = {1.0, 2.0};
   double nu_dot[3];
   REQUIRE(acceleration(cyclic(), coefficient, nu, force, nu_dot));
   CHECK(nu_dot[0] == doctest::Approx((1.0 + 0.5 * 2.0) / 1.4).epsilon(1e-14));
@@ -137,7 +137,7 @@ TEST_CASE("the order of a structure's terms does not matter") {
 TEST_CASE("where accelerations hold each other up there is no answer but NaN") {
   const double coefficient[2] = {0.5, 2.0};  // a b = 1
   const double nu[3] = {0.1, 0.2, 0.3};
-  const double force[2] = {1.0, 2.0};
+  const double force[kMaxForces] = {1.0, 2.0};
   double nu_dot[3];
   CHECK_FALSE(acceleration(cyclic(), coefficient, nu, force, nu_dot));
   for (const double value : nu_dot) CHECK(std::isnan(value));
@@ -180,7 +180,7 @@ TEST_CASE("the rich boat's Jacobian equals dual numbers") {
 TEST_CASE("quadratic drag is smooth where the boat stands still") {
   const auto c = boats::mallard_coefficients();
   const double still[3] = {0.0, 0.0, 0.0};
-  const double force[3] = {0.3, 0.2, 0.1};
+  const double force[kMaxForces] = {0.3, 0.2, 0.1};
   double nu_dot[3];
   AccelerationJacobian j;
   REQUIRE(acceleration_with_jacobian(boats::mallard(), c.data(), still, force, nu_dot, j));

@@ -100,6 +100,7 @@ double worst_against_recording(Twin& twin, const Script& script, const std::vect
 
 std::vector<double> stamps(int n) {
   std::vector<double> time;
+  time.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i) time.push_back(0.0137 + i / 15.0);
   return time;
 }
@@ -146,7 +147,7 @@ TEST_CASE("a queue of commands wraps around without a slip") {
   }
   const std::vector<double> time = {0.0, 10.004, 20.004, 29.996};
   const Trace trace(twin.chain, twin.q.data(), script.held(), Held{}, Columns{});
-  std::vector<double> want(4 * kStates);
+  std::vector<double> want(24);
   const double x0[kStates] = {0.0};
   REQUIRE(simulate(twin.boat, trace, x0, time.data(), 4, want.data(), nullptr) == 4);
   twin.plant->reset(0.0, script.row(0));
@@ -158,7 +159,7 @@ TEST_CASE("a queue of commands wraps around without a slip") {
   REQUIRE(twin.plant->advance_to(29.996));
   Worst worst;
   for (int i = 0; i < kStates; ++i) {
-    worst.see(twin.plant->state()[i], want[3 * kStates + static_cast<std::size_t>(i)]);
+    worst.see(twin.plant->state()[i], want[18 + static_cast<std::size_t>(i)]);
   }
   CHECK(worst.value() < 1e-9);
 }

@@ -350,10 +350,10 @@ TEST_CASE("one thread and more predict the same bits") {
   Random random(63);
   const int m = 300;
   std::vector<int> start(m);
-  std::vector<double> x0(m * kStates);
+  std::vector<double> x0(start.size() * kStates);
   for (int& s : start) s = static_cast<int>(random(0.0, 89.0));
   random.fill(x0.data(), m * kStates, -0.5, 0.5);
-  const std::size_t width = static_cast<std::size_t>(p.columns.size());
+  const auto width = static_cast<std::size_t>(p.columns.size());
   std::vector<double> one(x0.size());
   std::vector<double> one_tangent(x0.size() * width);
   predict(p.boat, trace, p.time.data(), start.data(), x0.data(), m, 15, 1, one.data(),

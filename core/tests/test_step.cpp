@@ -6,7 +6,6 @@
 
 using namespace seatrial;
 using boats::add;
-using boats::Worst;
 
 namespace {
 
@@ -55,7 +54,7 @@ double error_of(int n, bool euler) {
 TEST_CASE("the state's rate is the rotated velocity and Eq. (12)") {
   const auto c = boats::mallard_coefficients();
   const double x[kStates] = {3.0, 4.0, 0.5 * kPi, 0.4, -0.3, 0.5};
-  const double force[3] = {0.1, 0.2, 0.3};
+  const double force[kMaxForces] = {0.1, 0.2, 0.3};
   double rate[kStates];
   double want[3];
   REQUIRE(state_rate(boats::mallard(), c.data(), x, force, rate));
@@ -69,7 +68,7 @@ TEST_CASE("the state's rate is the rotated velocity and Eq. (12)") {
 TEST_CASE("one Euler step is the paper's: x + h x_dot") {
   const auto c = boats::mallard_coefficients();
   double x[kStates] = {0.1, -0.2, 0.7, 0.4, -0.3, 0.5};
-  const double force[3] = {0.1, 0.2, 0.3};
+  const double force[kMaxForces] = {0.1, 0.2, 0.3};
   double nu_dot[3];
   boats::mallard_by_hand(c.data(), x + 3, force, nu_dot);
   const double h = 1.0 / 15.0;

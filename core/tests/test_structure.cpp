@@ -81,7 +81,7 @@ TEST_CASE("a factor that is not used is not looked at") {
 TEST_CASE("signals are u, v, r, their sizes and the forces") {
   const Structure s = boats::mallard();
   const double nu[3] = {0.5, -0.25, -2.0};
-  const double force[3] = {-0.1, 0.2, 0.3};
+  const double force[kMaxForces] = {-0.1, 0.2, 0.3};
   double z[kMaxSignals];
   signals(s, nu, force, z);
   const double expected[9] = {0.5, -0.25, -2.0, 0.5, 0.25, 2.0, -0.1, 0.2, 0.3};
@@ -94,7 +94,7 @@ TEST_CASE("a term's product is its number times its factors") {
   add(s, 0, -1, -3.0, {kAbsV, kV, kForce0, kR});
   add(s, 0, -1, 0.25, {});
   const double nu[3] = {0.5, -2.0, 3.0};
-  const double force[1] = {0.5};
+  const double force[kMaxForces] = {0.5};
   double z[kMaxSignals];
   signals(s, nu, force, z);
   CHECK(product(s.terms[0], z) == 18.0);  // -3 * 2 * -2 * 0.5 * 3

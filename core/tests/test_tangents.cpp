@@ -137,8 +137,8 @@ TEST_CASE("tangents start as the identity in the initial state, if that is asked
   }
   columns.n_initial = 0;
   seed(columns, dx);
-  for (int i = 0; i < kStates; ++i) {
-    for (int c = 0; c < 3; ++c) CHECK(dx.row[i][c] == 0.0);
+  for (const auto& row : dx.row) {
+    for (int c = 0; c < 3; ++c) CHECK(row[c] == 0.0);
   }
 }
 

@@ -71,4 +71,4 @@ def inverse_for(scheme: Scheme, T: Array) -> Array:
                 "allocation: always-forward leaves a wrench at rest with these thrusters; "
                 "use moore-penrose"
             )
-    return inverse
+    return np.asarray(inverse, dtype=np.float64)

@@ -19,12 +19,13 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
 S = TypeVar("S", bound=msgspec.Struct)
+DIGITS = 10  # significant digits of numbers in YAML files
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
     """YAML 1.2's booleans and floats (1e-3 is a number, `on` is a word); a key stands once."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:  # noqa: FBT001, FBT002
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Refuses a key that stands twice."""
         seen: set[Any] = set()
         for key_node, _ in node.value:
@@ -70,7 +71,7 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(f"{path}: can't be read as text ({error})") from None
     try:
-        content = yaml.load(text, Loader=_Loader)  # noqa: S506
+        content = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}" if mark else ""
@@ -116,7 +117,7 @@ def dump_yaml(content: dict[str, Any]) -> str:
     return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100))
 
 
-def dump_json(content: Any) -> str:
+def dump_json(content: object) -> str:
     """Indented JSON; NaN is refused, as JSON has none."""
     return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -135,18 +136,25 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _flow_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
-    plain = all(isinstance(x, (int, float)) for x in data)
-    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=plain)
+    short = all(isinstance(x, (int, float)) or (isinstance(x, str) and " " not in x) for x in data)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=short)
+
+
+def _flow_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.Node:
+    short = len(data) <= 4 and not any(isinstance(x, (list, tuple, dict)) for x in data.values())
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=short)
 
 
 def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
-    text = repr(float(data))
+    text = f"{data:.{DIGITS}g}"
+    text = text if any(c in text for c in ".en") else text + ".0"
     text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
     return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
 
 _Dumper.add_representer(list, _flow_list)
-_Dumper.add_representer(tuple, _flow_list)
+_Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))
+_Dumper.add_representer(dict, _flow_mapping)
 _Dumper.add_representer(float, _float)
 
 

@@ -6,9 +6,10 @@ and F_r change sign; `docs/conventions.md` derives what follows for coefficients
 """
 
 from enum import Enum
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from seatrial import _core
 
@@ -36,8 +37,8 @@ def earth_velocity(psi: Array, nu: Array) -> Array:
     return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(nu), False)
 
 
-def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.generic]:
+def frozen_array(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     """A read-only, contiguous copy."""
-    array = np.array(values, dtype=dtype, order="C")
+    array: NDArray[Any] = np.array(values, dtype=dtype, order="C")
     array.setflags(write=False)
     return array

@@ -49,9 +49,13 @@ def verdicts(recording: Recording, vehicle: Vehicle) -> list[str]:
     if recording.duration < SHORT:
         said.append(f"{recording.duration:.0f} s is short: drive a few minutes")
     if recording.valid.mean() < 0.9:
-        said.append(f"{100 * (1 - recording.valid.mean()):.0f} % of the poses are unusable: see the faults")
+        said.append(
+            f"{100 * (1 - recording.valid.mean()):.0f} % of the poses are unusable: see the faults"
+        )
     if found.dominant is not None:
-        said.append(f"drives {AXES[found.dominant]} nearly alone: identifies that axis (like S1-S3)")
+        said.append(
+            f"drives {AXES[found.dominant]} nearly alone: identifies that axis (like S1-S3)"
+        )
     for axis, label in enumerate(AXES):
         if found.rms[axis] < EXCITED:
             said.append(f"{label} is not excited: take it from another recording")

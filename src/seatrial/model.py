@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -28,7 +28,8 @@ from seatrial.schema import (
 from seatrial.structure import Structure
 from seatrial.vehicle import Vehicle, vehicle_from
 
-MODEL_FORMAT = "model 1"
+MODEL_FORMAT: Final = "model 1"
+GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
 
 
@@ -44,7 +45,7 @@ class Model:
     noise: NoiseEntry
     envelope: EnvelopeEntry  # forward-left-up
     recordings: tuple[RecordingEntry, ...] = ()
-    estimator: EstimatorEntry = EstimatorEntry("given")
+    estimator: EstimatorEntry = GIVEN
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -49,7 +49,9 @@ class Operator(ABC):
 class PulseOperator(Operator):
     """Pulses of varying size and length in one axis; the others only to stay in place."""
 
-    def __init__(self, axis: int, entry: OperatorEntry, pool: Pool, rng: np.random.Generator) -> None:
+    def __init__(
+        self, axis: int, entry: OperatorEntry, pool: Pool, rng: np.random.Generator
+    ) -> None:
         super().__init__(entry, pool, rng)
         self.axis = axis
         self.until = 0.0  # [s] end of the present pulse or pause
@@ -114,7 +116,9 @@ class CourseOperator(Operator):
             self._choose((self.kind + 1) % 3)
         target, direction = self._point(phase), self._point(phase + 0.02) - self._point(phase)
         place = _body(x[2], target - x[:2])
-        heading = np.arctan2(direction[1], direction[0]) if self.along else 0.6 * np.sin(3.0 * phase)
+        heading = (
+            np.arctan2(direction[1], direction[0]) if self.along else 0.6 * np.sin(3.0 * phase)
+        )
         turn = _turned(heading - x[2])
         sticks = np.array(
             [
@@ -134,12 +138,12 @@ class CourseOperator(Operator):
     def _point(self, phase: float) -> Array:
         angle = 2 * np.pi * phase * self.turn
         if self.kind == 0:  # figure of eight
-            return self.size * np.array([np.sin(angle), np.sin(2 * angle)])
+            return np.asarray(self.size * [np.sin(angle), np.sin(2 * angle)])
         radius = float(self.size.min())
         if self.kind == 1:  # circle
-            return radius * np.array([np.cos(angle), np.sin(angle)])
+            return np.array([radius * np.cos(angle), radius * np.sin(angle)])
         side = np.array([np.cos(angle), np.sin(angle)])  # square
-        return radius * side / float(np.abs(side).max())
+        return np.asarray(radius * side / float(np.abs(side).max()))
 
 
 def make_operator(

@@ -15,15 +15,15 @@ PLAN_FORMAT = "plan 1"
 Range = tuple[float, float]
 
 
-class PlantEntry(Strict):
+class PlantEntry(Strict, frozen=True):
     """The truth."""
 
     coefficients: dict[str, float]
-    chain: list[ChainGroup] = []
+    chain: list[ChainGroup] = msgspec.field(default_factory=list)
     step: Positive = 1 / 240  # [s]
 
 
-class Pool(Strict):
+class Pool(Strict, frozen=True):
     """A rectangular pool around the origin, its length along x."""
 
     length: Positive  # [m]
@@ -31,7 +31,7 @@ class Pool(Strict):
     margin: NotNegative  # [m] that the operator keeps from the walls
 
 
-class DropOuts(Strict):
+class DropOuts(Strict, frozen=True):
     """Stretches without poses."""
 
     per_minute: NotNegative
@@ -39,16 +39,16 @@ class DropOuts(Strict):
     longest: NotNegative = 2.0  # [s]
 
 
-class Jumps(Strict):
+class Jumps(Strict, frozen=True):
     """False matches."""
 
     per_minute: NotNegative
     shortest: NotNegative = 0.1  # [m]
     longest: NotNegative = 0.5  # [m]
-    samples: Annotated[int, msgspec.Meta(ge=1)] = 3  # up to so many poses in a row
+    samples: Annotated[int, msgspec.Meta(ge=1)] = 3  # poses in a row at most
 
 
-class PoseSensor(Strict):
+class PoseSensor(Strict, frozen=True):
     """SLAM as a sensor."""
 
     rate: Positive  # [Hz]
@@ -59,14 +59,14 @@ class PoseSensor(Strict):
     jumps: Jumps
 
 
-class Joypad(Strict):
+class Joypad(Strict, frozen=True):
     """Rate and clock of the commands."""
 
     rate: Positive  # [Hz]
     clock_offset: float  # [s]
 
 
-class OperatorEntry(Strict):
+class OperatorEntry(Strict, frozen=True):
     """How the operator drives."""
 
     reaction: Positive  # [s]
@@ -76,14 +76,14 @@ class OperatorEntry(Strict):
     crosstalk: NotNegative = 0.0  # standard deviation of the other sticks, as a share of a pulse
 
 
-class TrialEntry(Strict):
+class TrialEntry(Strict, frozen=True):
     """One trial."""
 
     drive: Literal["surge", "sway", "yaw", "courses"]
     duration: Positive  # [s]
 
 
-class PlanFile(Strict):
+class PlanFile(Strict, frozen=True):
     """A plan, whole."""
 
     seatrial: Literal["plan 1"]
@@ -106,7 +106,9 @@ def load_plan(path: str | Path) -> PlanFile:
 def plan_names() -> list[str]:
     """Plans that come with seatrial."""
     folder = resources.files("seatrial") / "plans"
-    return sorted(p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml"))
+    return sorted(
+        p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml")
+    )
 
 
 def _resolved(path: str | Path, depth: int) -> dict[str, Any]:

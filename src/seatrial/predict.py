@@ -5,6 +5,7 @@ import os
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import RecordingError
@@ -25,7 +26,7 @@ class Prediction:
     nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
     measured: Array  # (m, 3) at the same instants
     start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
-    index: Array  # (m,) pose that each belongs to
+    index: NDArray[np.int64]  # (m,) pose that each belongs to
     steps: int
     floor: Array  # (3,) RMS that a perfect model would score; 0 without pose noise
 
@@ -68,9 +69,9 @@ def predict(
     )
 
 
-def _starts(recording: Recording, moving: Motion, steps: int, horizon: float) -> Array:
+def _starts(recording: Recording, moving: Motion, steps: int, horizon: float) -> NDArray[np.int64]:
     n = len(recording.t)
-    start = np.arange(max(0, n - steps))
+    start = np.arange(max(0, n - steps), dtype=np.int64)
     end = start + steps
     usable = moving.valid[start] & moving.valid[end]
     usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period

@@ -112,7 +112,8 @@ class Recording:
             )
         if len(self.commands.stamps) == 0:
             raise RecordingError(
-                f"{self.name}: no commands; record them for the whole run and name them in the vehicle file"
+                f"{self.name}: no commands; record them for the whole run and name them "
+                "in the vehicle file"
             )
 
     @cached_property
@@ -188,11 +189,11 @@ def make_recording(
     bad: dict[FaultKind, Mask] = {}
     if marked_valid is not None:
         bad[FaultKind.MARKED] = ~marked_valid
-    bad[FaultKind.NOT_FINITE] = ~np.isfinite(eta).all(axis=1)
+    bad[FaultKind.NOT_FINITE] = np.asarray(~np.isfinite(eta).all(axis=1))
     bad[FaultKind.STAMP] = stamps <= np.concatenate(
         [[stamps[0] - 1], np.maximum.accumulate(stamps)[:-1]]
     )
-    usable = ~np.any(list(bad.values()), axis=0)
+    usable = np.asarray(np.all([~mask for mask in bad.values()], axis=0), dtype=np.bool_)
     if int(usable.sum()) < 2:
         worst = max(bad, key=lambda k: int(bad[k].sum()))
         raise RecordingError(
@@ -274,7 +275,9 @@ def _jumps(t: Array, eta: Array) -> list[int]:
     rate = np.diff(eta, axis=0) / np.diff(t)[:, None]
     usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
     # an axis that rests is measured by the other: a point of the hull moves by both
-    least = JUMP_SPEED * np.array([max(usual[0], usual[1] * LEVER), max(usual[1], usual[0] / LEVER)])
+    least = JUMP_SPEED * np.array(
+        [max(usual[0], usual[1] * LEVER), max(usual[1], usual[0] / LEVER)]
+    )
     found: set[int] = set()
     for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
         change = np.linalg.norm(np.diff(parts, axis=0), axis=1)

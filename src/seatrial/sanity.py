@@ -97,7 +97,9 @@ def _drive(model: Model, axis: int) -> AxisSanity:
     after = ~driven
     slow = np.abs(speed[after]) <= STILL * abs(top)
     end = np.argmax(slow) if slow.any() else len(slow) - 1
-    return AxisSanity(axis, command, top, float(rise), float(abs(way[after][end] - way[driven][-1])))
+    return AxisSanity(
+        axis, command, top, float(rise), float(abs(way[after][end] - way[driven][-1]))
+    )
 
 
 def direct_chain(n: int) -> _core.Chain:

@@ -15,7 +15,7 @@ class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defau
     """A mapping whose unknown keys are errors."""
 
 
-class Column(Strict):
+class Column(Strict, frozen=True):
     """One column of a table: value = sign (raw - offset) / scale, in `unit`."""
 
     column: str
@@ -25,7 +25,7 @@ class Column(Strict):
     offset: float = 0.0
 
 
-class PoseSource(Strict):
+class PoseSource(Strict, frozen=True):
     """Where the pose comes from."""
 
     stamp: str | Column
@@ -36,7 +36,7 @@ class PoseSource(Strict):
     valid: str | None = None  # column that is 0 where the pose is not to be used
 
 
-class CommandSource(Strict):
+class CommandSource(Strict, frozen=True):
     """Where the commands come from: a name for each input."""
 
     stamp: str | Column
@@ -44,14 +44,14 @@ class CommandSource(Strict):
     file: str | None = None
 
 
-class ScaleSource(Strict):
+class ScaleSource(Strict, frozen=True):
     """A known signal that scales thrust, for instance propeller speed."""
 
     column: str | Column
     reference: Positive  # value at which the scale is 1
 
 
-class ThrusterEntry(Strict):
+class ThrusterEntry(Strict, frozen=True):
     """A fixed thruster."""
 
     x: float  # [m]
@@ -59,14 +59,14 @@ class ThrusterEntry(Strict):
     angle_deg: float  # direction of push, from forward towards the second axis [deg]
 
 
-class ForceEntry(Strict):
+class ForceEntry(Strict, frozen=True):
     """A generalised force as a weighted sum of actuators."""
 
     axis: Literal["surge", "sway", "yaw"]
     of: dict[str, float]
 
 
-class AllocationEntry(Strict):
+class AllocationEntry(Strict, frozen=True):
     """Scheme and limits, in command units."""
 
     scheme: Literal["direct", "moore-penrose", "always-forward"] = "direct"
@@ -74,21 +74,21 @@ class AllocationEntry(Strict):
     limit: Positive | None = None
 
 
-class DeadZone(Strict):
+class DeadZone(Strict, frozen=True):
     """Edges of the dead zone, both >= 0, in command units."""
 
     forward: Annotated[float, msgspec.Meta(ge=0, lt=1)]
     reverse: Annotated[float, msgspec.Meta(ge=0, lt=1)]
 
 
-class ScaleUse(Strict):
+class ScaleUse(Strict, frozen=True):
     """Thrust is multiplied by (signal / reference) ^ power."""
 
     signal: str
     power: float = 1.0
 
 
-class ChainGroup(Strict):
+class ChainGroup(Strict, frozen=True):
     """Stages of the actuator chain, for some or all actuators. Absent: no such stage."""
 
     name: str = ""
@@ -103,7 +103,7 @@ class ChainGroup(Strict):
     gains: dict[str, float] | None = None  # by actuator, mean 1
 
 
-class VehicleFile(Strict):
+class VehicleFile(Strict, frozen=True):
     """`vehicle.yaml`."""
 
     seatrial: Literal["vehicle 1"]
@@ -119,7 +119,7 @@ class VehicleFile(Strict):
     chain: list[ChainGroup] = []
 
 
-class CoefficientEntry(Strict):
+class CoefficientEntry(Strict, frozen=True):
     """A coefficient as found."""
 
     value: float
@@ -127,35 +127,35 @@ class CoefficientEntry(Strict):
     unit: str = ""
 
 
-class Integration(Strict):
+class Integration(Strict, frozen=True):
     """How the model is to be stepped."""
 
     scheme: Literal["runge-kutta", "forward-euler"]
     step: Positive  # [s] longest step of Runge-Kutta; the step of forward Euler
 
 
-class NoiseEntry(Strict):
+class NoiseEntry(Strict, frozen=True):
     """Standard deviations of the pose noise."""
 
     position: NotNegative  # [m]
     heading: NotNegative  # [rad]
 
 
-class EnvelopeEntry(Strict):
+class EnvelopeEntry(Strict, frozen=True):
     """Ranges that occurred in the recordings: 0.5th to 99.5th percentile of speeds, all forces."""
 
     speeds: dict[str, tuple[float, float]]
     forces: dict[str, tuple[float, float]]
 
 
-class SourceEntry(Strict):
+class SourceEntry(Strict, frozen=True):
     """A file that a recording was read from."""
 
     name: str
     sha256: str
 
 
-class RecordingEntry(Strict):
+class RecordingEntry(Strict, frozen=True):
     """A recording that the model was identified from."""
 
     name: str
@@ -163,7 +163,7 @@ class RecordingEntry(Strict):
     files: list[SourceEntry] = []
 
 
-class StepEntry(Strict):
+class StepEntry(Strict, frozen=True):
     """One least-squares step, as the report shows it."""
 
     equation: str
@@ -174,7 +174,7 @@ class StepEntry(Strict):
     explained: float  # R^2
 
 
-class EstimatorEntry(Strict):
+class EstimatorEntry(Strict, frozen=True):
     """How the coefficients were found."""
 
     method: str
@@ -182,7 +182,7 @@ class EstimatorEntry(Strict):
     steps: list[StepEntry] = []
 
 
-class ModelFile(Strict):
+class ModelFile(Strict, frozen=True):
     """`model.yaml`."""
 
     seatrial: Literal["model 1"]

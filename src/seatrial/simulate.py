@@ -170,7 +170,10 @@ def _observe(
     for _ in range(rng.poisson(sensor.jumps.per_minute * minutes)):
         first = int(rng.integers(1, n))
         last = first + int(rng.integers(1, sensor.jumps.samples + 1))
-        size, angle = rng.uniform(sensor.jumps.shortest, sensor.jumps.longest), rng.uniform(-np.pi, np.pi)
+        size, angle = (
+            rng.uniform(sensor.jumps.shortest, sensor.jumps.longest),
+            rng.uniform(-np.pi, np.pi),
+        )
         pose[first:last] += size * np.array([np.cos(angle), np.sin(angle), rng.uniform(-1.0, 1.0)])
     arrived = np.ones(n, dtype=bool)
     for _ in range(rng.poisson(sensor.drop_outs.per_minute * minutes)):

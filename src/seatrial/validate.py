@@ -11,13 +11,12 @@ from seatrial.frames import AXES, SYMBOLS
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
 from seatrial.recording import Recording
-from seatrial.schema import Strict
 from seatrial.statistics import kurtosis
 
 SCORES_FORMAT = "scores 1"
 
 
-class AxisScore(Strict, omit_defaults=False):
+class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """One velocity on one recording. RMS values in m/s or rad/s."""
 
     rms: float  # of measured minus predicted
@@ -29,7 +28,7 @@ class AxisScore(Strict, omit_defaults=False):
     kurtosis: float  # 3 for a normal distribution
 
 
-class RecordingScore(Strict, omit_defaults=False):
+class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """All three velocities on one recording."""
 
     recording: str
@@ -39,7 +38,7 @@ class RecordingScore(Strict, omit_defaults=False):
     scores: dict[str, AxisScore]  # by u, v, r
 
 
-class Scores(Strict, omit_defaults=False):
+class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """What `validate` found."""
 
     seatrial: str

@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import _core, structure
 from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
@@ -32,7 +33,7 @@ class Constants:
 
     names: tuple[str, ...]
     values: Array  # (n,)
-    index: Array  # (actuators, 8) of int: STAGES -> place in `values`, -1: stage absent
+    index: NDArray[np.int32]  # (actuators, 8): STAGES -> place in `values`, -1: stage absent
 
     def unit(self, name: str) -> str:
         """SI unit of a constant; a suffix after the dot is its group."""
@@ -233,7 +234,7 @@ class Vehicle:
             )
         return self.actuators.index(name)
 
-    def _actuator_rows(self) -> Array:
+    def _actuator_rows(self) -> NDArray[np.int32]:
         rows = np.full((len(self.actuators), 10), -1, dtype=np.int32)
         rows[:, :8] = self.constants.index
         rows[:, 9] = 0

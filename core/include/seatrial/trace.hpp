@@ -145,7 +145,8 @@ class Trace {
 
   static ThrustTangent start(const ThrustTangent& df) {
     ThrustTangent out = df;
-    std::copy(&df.target[0][0], &df.target[0][0] + kMaxActuators * kMaxConstants, &out.level[0][0]);
+    std::copy(&df.target[0][0], &df.target[0][0] + std::ptrdiff_t{kMaxActuators} * kMaxConstants,
+              &out.level[0][0]);
     return out;
   }
 

@@ -2,18 +2,19 @@
 """From recordings to a model. One estimator a file; each has the same signature."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from seatrial.errors import IdentificationError
 from seatrial.identify.equation_error import EquationErrorSettings, equation_error
 from seatrial.model import Model
 from seatrial.recording import Recording
-from seatrial.sanity import doubts, sanity
+from seatrial.sanity import doubts, sanity, sanity_line
 from seatrial.vehicle import Vehicle
 
 METHODS = ("equation-error",)
 DEFAULT_METHOD = "equation-error"
 
-__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "identify"]
+__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "identify", "summary"]
 
 
 def identify(
@@ -40,10 +41,15 @@ def identify(
         )
     model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
-    return _with_doubts(model)
-
-
-def _with_doubts(model: Model) -> Model:
-    from dataclasses import replace
-
     return replace(model, warnings=(*model.warnings, *doubts(model)))
+
+
+def summary(model: Model) -> str:
+    """Coefficients, warnings and what they mean for the boat, for the terminal."""
+    units = model.structure.units
+    lines = [
+        f"  {name:<6} {value:10.4f} +- {model.standard_errors[name]:.4f}  {units[name]}"
+        for name, value in model.values.items()
+    ]
+    lines += [f"  doubt: {warning}" for warning in model.warnings]
+    return "\n".join([f"{model.name}, {model.estimator.method}:", *lines, sanity_line(model)])

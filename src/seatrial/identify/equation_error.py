@@ -82,7 +82,7 @@ def equation_error(
         solver.theta,
         solver.covariance,
         vehicle.constants.values,
-        Integration("forward-euler", period),
+        Integration("forward-euler", round(period, 9)),
         pose_noise(*recordings),
         _envelope(vehicle, recordings, moving),
         tuple(_entry(r) for r in recordings),
@@ -193,8 +193,9 @@ class _Steps:
         a -= Z[:, known] @ self.theta[known]
         return a, columns[:, list(places)], Z
 
-    def _carry(self, places: Sequence[int], fit: Fit, Z: Array) -> None:
+    def _carry(self, chosen: Sequence[int], fit: Fit, Z: Array) -> None:
         """theta = B+ (a - Z z): the uncertainty of the earlier steps' z enters through -B+ Z."""
+        places = np.array(chosen)
         slope = -fit.inverse @ Z
         cross = slope @ self.covariance
         self.covariance[np.ix_(places, places)] = fit.covariance + cross @ slope.T
@@ -230,4 +231,4 @@ def _envelope(
 
 def _entry(recording: Recording) -> RecordingEntry:
     files = [SourceEntry(s.name, s.sha256) for s in recording.sources]
-    return RecordingEntry(recording.name, recording.duration, files)
+    return RecordingEntry(recording.name, round(recording.duration, 3), files)

@@ -89,9 +89,9 @@ def _signal(table: Table, stamp: Column, columns: list[Column], names: tuple[str
     stamps = nanoseconds(raw[:, 0], stamp, table.path)
     values = np.column_stack([scaled(raw[:, i + 1], c) for i, c in enumerate(columns)])
     if not np.isfinite(values).all():
-        row, column = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
+        row, which = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise RecordingError(
-            f"{table.path} row {row + 1}: command '{columns[column].column}' is empty or not finite; "
+            f"{table.path} row {row + 1}: command '{columns[which].column}' is empty or not finite; "
             "write a number in every row, or cut the recording with --start and --end"
         )
     keep = rising(stamps)

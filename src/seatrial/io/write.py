@@ -12,8 +12,9 @@ from seatrial.io.read import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS, TO_SI
 from seatrial.model import Model, save
 from seatrial.plan import PlanFile
+from seatrial.recording import Stamps
 from seatrial.schema import Column
-from seatrial.simulate import Trial
+from seatrial.simulate import SUFFIX, Trial
 from seatrial.vehicle import Vehicle, as_column
 
 TRUTH = "truth"  # folder of what a real boat would not tell
@@ -38,7 +39,9 @@ def write_trial(trial: Trial, out: Path) -> Path:
         [_raw_stamps(trial.command_stamps, stamp)]
         + [_raw(values[:, i], c) for i, c in enumerate(inputs)]
     )
-    _write_table(folder / (commands.file or COMMAND_FILE), [stamp.column, *(c.column for c in inputs)], rows)
+    _write_table(
+        folder / (commands.file or COMMAND_FILE), [stamp.column, *(c.column for c in inputs)], rows
+    )
     names = ["t", "x", "y", "psi", "u", "v", "r", *(f"{f.name}_actual" for f in vehicle.forces)]
     truth = np.column_stack([trial.truth_t, trial.truth, trial.truth_force])
     if frd:
@@ -50,25 +53,30 @@ def write_trial(trial: Trial, out: Path) -> Path:
 
 def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> Path:
     """Vehicle file for the trials, the plan as it was run, and the true model."""
-    name = f"{vehicle.name}-{vehicle.scheme.value}"
-    path = out / f"{name}.yaml"
+    suffix = SUFFIX[vehicle.scheme]
+    path = out / f"vehicle{suffix}.yaml"
     write_text(path, dump_yaml(vehicle.to_mapping()))
-    write_text(out / TRUTH / "plan.yaml", dump_yaml({"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}))
-    save(truth, out / TRUTH / f"{name}-model.yaml")
+    write_text(
+        out / TRUTH / "plan.yaml",
+        dump_yaml({"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}),
+    )
+    save(truth, out / TRUTH / f"model{suffix}.yaml")
     return path
 
 
 def _raw(value: Array, column: Column) -> Array:
     """The inverse of `table.scaled`."""
-    return np.asarray(column.sign * value / TO_SI.get(column.unit or "-", 1.0) * column.scale + column.offset)
+    return np.asarray(
+        column.sign * value / TO_SI.get(column.unit or "-", 1.0) * column.scale + column.offset
+    )
 
 
-def _raw_stamps(stamps: Array, column: Column) -> Array:
+def _raw_stamps(stamps: Stamps, column: Column) -> Array:
     return np.asarray(
         column.sign * stamps / TO_NANOSECONDS[column.unit or "s"] * column.scale + column.offset
     )
 
 
 def _write_table(path: Path, names: list[str], rows: Array) -> None:
-    body = "\n".join(",".join(f"{x:.7g}" for x in row) for row in rows.tolist())
+    body = "\n".join(f"{t:.12g}," + ",".join(f"{x:.7g}" for x in row) for t, *row in rows.tolist())
     write_text(path, ",".join(names) + "\n" + body + "\n")

@@ -2,7 +2,7 @@
 """HTML in small pieces: numbers, names with subscripts, units, tables, equations."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
 
 import numpy as np
@@ -62,17 +62,21 @@ def equation(structure: Structure, axis: int, values: Mapping[str, float] | None
 
 
 def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], *, kind: str = "", caption: str = ""
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    *,
+    kind: str = "",
+    marked: Collection[int] = (),
 ) -> str:
-    """A table of cells that are HTML already; the first column heads the rows.
-
-    A row's first cell may begin with `.name `: the row's class.
-    """
+    """A table of cells that are HTML already; a row's first cell heads it; `marked` rows stand out."""
     top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
-    body = "".join(_row(cells) for cells in rows)
-    title = f"<caption>{caption}</caption>" if caption else ""
+    body = ""
+    for place, (first, *rest) in enumerate(rows):
+        mark = ' class="marked"' if place in marked else ""
+        cells = "".join(f"<td>{cell}</td>" for cell in rest)
+        body += f'<tr{mark}><th scope="row">{first}</th>{cells}</tr>'
     return (
-        f'<div class="scroll" tabindex="0"><table class="{kind}">{title}<thead><tr>{top}</tr></thead>'
+        f'<div class="scroll" tabindex="0"><table class="{kind}"><thead><tr>{top}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     )
 
@@ -80,14 +84,6 @@ def table(
 def listing(items: Iterable[str], kind: str = "") -> str:
     """An unordered list of items that are HTML already."""
     return f'<ul class="{kind}">' + "".join(f"<li>{item}</li>" for item in items) + "</ul>"
-
-
-def _row(cells: Sequence[str]) -> str:
-    found = re.match(r"\.([\w-]+) ", cells[0])
-    kind = f' class="{found[1]}"' if found else ""
-    first = cells[0][found.end() :] if found else cells[0]
-    rest = "".join(f"<td>{cell}</td>" for cell in cells[1:])
-    return f'<tr{kind}><th scope="row">{first}</th>{rest}</tr>'
 
 
 def _factors(term: Term, values: Mapping[str, float] | None) -> tuple[float, list[str]]:

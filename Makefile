@@ -1,0 +1,55 @@
+# seatrial: `make demo` and `make test` set up what they need in .venv and run.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*.hpp core/bindings/*.cpp)
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: demo test lint format lock bench clean
+
+demo: $(VENV)/.built
+	$(BIN)/seatrial demo --out demo
+
+test: $(VENV)/.built $(VENV)/.test
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.built $(VENV)/.test
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
+	cmake -S . -B build/tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
+	clang-tidy --quiet -p build/tidy $$(git ls-files 'core/tests/test_*.cpp')
+
+format: $(VENV)/.test
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
+
+bench: $(VENV)/.built $(VENV)/.test
+	$(BIN)/python benchmarks/run.py
+
+# after a change of the dependencies in pyproject.toml
+lock: $(VENV)/.test
+	$(BIN)/python tools/lock.py
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "seatrial needs Python 3.10 or later; set PYTHON=/path/to/python3"; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "Python's venv is missing: apt install python3-venv, or set PYTHON=..."; exit 1; }
+
+$(VENV)/.deps: requirements/base.txt | $(VENV)/bin/python
+	$(PIP) --require-hashes -r requirements/base.txt
+	@touch $@
+
+$(VENV)/.test: requirements/test.txt | $(VENV)/.deps
+	$(PIP) --require-hashes -r requirements/test.txt
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)
+	$(PIP) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,82 @@
+"""
+The core of seatrial: model, thrusters, integration, sensitivities (C++).
+"""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+
+MAX_FORCES: int = 8
+
+MAX_FACTORS: int = 4
+
+MAX_TERMS: int = 48
+
+MAX_ACTUATORS: int = 8
+
+MAX_TABLE: int = 256
+
+FIRST_FORCE: int = 6
+
+class Structure:
+    def __init__(self, rows: Sequence[tuple[int, int, float, int, Sequence[int]]], n_coefficients: int, n_forces: int) -> None:
+        """
+        rows: (axis, coefficient or -1, number, acceleration or -1, [factor codes]) each.
+        """
+
+class Chain:
+    def __init__(self, scheme: int, inverse: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offset: float, limit: float, mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], actuators: Annotated[NDArray[numpy.int32], dict(shape=(None, None), order='C', device='cpu', writable=False)], n_constants: int, scale_reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
+
+class Boat:
+    def __init__(self, structure: Structure, coefficient: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], integrator: int, longest_step: float) -> None: ...
+
+class Trace:
+    def __init__(self, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], commands: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], scale_time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], scales: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], initial: bool = False, coefficients: Sequence[int] = [], constants: Sequence[int] = []) -> None: ...
+
+    @property
+    def breaks(self) -> int: ...
+
+    def forces(self, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """Generalised forces F at time [s]: n x forces."""
+
+class Plant:
+    def __init__(self, boat: Boat, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None: ...
+
+    def command(self, t: float, values: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> bool: ...
+
+    def advance_to(self, t: float) -> bool: ...
+
+    @property
+    def time(self) -> float: ...
+
+    @property
+    def state(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+    @state.setter
+    def state(self, arg: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], /) -> None: ...
+
+    def forces(self, n_forces: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+def simulate(boat: Boat, trace: Trace, x0: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tangents: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
+    """
+    States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).
+    """
+
+def predict(boat: Boat, trace: Trace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], steps: int, threads: int = 1, tangents: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
+    """State `steps` samples after every start (m x 6), and its tangents."""
+
+def regressors(structure: Structure, nu: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], nu_dot: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
+
+def accelerations(structure: Structure, coefficient: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
+
+def allocate(chain: Chain, wrench: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
+    """
+    Thruster commands (n x actuators) and the share alpha of each wrench that is given.
+    """
+
+def curve(chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], actuator: int, command: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+def rotate(psi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], rate: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], to_body: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: MIT
+"""The command line. No logic: every command is the library function of the same name."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.errors import SeatrialError
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.model import Model
+    from seatrial.recording import Recording
+    from seatrial.vehicle import Vehicle
+
+DONE, MISTAKE = 0, 1
+Command = Callable[[argparse.Namespace, Progress], None]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Returns 0 done, 1 a mistake of the user's; usage errors exit with 2."""
+    args = _parser().parse_args(arguments)
+    progress = Progress(quiet=args.quiet)
+    run: Command = args.run
+    try:
+        run(args, progress)
+    except SeatrialError as error:
+        progress.clear()
+        print(f"seatrial: {' '.join(str(error).split())}", file=sys.stderr)
+        return MISTAKE
+    except KeyboardInterrupt:
+        progress.clear()
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    progress.clear()
+    return DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="seatrial", description="Dynamic models of small surface vehicles from a recording."
+    )
+    parser.add_argument("--version", action="version", version=f"seatrial {version('seatrial')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    demo = _add(commands, "demo", _demo, "everything below on the bundled recordings")
+    demo.add_argument(
+        "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
+    )
+
+    inspect = _add(commands, "inspect", _inspect, "rates, gaps, faults, excitation")
+    _recordings(inspect, vehicle_required=True)
+
+    simulate = _add(commands, "simulate", _simulate, "recordings like the paper's S1-S7")
+    simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
+    simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
+    simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
+    simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+
+    identify = _add(commands, "identify", _identify, "a model from recordings")
+    _recordings(identify, vehicle_required=True)
+    identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
+    identify.add_argument(
+        "--method", choices=["equation-error"], default="equation-error",
+        help="equation-error is the paper's least squares",
+    )  # fmt: skip
+    identify.add_argument(
+        "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
+        help="recordings that identify surge, sway or yaw (default: found from the excitation)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--literal",
+        action="store_true",
+        help="Eq. (17) as printed, surge acceleration one step late",
+    )
+
+    for name, run, text in (
+        ("validate", _validate, "how well a model predicts recordings"),
+        ("report", _report, "one offline HTML file with the evidence"),
+    ):
+        command = _add(commands, name, run, text)
+        command.add_argument("model", type=Path, metavar="MODEL")
+        _recordings(command, vehicle_required=False)
+        command.add_argument(
+            "--horizon", type=float, default=1.0, metavar="S", help="how far ahead [s] (default: 1)"
+        )
+        if name == "validate":
+            command.add_argument("--json", type=Path, metavar="FILE", help="also write scores.json")
+        else:
+            command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
+    return parser
+
+
+def _add(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    run: Command,
+    text: str,
+) -> argparse.ArgumentParser:
+    command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+    command.add_argument("-q", "--quiet", action="store_true", help="no progress")
+    command.set_defaults(run=run)
+    return command
+
+
+def _recordings(command: argparse.ArgumentParser, *, vehicle_required: bool) -> None:
+    command.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
+    text = "vehicle file" + ("" if vehicle_required else " (default: the model's own)")
+    command.add_argument("--vehicle", required=vehicle_required, metavar="V", help=text)
+    command.add_argument(
+        "--start", type=float, metavar="S", help="use each recording from here [s]"
+    )
+    command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
+
+
+def _read(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "list[Recording]":
+    from seatrial.io import read
+
+    found = []
+    for path in progress.over(args.recordings, "reading", len(args.recordings)):
+        recording = read(path, vehicle)
+        if args.start is not None or args.end is not None:
+            recording = recording.cut(args.start, args.end)
+        found.append(recording)
+    return found
+
+
+def _load(args: argparse.Namespace) -> "Model":
+    from seatrial.model import load
+    from seatrial.vehicle import load_vehicle
+
+    model = load(args.model)
+    return model if args.vehicle is None else model.with_vehicle(load_vehicle(args.vehicle))
+
+
+def _demo(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.demo import demo
+
+    def say(text: str) -> None:
+        progress.clear()
+        print(text)
+
+    demo(args.out, say, progress.say)
+
+
+def _inspect(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.inspect import inspect_text
+    from seatrial.vehicle import load_vehicle
+
+    vehicle = load_vehicle(args.vehicle)
+    for recording in _read(args, vehicle, progress):
+        print(inspect_text(recording, vehicle))
+
+
+def _simulate(args: argparse.Namespace, progress: Progress) -> None:
+    import msgspec
+
+    from seatrial.io.write import write_setting, write_trial
+    from seatrial.model import load
+    from seatrial.plan import load_plan
+    from seatrial.simulate import plant_model, simulate
+    from seatrial.vehicle import load_vehicle
+
+    plan = load_plan(args.plan)
+    if args.seed is not None:
+        plan = msgspec.structs.replace(plan, seed=args.seed)
+    given = None if args.model is None else load(args.model)
+    for name in plan.vehicles if args.vehicle is None else [args.vehicle]:
+        vehicle = load_vehicle(name)
+        truth = plant_model(plan, vehicle) if given is None else given
+        print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
+        for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
+            print(f"  {write_trial(trial, args.out)}")
+
+
+def _identify(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.identify import EquationErrorSettings, identify, summary
+    from seatrial.model import save
+    from seatrial.vehicle import load_vehicle
+
+    vehicle = load_vehicle(args.vehicle)
+    recordings = _read(args, vehicle, progress)
+    progress.say("identifying")
+    settings = EquationErrorSettings(literal=args.literal)
+    roles = _roles(args.role)
+    model = identify(recordings, vehicle, method=args.method, roles=roles, settings=settings)
+    save(model, args.out)
+    progress.clear()
+    print(summary(model))
+    print(f"wrote {args.out}")
+
+
+def _roles(given: Sequence[str]) -> dict[str, list[str]]:
+    from seatrial.errors import RecordingError
+    from seatrial.frames import AXES
+
+    roles: dict[str, list[str]] = {}
+    for text in given:
+        axis, _, names = text.partition("=")
+        if axis not in AXES or not names:
+            raise RecordingError(f"--role {text}: expected surge=NAME, sway=NAME or yaw=NAME")
+        roles.setdefault(axis, []).extend(names.split(","))
+    return roles
+
+
+def _validate(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.files import dump_json, write_text
+    from seatrial.validate import scores_json, scores_text, validate
+
+    model = _load(args)
+    scores = validate(model, _read(args, model.vehicle, progress), args.horizon)
+    if args.json is not None:
+        write_text(args.json, dump_json(scores_json(scores)))
+    print(scores_text(scores))
+
+
+def _report(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.report import write_report
+
+    model = _load(args)
+    recordings = _read(args, model.vehicle, progress)
+    progress.say("drawing")
+    write_report(model, recordings, args.out, horizon=args.horizon)
+    progress.clear()
+    print(f"wrote {args.out}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

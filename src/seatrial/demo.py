@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""The whole line on the bundled recordings and on simulated trials."""
+
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+
+from seatrial.errors import FileError
+from seatrial.files import dump_json, write_text
+from seatrial.identify import identify
+from seatrial.io import read
+from seatrial.io.write import write_setting, write_trial
+from seatrial.model import Model, save
+from seatrial.plan import load_plan
+from seatrial.recording import Recording
+from seatrial.report import write_report
+from seatrial.sanity import sanity_line
+from seatrial.simulate import SUFFIX, plant_model, simulate
+from seatrial.validate import Scores, scores_json, scores_text, validate
+from seatrial.vehicle import Vehicle, load_vehicle
+
+TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
+TESTED_ON = "CSE1_data_run1"
+Say = Callable[[str], None]
+
+
+def demo(out: Path, say: Say, note: Say) -> None:
+    """Identify, validate and report: a real model ship, then the paper's trials.
+
+    `say` gets lines for the user, `note` what is being done.
+    """
+    _ship(out / "cse1", say, note)
+    _trials(out / "mallard", say, note)
+
+
+def bundled_data() -> Path:
+    """Where the recordings that come with seatrial are."""
+    installed = Path(str(resources.files("seatrial"))) / "data"
+    for folder in (installed, Path(__file__).resolve().parents[2] / "data"):
+        if (folder / "cse1").is_dir():
+            return folder
+    raise FileError(f"{installed}: the bundled recordings are missing; install seatrial again")
+
+
+def _ship(out: Path, say: Say, note: Say) -> None:
+    """C/S Enterprise I: identified on two runs, tested on the third."""
+    data = bundled_data() / "cse1"
+    say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
+    for file, label in (
+        ("vehicle.yaml", "the paper's structure"),
+        ("coupled.yaml", "with coupled terms and delay"),
+    ):
+        note(f"CSE1, {label}")
+        vehicle = load_vehicle(data / file)
+        runs = {n: read(data / "csv" / f"{n}.csv", vehicle) for n in (*TRAINED_ON, TESTED_ON)}
+        model = identify([runs[n] for n in TRAINED_ON], vehicle)
+        scores = validate(model, [runs[TESTED_ON]])
+        say(f" {label}: {scores_text(scores)}")
+        _store(
+            out / vehicle.name,
+            model,
+            scores,
+            [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)],
+            say,
+        )
+
+
+def _trials(out: Path, say: Say, note: Say) -> None:
+    """S1-S7 for both allocations: identified on S1-S3, tested on S4-S7 (Tables II and III)."""
+    plan = load_plan("paper-like")
+    say(f"Simulated trials: the paper's S1-S7, plan '{plan.name}'")
+    models: dict[str, Model] = {}
+    for name in plan.vehicles:
+        vehicle = load_vehicle(name)
+        suffix = SUFFIX[vehicle.scheme]
+        written = write_setting(plan, vehicle, plant_model(plan, vehicle), out)
+        folders = []
+        for trial in simulate(plan, vehicle):
+            note(f"simulating {trial.name}")
+            folders.append(write_trial(trial, out))
+        note(f"identifying {vehicle.name}{suffix}")
+        recordings = _read_all(folders, load_vehicle(written))
+        models[suffix] = identify(recordings[:3], load_vehicle(written))
+        scores = validate(models[suffix], recordings[3:])
+        say(f" allocation{suffix.replace('-', ' ')}: {scores_text(scores)}")
+        _store(out / f"result{suffix}", models[suffix], scores, recordings[3:], say)
+
+
+def _read_all(folders: list[Path], vehicle: Vehicle) -> list[Recording]:
+    return [read(folder, vehicle) for folder in folders]
+
+
+def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording], say: Say) -> None:
+    save(model, out / "model.yaml")
+    write_text(out / "scores.json", dump_json(scores_json(scores)))
+    write_report(model, recordings, out / "report.html")
+    say(f"  {sanity_line(model)}")
+    say(f"  -> {out / 'report.html'}\n")

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Draws the plots when they come into view, links the time axes, follows light, dark and paper.
+(function () {
+  "use strict";
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const touch = matchMedia("(pointer: coarse)");
+  const BRIGHTER = { "#000000": "#f2f2f2", "#0072b2": "#56b4e9", "#56b4e9": "#2f7fb0",
+    "rgba(0,114,178,0.15)": "rgba(86,180,233,0.22)" };
+  const stores = new Map();
+  let printing = false, linking = false;
+
+  const plots = () => [...document.querySelectorAll(".plot")];
+  const drawn = (div) => div.dataset.drawn === "yes";
+  const isDark = () => dark.matches && !printing;
+
+  function store(id) {
+    if (!stores.has(id)) {
+      const packed = JSON.parse(document.getElementById(id).textContent);
+      stores.set(id, { figures: packed.figures, columns: packed.columns, ready: [] });
+    }
+    return stores.get(id);
+  }
+
+  // [exponent, step, step, null, step ...] to numbers; see embed.py
+  function column(kept, i) {
+    if (!kept.ready[i]) {
+      const [exponent, ...steps] = kept.columns[i];
+      const power = Math.pow(10, Math.abs(exponent));
+      let total = 0;
+      kept.ready[i] = steps.map((d) => {
+        if (d === null) return null;
+        total += d;
+        return exponent < 0 ? total / power : total * power;
+      });
+    }
+    return kept.ready[i];
+  }
+
+  function unpack(value, kept) {
+    if (Array.isArray(value)) return value.map((part) => unpack(part, kept));
+    if (value && typeof value === "object") {
+      if ("column" in value) return column(kept, value.column);
+      return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, unpack(v, kept)]));
+    }
+    return isDark() && value in BRIGHTER ? BRIGHTER[value] : value;
+  }
+
+  function dressed(layout, div) {
+    const [text, grid] = isDark() ? ["#e8eaed", "#363c42"] : ["#1a1d21", "#dfe3e7"];
+    const whole = { ...layout };
+    for (const name of ["xaxis", "yaxis", "yaxis2"]) {
+      if (!layout[name]) continue;
+      const title = { ...layout[name].title, standoff: 6, font: { size: 13 } };
+      whole[name] = { gridcolor: grid, zerolinecolor: grid, linecolor: grid, automargin: true,
+        ...layout[name], title };
+    }
+    return {
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
+      font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: text },
+      margin: { l: 52, r: 10, t: 36, b: 40 }, dragmode: touch.matches ? false : "zoom",
+      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
+      hoverlabel: { namelength: -1 }, ...whole,
+    };
+  }
+
+  function draw(div) {
+    const kept = store(div.dataset.run);
+    const figure = unpack(kept.figures[div.dataset.figure], kept);
+    const shown = drawn(div) && div.layout && div.layout.xaxis.range;
+    if (shown && figure.layout.xaxis.range) figure.layout.xaxis.range = [...shown];
+    const known = drawn(div);
+    div.dataset.drawn = "yes";
+    const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches ? false : "hover",
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize" };
+    Plotly.react(div, figure.data, dressed(figure.layout, div), config);
+    if (!known && div.closest(".linked")) div.on("plotly_relayout", (change) => follow(div, change));
+  }
+
+  // all time axes of a recording show the same stretch
+  function show(linked, range) {
+    const [begin, end] = linked.dataset.whole.split(",").map(Number);
+    linked.dataset.range = range.join(",");
+    linking = true;
+    const done = [...linked.querySelectorAll(".plot.wide")].filter(drawn).map((div) =>
+      Plotly.relayout(div, { "xaxis.range": [Math.max(begin, range[0]), Math.min(end, range[1])] }));
+    return Promise.all(done).finally(() => { linking = false; });
+  }
+
+  function follow(div, change) {
+    if (linking || !div.classList.contains("wide")) return;
+    const linked = div.closest(".linked");
+    if (change["xaxis.autorange"]) show(linked, linked.dataset.whole.split(",").map(Number));
+    else if ("xaxis.range[0]" in change) show(linked, [...div.layout.xaxis.range]);
+  }
+
+  function press(button) {
+    if (button.dataset.do === "all") {
+      const runs = [...document.querySelectorAll("details.run")];
+      const open = runs.some((run) => !run.open);
+      runs.forEach((run) => { run.open = open; });
+      button.textContent = open ? "close all" : "open all";
+      return;
+    }
+    const linked = button.closest(".linked");
+    const [begin, end] = linked.dataset.whole.split(",").map(Number);
+    const home = linked.dataset.window.split(",").map(Number);
+    const now = (linked.dataset.range || linked.dataset.window).split(",").map(Number);
+    const width = Math.min(now[1] - now[0], end - begin);
+    if (button.dataset.do === "whole") show(linked, [begin, end]);
+    else if (button.dataset.do === "window") show(linked, home);
+    else {
+      const start = now[0] + (button.dataset.do === "later" ? 0.8 : -0.8) * width;
+      const first = Math.min(Math.max(start, begin), end - width);
+      show(linked, [first, first + width]);
+    }
+  }
+
+  const watcher = new IntersectionObserver((entries) => {
+    for (const entry of entries) {
+      if (entry.isIntersecting && !drawn(entry.target)) draw(entry.target);
+    }
+  }, { rootMargin: "300px" });
+
+  const redraw = () => plots().filter(drawn).forEach(draw);
+  let opened = [];
+  addEventListener("beforeprint", () => {
+    printing = true;
+    opened = [...document.querySelectorAll("details.run:not([open])")];
+    opened.forEach((run) => { run.open = true; });
+    document.body.classList.add("printing");
+    plots().forEach(draw);
+    plots().forEach((div) => Plotly.Plots.resize(div));
+  });
+  addEventListener("afterprint", () => {
+    printing = false;
+    opened.forEach((run) => { run.open = false; });
+    document.body.classList.remove("printing");
+    redraw();
+    plots().filter((div) => div.offsetParent).forEach((div) => Plotly.Plots.resize(div));
+  });
+  dark.addEventListener("change", redraw);
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("button[data-do]");
+    if (button) press(button);
+  });
+  document.addEventListener("toggle", (event) => {
+    if (!event.target.open) return;
+    event.target.querySelectorAll(".plot").forEach((div) => { if (drawn(div)) Plotly.Plots.resize(div); });
+  }, true);
+  plots().forEach((div) => watcher.observe(div));
+})();
