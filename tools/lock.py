@@ -10,7 +10,13 @@ ROOT = Path(__file__).resolve().parents[1]
 def compile_requirements(name: str, extras: list[str]) -> None:
     """Resolve pyproject.toml with some extras into requirements/NAME.txt."""
     command = ["uv", "pip", "compile", "pyproject.toml", "--universal", "--python-version", "3.10"]
-    command += ["--generate-hashes", "--no-header", "--no-annotate", "--quiet", "--no-emit-index-url"]
+    command += [
+        "--generate-hashes",
+        "--no-header",
+        "--no-annotate",
+        "--quiet",
+        "--no-emit-index-url",
+    ]
     command += [f"--extra={extra}" for extra in extras]
     subprocess.run([*command, "-o", f"requirements/{name}.txt"], cwd=ROOT, check=True)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A picture of a report: `screenshot.py REPORT.html OUT.png [--width 1280] [--height 900] [--dark]`."""
+"""A picture of a report: `screenshot.py REPORT.html OUT.png [--width 1280] [--dark]`."""
 
 import argparse
 import shutil

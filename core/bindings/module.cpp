@@ -304,6 +304,7 @@ Out1 vector_of(const double* from, std::size_t n) {
 }  // namespace
 
 NB_MODULE(_core, m) {
+  nb::set_leak_warnings(false);  // objects that live until the interpreter ends
   m.doc() = "The core of seatrial: model, thrusters, integration, sensitivities (C++).";
   m.attr("MAX_FORCES") = kMaxForces;
   m.attr("MAX_FACTORS") = kMaxFactors;

@@ -48,7 +48,7 @@ double worst_jacobian(const Structure& s, const std::vector<double>& nominal, in
     }
     for (int i = 0; i < kSize; ++i) coefficient[i] = D::variable(p.coefficient[i], 6 + i);
     REQUIRE(acceleration(s, coefficient, nu, force, nu_dot));
-    double value[3];
+    double value[3] = {};
     AccelerationJacobian j;
     REQUIRE(acceleration_with_jacobian(s, p.coefficient, p.nu, p.force, value, j));
     for (int i = 0; i < 3; ++i) {
@@ -81,8 +81,8 @@ TEST_CASE("the mallard's accelerations are the paper's Eq. (12)") {
   Worst worst;
   for (int n = 0; n < 500; ++n) {
     const Point p = random_point(random, boats::mallard_coefficients());
-    double got[3];
-    double want[3];
+    double got[3] = {};
+    double want[3] = {};
     REQUIRE(acceleration(boats::mallard(), p.coefficient, p.nu, p.force, got));
     boats::mallard_by_hand(p.coefficient, p.nu, p.force, want);
     for (int i = 0; i < 3; ++i) worst.see(got[i], want[i]);
@@ -96,8 +96,8 @@ TEST_CASE("the solved accelerations satisfy every equation of the rich boat") {
   double coupling = 0.0;
   for (int n = 0; n < 500; ++n) {
     const Point p = random_point(random, boats::rich_coefficients());
-    double nu_dot[3];
-    double residual[3];
+    double nu_dot[3] = {};
+    double residual[3] = {};
     REQUIRE(acceleration(boats::rich(), p.coefficient, p.nu, p.force, nu_dot));
     boats::rich_residual(p.coefficient, p.nu, p.force, nu_dot, residual);
     for (const double left : residual) worst.see(left, 0.0);
@@ -111,7 +111,7 @@ TEST_CASE("accelerations that depend on each other are solved, not evaluated in 
   const double coefficient[2] = {0.5, -0.8};
   const double nu[3] = {0.0, 0.0, 0.0};
   const double force[kMaxForces] = {1.0, 2.0};
-  double nu_dot[3];
+  double nu_dot[3] = {};
   REQUIRE(acceleration(cyclic(), coefficient, nu, force, nu_dot));
   CHECK(nu_dot[0] == doctest::Approx((1.0 + 0.5 * 2.0) / 1.4).epsilon(1e-14));
   CHECK(nu_dot[1] == doctest::Approx((2.0 - 0.8 * 1.0) / 1.4).epsilon(1e-14));
@@ -125,8 +125,8 @@ TEST_CASE("the order of a structure's terms does not matter") {
   Worst worst;
   for (int n = 0; n < 50; ++n) {
     const Point p = random_point(random, boats::rich_coefficients());
-    double a[3];
-    double b[3];
+    double a[3] = {};
+    double b[3] = {};
     REQUIRE(acceleration(boats::rich(), p.coefficient, p.nu, p.force, a));
     REQUIRE(acceleration(reversed, p.coefficient, p.nu, p.force, b));
     for (int i = 0; i < 3; ++i) worst.see(a[i], b[i]);
@@ -138,7 +138,7 @@ TEST_CASE("where accelerations hold each other up there is no answer but NaN") {
   const double coefficient[2] = {0.5, 2.0};  // a b = 1
   const double nu[3] = {0.1, 0.2, 0.3};
   const double force[kMaxForces] = {1.0, 2.0};
-  double nu_dot[3];
+  double nu_dot[3] = {};
   CHECK_FALSE(acceleration(cyclic(), coefficient, nu, force, nu_dot));
   for (const double value : nu_dot) CHECK(std::isnan(value));
   AccelerationJacobian j;
@@ -153,8 +153,8 @@ TEST_CASE("the inverse times I - A is the identity") {
   Random random(14);
   Worst worst;
   for (int n = 0; n < 200; ++n) {
-    double a[3][3];
-    double inverse[3][3];
+    double a[3][3] = {};
+    double inverse[3][3] = {};
     random.fill(&a[0][0], 9, -0.4, 0.4);
     REQUIRE(invert_identity_minus(a, inverse));
     for (int i = 0; i < 3; ++i) {
@@ -181,7 +181,7 @@ TEST_CASE("quadratic drag is smooth where the boat stands still") {
   const auto c = boats::mallard_coefficients();
   const double still[3] = {0.0, 0.0, 0.0};
   const double force[kMaxForces] = {0.3, 0.2, 0.1};
-  double nu_dot[3];
+  double nu_dot[3] = {};
   AccelerationJacobian j;
   REQUIRE(acceleration_with_jacobian(boats::mallard(), c.data(), still, force, nu_dot, j));
   CHECK(j.nu[0][0] == c[boats::kXu]);

@@ -70,6 +70,10 @@ TEST_CASE("a term that names what does not exist is refused") {
   s = boats::mallard();
   s.terms[1].coefficient = boats::kMallardSize;
   CHECK(check(s) == StructureFault::kUnknownCoefficient);
+
+  s = boats::mallard();
+  s.has_acceleration = false;  // its N_ud u_dot would be dropped silently
+  CHECK(check(s) == StructureFault::kAccelerationNotFlagged);
 }
 
 TEST_CASE("a factor that is not used is not looked at") {

@@ -164,7 +164,7 @@ def _explain(message: str, kind: type[msgspec.Struct]) -> str:
     where = place.rstrip("`").lstrip(".").replace("[...]", ".*")
     unknown = re.search(r"unknown field `(.+)`", text)
     if unknown:
-        known = sorted(_all_keys(kind))
+        known = sorted(_all_keys(kind) - {unknown[1]})
         near = difflib.get_close_matches(unknown[1], known, n=1)
         hint = f"; did you mean '{near[0]}'?" if near else ""
         return f"unknown key '{unknown[1]}'{' in ' + where if where else ''}{hint}"

@@ -182,7 +182,7 @@ def _to_content(model: Model) -> dict[str, Any]:
         vehicle.axes.value,
         structure.lines(),
         {
-            name: CoefficientEntry(v, e, structure.units[name])
+            name: CoefficientEntry(v, float(f"{e:.6g}"), structure.units[name])
             for name, v, e in zip(structure.coefficients, values, errors, strict=True)
         },
         covariance,

@@ -117,14 +117,14 @@ class CourseOperator(Operator):
         target, direction = self._point(phase), self._point(phase + 0.02) - self._point(phase)
         place = _body(x[2], target - x[:2])
         heading = (
-            np.arctan2(direction[1], direction[0]) if self.along else 0.6 * np.sin(3.0 * phase)
+            np.arctan2(direction[1], direction[0]) if self.along else 0.8 * np.sin(12.0 * phase)
         )
         turn = _turned(heading - x[2])
         sticks = np.array(
             [
                 2.5 * place[0] - 2.0 * x[3],
                 2.5 * place[1] - 2.0 * x[4],
-                np.clip(0.8 * turn, -0.6, 0.6) - 0.4 * x[5],
+                np.clip(1.5 * turn, -0.9, 0.9) - 0.5 * x[5],
             ]
         )
         return np.asarray(np.round(np.clip(sticks, -1.0, 1.0) / 0.1) * 0.1)

@@ -160,6 +160,7 @@ class RecordingEntry(Strict, frozen=True):
 
     name: str
     length: float  # [s]
+    start: float = 0.0  # [s] cut off before it
     files: list[SourceEntry] = []
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from seatrial import _core
 from seatrial.allocation import Scheme
 from seatrial.errors import ModelError, VehicleError
+from seatrial.faults import Mask, Stamps
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.operators import make_operator
 from seatrial.plan import PlanFile, PoseSensor, TrialEntry
-from seatrial.recording import Mask, Recording, Signal, Stamps, make_recording
+from seatrial.recording import Recording, Signal, make_recording
 from seatrial.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
 from seatrial.vehicle import WRENCH, Vehicle
 from seatrial.velocity import Motion

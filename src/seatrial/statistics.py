@@ -2,6 +2,7 @@
 """Small statistics of prediction errors."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.frames import Array
 
@@ -15,7 +16,7 @@ def kurtosis(errors: Array) -> float:
     return float(np.mean(centred**4)) / variance**2 if variance > 0 else float("nan")
 
 
-def autocorrelation(errors: Array, index: Array, lags: int) -> Array:
+def autocorrelation(errors: Array, index: NDArray[np.int64], lags: int) -> Array:
     """Normalised autocorrelation (lags + 1,) of errors (m,) that stand at samples `index` (m,).
 
     Pairs are formed only between samples that are exactly the lag apart, so that gaps drop out.

@@ -2,6 +2,7 @@
 """How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -107,5 +108,14 @@ def scores_text(scores: Scores) -> str:
 
 def scores_json(scores: Scores) -> dict[str, object]:
     """The content of `scores.json`."""
-    content: dict[str, object] = msgspec.to_builtins(scores)
+    content: dict[str, object] = _finite(msgspec.to_builtins(scores))
     return content
+
+
+def _finite(content: Any) -> Any:  # noqa: ANN401
+    """JSON has no infinity and no NaN: null (a boat that never moves has no ratio)."""
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not np.isfinite(content) else content

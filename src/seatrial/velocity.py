@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.faults import Mask
 from seatrial.frames import Array, body_velocity, frozen_array
-from seatrial.recording import Mask, Recording
+from seatrial.recording import Recording
 
 UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt

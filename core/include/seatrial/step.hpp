@@ -40,21 +40,17 @@ inline bool euler_step(const Structure& s, const T* coefficient, const T& h, con
 template <class T>
 inline bool runge_kutta_step(const Structure& s, const T* coefficient, const T& h,
                              const T force[3][kMaxForces], T* x) {
-  T k[kStates];
-  T sum[kStates];
+  T k[kStates] = {};
+  T sum[kStates] = {};
   T at[kStates];
   static constexpr int kNode[4] = {0, 1, 1, 2};
   static constexpr double kShare[4] = {0.0, 0.5, 0.5, 1.0};
   static constexpr double kWeight[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   bool solved = true;
   for (int stage = 0; stage < 4; ++stage) {
-    for (int i = 0; i < kStates; ++i) {
-      at[i] = stage == 0 ? x[i] : x[i] + T(kShare[stage]) * h * k[i];
-    }
+    for (int i = 0; i < kStates; ++i) at[i] = x[i] + T(kShare[stage]) * h * k[i];
     solved = state_rate(s, coefficient, at, force[kNode[stage]], k) && solved;
-    for (int i = 0; i < kStates; ++i) {
-      sum[i] = stage == 0 ? T(kWeight[stage]) * k[i] : sum[i] + T(kWeight[stage]) * k[i];
-    }
+    for (int i = 0; i < kStates; ++i) sum[i] = sum[i] + T(kWeight[stage]) * k[i];
   }
   for (int i = 0; i < kStates; ++i) x[i] = x[i] + h * sum[i];
   return solved;

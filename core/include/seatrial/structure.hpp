@@ -45,7 +45,8 @@ enum class StructureFault : std::uint8_t {
   kUnknownSignal,
   kUnknownAxis,
   kOwnAcceleration,
-  kUnknownCoefficient
+  kUnknownCoefficient,
+  kAccelerationNotFlagged  // a term has one but has_acceleration is false: it would be dropped
 };
 
 inline StructureFault check(const Structure& s) {
@@ -57,6 +58,7 @@ inline StructureFault check(const Structure& s) {
   for (int i = 0; i < s.n_terms; ++i) {
     const Term& t = s.terms[i];
     if (t.axis >= kAxes || t.acceleration >= kAxes) return StructureFault::kUnknownAxis;
+    if (t.acceleration >= 0 && !s.has_acceleration) return StructureFault::kAccelerationNotFlagged;
     if (t.acceleration == t.axis) return StructureFault::kOwnAcceleration;
     if (t.n_factors > kMaxFactors) return StructureFault::kTooManyFactors;
     if (t.coefficient >= s.n_coefficients) return StructureFault::kUnknownCoefficient;

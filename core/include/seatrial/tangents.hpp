@@ -213,7 +213,7 @@ inline bool advance_tangent(const Structure& s, const double* coefficient, const
                             double* x, StateTangent& dx) {
   const int n = steps_for(length, longest);
   const double h = length / n;
-  double dh[kMaxConstants];
+  double dh[kMaxConstants] = {0.0};
   double dnode[kMaxConstants];
   detail::scaled(dlength, columns.n_constants, 1.0 / n, dh);
   for (int i = 0; i < n; ++i) {

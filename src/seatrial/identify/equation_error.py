@@ -231,4 +231,6 @@ def _envelope(
 
 def _entry(recording: Recording) -> RecordingEntry:
     files = [SourceEntry(s.name, s.sha256) for s in recording.sources]
-    return RecordingEntry(recording.name, round(recording.duration, 3), files)
+    return RecordingEntry(
+        recording.name, round(recording.duration, 3), round(recording.offset, 3), files
+    )

@@ -3,6 +3,7 @@
 
 import csv
 import difflib
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -37,10 +38,12 @@ class Table:
         """The wanted columns (n, len(wanted)); an empty cell is NaN."""
         index = [self._find(name) for name in wanted]
         try:
-            values = np.loadtxt(
-                self.path, delimiter=self.delimiter, skiprows=1, usecols=index, ndmin=2,
-                encoding="utf-8-sig", comments=None,
-            )  # fmt: skip
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # an empty table is an error of our own
+                values = np.loadtxt(
+                    self.path, delimiter=self.delimiter, skiprows=1, usecols=index, ndmin=2,
+                    encoding="utf-8-sig", comments=None,
+                )  # fmt: skip
         except (ValueError, UnicodeDecodeError):
             values = self._read_slowly(index)
         if len(values) == 0:

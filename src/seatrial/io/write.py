@@ -6,13 +6,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from seatrial.faults import Stamps
 from seatrial.files import dump_yaml, write_text
 from seatrial.frames import POSE_SIGNS, Array, Axes
 from seatrial.io.read import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS, TO_SI
 from seatrial.model import Model, save
 from seatrial.plan import PlanFile
-from seatrial.recording import Stamps
 from seatrial.schema import Column
 from seatrial.simulate import SUFFIX, Trial
 from seatrial.vehicle import Vehicle, as_column

@@ -7,7 +7,6 @@ it: `[e, d1, d2, ...]`, each d the step from the last number before it in units 
 
 import json
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -16,12 +15,12 @@ from seatrial.frames import Array
 DIGITS = 5  # significant digits of a column's largest number
 
 
-def pack(figures: Mapping[str, Any]) -> str:
+def pack(figures: Mapping[str, object]) -> str:
     """Figures by name as JSON: `{"columns": [...], "figures": {...}}`."""
     columns: list[list[int | None]] = []
     known: dict[bytes, int] = {}
 
-    def walk(value: Any) -> Any:
+    def walk(value: object) -> object:
         if isinstance(value, np.ndarray):
             key = value.tobytes()
             if key not in known:
@@ -40,7 +39,7 @@ def pack(figures: Mapping[str, Any]) -> str:
     return safe_json({"columns": columns, "figures": packed})
 
 
-def safe_json(content: Any) -> str:
+def safe_json(content: object) -> str:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from seatrial.faults import FaultKind
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
-from seatrial.recording import FaultKind
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
 from seatrial.statistics import autocorrelation, moving_average_band, white_band
@@ -21,6 +21,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 SHADE = "rgba(0,114,178,0.15)"
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY)
 FORCE_SIGNS = ("circle", "cross", "diamond", "square", "triangle-up")
+COMMAND = "F [command units]"
 SPEED_UNITS = ("m/s", "m/s", "rad/s")
 BINS = 41  # of a histogram
 BIN_RANGE = 4.0  # standard deviations to either side that a histogram shows
@@ -87,7 +88,7 @@ def coverage(model: Model, run: Run, axis: int) -> Figure:
         name = _force(model, place)
         traces.append(_marks(name, points, colour, FORCE_SIGNS[n % len(FORCE_SIGNS)], size=4))
     layout = {
-        "xaxis": {"title": {"text": "command [command units]"}},
+        "xaxis": {"title": {"text": COMMAND}},
         "yaxis": {"title": {"text": _speed(axis)}},
         "showlegend": True,
     }
@@ -112,7 +113,7 @@ def velocity(model: Model, run: Run, axis: int) -> Figure:
             "anchor": "y2",
         },
         "yaxis": {"title": {"text": _speed(axis)}, "domain": [0.38, 1.0]},
-        "yaxis2": {"title": {"text": "command"}, "domain": [0.0, 0.3]},
+        "yaxis2": {"title": {"text": COMMAND}, "domain": [0.0, 0.3]},
         "hovermode": "x",
     }
     return {"data": traces, "layout": layout}
@@ -151,27 +152,34 @@ def correlation(run: Run, axis: int) -> Figure:
     }
     if not np.isfinite(errors).all():
         return {"data": [], "layout": layout}
-    index = np.asarray(found.index, dtype=np.int64)
+    index = found.index
     lags = min(LAGS * steps, int(index.max() - index.min()))
     rho = autocorrelation(errors, index, lags)
-    lag = np.arange(lags + 1) * run.recording.period
+    lag = np.arange(lags + 1.0) * run.recording.period
     band = moving_average_band(rho, steps, samples)
     white = np.full(2, white_band(samples))
     ends = lag[[0, -1]]
     outline = np.concatenate([band, -band[::-1]])
-    area = _line("moving average", np.concatenate([lag, lag[::-1]]), outline, BLUE)
+    area = _line("overlapping", np.concatenate([lag, lag[::-1]]), outline, BLUE)
     area |= {"fill": "toself", "fillcolor": SHADE, "line": {"width": 0}, "hoverinfo": "skip"}
     dashed = {"color": GREEN, "width": 1.5, "dash": "dash"}
     upper = _line("white", ends, white, GREEN) | {"line": dashed, "legendgroup": "white"}
     lower = upper | {"y": -white, "showlegend": False}
+    reach = steps * run.recording.period
+    dotted = {"color": ORANGE, "width": 1.5, "dash": "dot"}
     layout["shapes"] = [
         {
-            "type": "line", "x0": steps * run.recording.period, "x1": steps * run.recording.period,
-            "yref": "paper", "y0": 0, "y1": 1, "line": {"color": ORANGE, "width": 1.5, "dash": "dot"},
+            "type": "line",
+            "x0": reach,
+            "x1": reach,
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "line": dotted,
         }
-    ]  # fmt: skip
+    ]
     curve = _line("errors", lag, rho, RED)
-    return {"data": [area, upper, lower, curve], "layout": layout}
+    return {"data": [curve, area, upper, lower], "layout": layout}
 
 
 def _line(name: str, x: Array, y: Array, colour: str) -> Figure:
@@ -185,7 +193,7 @@ def _marks(name: str, points: Array, colour: str, sign: str, size: int = 7) -> F
         look["line"] = {"color": colour, "width": 1.5}
     return {
         "type": "scatter", "mode": "markers", "name": name,
-        "x": points[:, 0], "y": points[:, 1], "marker": look,
+        "x": points[:, 0], "y": points[:, 1], "marker": look, "opacity": 0.8,
     }  # fmt: skip
 
 

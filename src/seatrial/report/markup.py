@@ -52,8 +52,7 @@ def equation(structure: Structure, axis: int, values: Mapping[str, float] | None
     for term in (t for t in structure.terms if t.axis == axis):
         size, parts = _factors(term, values)
         sign = "−" if size < 0 else "+"
-        space = " " if right else ""
-        right += f"{space}{sign} " if right or sign == "−" else ""
+        right += f" {sign} " if right else sign.strip("+")
         known = abs(size) == 1.0 and parts
         right += "\u2009".join([*([] if known else [number(abs(size))]), *map(symbol, parts)])
     left = symbol(f"{SYMBOLS[axis]}_dot")
@@ -68,10 +67,18 @@ def table(
     kind: str = "",
     marked: Collection[int] = (),
 ) -> str:
-    """A table of cells that are HTML already; a row's first cell heads it; `marked` rows stand out."""
+    """A table of cells that are HTML already; the first of a row heads it; `marked` rows stand out.
+
+    A row of one cell heads the rows below it.
+    """
     top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
     body = ""
     for place, (first, *rest) in enumerate(rows):
+        if not rest:
+            body += (
+                f'<tr class="group"><th scope="rowgroup" colspan="{len(head)}">{first}</th></tr>'
+            )
+            continue
         mark = ' class="marked"' if place in marked else ""
         cells = "".join(f"<td>{cell}</td>" for cell in rest)
         body += f'<tr{mark}><th scope="row">{first}</th>{cells}</tr>'

@@ -15,12 +15,11 @@ from seatrial.report.runs import Run
 
 # The browser itself refuses every request, whatever a name in the file may try.
 POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-    "img-src data: blob:"
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 )
 CONTENTS = (
     ("model", "Model"),
-    ("recorded", "What was recorded"),
+    ("recorded", "Recordings"),
     ("prediction", "Prediction"),
     ("scores", "Scores"),
     ("provenance", "Provenance"),
@@ -33,8 +32,8 @@ def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
         [
             sections.verdict(model, runs, horizon),
             sections.model(model),
-            sections.recorded(model, runs),
-            sections.prediction(model, runs, horizon),
+            sections.recorded(runs),
+            sections.prediction(runs, horizon),
             sections.scores(runs, horizon),
             sections.provenance(model, runs, horizon),
         ]
@@ -59,7 +58,7 @@ def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
 <body>
 <nav>{links}<button type="button" data-do="all">open all</button></nav>
 <main>
-<noscript><p class="warning">The plots need JavaScript, which this browser has turned off.</p></noscript>
+<noscript><p class="warning">The plots need JavaScript, which is turned off here.</p></noscript>
 {body}
 </main>
 {figure_data}

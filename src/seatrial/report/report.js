@@ -11,6 +11,7 @@
 
   const plots = () => [...document.querySelectorAll(".plot")];
   const drawn = (div) => div.dataset.drawn === "yes";
+  const numbers = (text) => text.split(",").map(Number);
   const isDark = () => dark.matches && !printing;
 
   function store(id) {
@@ -45,7 +46,7 @@
     return isDark() && value in BRIGHTER ? BRIGHTER[value] : value;
   }
 
-  function dressed(layout, div) {
+  function dressed(layout) {
     const [text, grid] = isDark() ? ["#e8eaed", "#363c42"] : ["#1a1d21", "#dfe3e7"];
     const whole = { ...layout };
     for (const name of ["xaxis", "yaxis", "yaxis2"]) {
@@ -66,30 +67,32 @@
   function draw(div) {
     const kept = store(div.dataset.run);
     const figure = unpack(kept.figures[div.dataset.figure], kept);
-    const shown = drawn(div) && div.layout && div.layout.xaxis.range;
-    if (shown && figure.layout.xaxis.range) figure.layout.xaxis.range = [...shown];
-    const known = drawn(div);
+    const linked = div.closest(".linked"), known = drawn(div);
+    if (linked && linked.dataset.range && div.classList.contains("wide")) {
+      figure.layout.xaxis.range = numbers(linked.dataset.range);
+    }
     div.dataset.drawn = "yes";
     const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize" };
-    Plotly.react(div, figure.data, dressed(figure.layout, div), config);
-    if (!known && div.closest(".linked")) div.on("plotly_relayout", (change) => follow(div, change));
+    Plotly.react(div, figure.data, dressed(figure.layout), config);
+    if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));
   }
 
   // all time axes of a recording show the same stretch
   function show(linked, range) {
-    const [begin, end] = linked.dataset.whole.split(",").map(Number);
-    linked.dataset.range = range.join(",");
+    const [begin, end] = numbers(linked.dataset.whole);
+    const shown = [Math.max(begin, range[0]), Math.min(end, range[1])];
+    linked.dataset.range = shown.join(",");
     linking = true;
     const done = [...linked.querySelectorAll(".plot.wide")].filter(drawn).map((div) =>
-      Plotly.relayout(div, { "xaxis.range": [Math.max(begin, range[0]), Math.min(end, range[1])] }));
+      Plotly.relayout(div, { "xaxis.range": [...shown] }));
     return Promise.all(done).finally(() => { linking = false; });
   }
 
   function follow(div, change) {
     if (linking || !div.classList.contains("wide")) return;
     const linked = div.closest(".linked");
-    if (change["xaxis.autorange"]) show(linked, linked.dataset.whole.split(",").map(Number));
+    if (change["xaxis.autorange"]) show(linked, numbers(linked.dataset.whole));
     else if ("xaxis.range[0]" in change) show(linked, [...div.layout.xaxis.range]);
   }
 
@@ -102,9 +105,9 @@
       return;
     }
     const linked = button.closest(".linked");
-    const [begin, end] = linked.dataset.whole.split(",").map(Number);
-    const home = linked.dataset.window.split(",").map(Number);
-    const now = (linked.dataset.range || linked.dataset.window).split(",").map(Number);
+    const [begin, end] = numbers(linked.dataset.whole);
+    const home = numbers(linked.dataset.window);
+    const now = numbers(linked.dataset.range || linked.dataset.window);
     const width = Math.min(now[1] - now[0], end - begin);
     if (button.dataset.do === "whole") show(linked, [begin, end]);
     else if (button.dataset.do === "window") show(linked, home);

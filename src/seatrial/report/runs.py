@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
 from seatrial.excitation import Excitation, excitation
+from seatrial.faults import GAP_FACTOR
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.predict import Prediction, predict
-from seatrial.recording import GAP_FACTOR, Recording
+from seatrial.recording import Recording
 from seatrial.validate import RecordingScore, score
 from seatrial.velocity import motion
 
@@ -89,7 +90,7 @@ def time_base(recording: Recording) -> tuple[Array, NDArray[np.intp]]:
 
 
 def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[float, float]:
-    """The most strongly driven `WINDOW` [s] among those with nearly all the predictions possible."""
+    """The most strongly driven `WINDOW` [s] among those with nearly all possible predictions."""
     end = float(t[-1])
     if end <= WINDOW:
         return 0.0, end
@@ -98,16 +99,18 @@ def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[
     count = np.concatenate([[0], np.cumsum(predicted)])
     effort = np.concatenate([[0.0], np.cumsum(np.sum(forces**2, axis=1))])
     found = count[last] - count[first]
-    strength = np.where(
-        found >= NEARLY_ALL * found.max(), effort[last] - effort[first], -1.0
-    )
+    strength = np.where(found >= NEARLY_ALL * found.max(), effort[last] - effort[first], -1.0)
     best = float(starts[int(np.argmax(strength))])
     return best, best + WINDOW
 
 
 def _seen(model: Model, recording: Recording) -> bool:
-    """Whether the model was identified from it: same content of a file, or else same name."""
+    """Whether the model was identified from any part of it: same file (or name), same seconds."""
     own = {source.sha256 for source in recording.sources}
-    if own:
-        return any(own & {file.sha256 for file in entry.files} for entry in model.recordings)
-    return recording.name in {entry.name for entry in model.recordings}
+    begin, end = recording.offset, recording.offset + recording.duration
+    for entry in model.recordings:
+        files = {file.sha256 for file in entry.files}
+        same = bool(own & files) if own and files else recording.name == entry.name
+        if same and begin < entry.start + entry.length and entry.start < end:
+            return True
+    return False

@@ -4,22 +4,24 @@
 from collections.abc import Sequence
 from html import escape
 
+from seatrial.faults import FaultKind
 from seatrial.frames import AXES, SYMBOLS, Axes
 from seatrial.model import Model
-from seatrial.recording import FaultKind
 from seatrial.report.markup import NOT_A_NUMBER, data, number, symbol, table, unit
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS, minutes, not_told_apart
+from seatrial.schema import SourceEntry
 from seatrial.statistics import NORMAL_95
 
 
 def coefficients(model: Model) -> str:
-    """Values, standard errors and 95 % intervals, forward-left-up; the file's own value if other."""
+    """Values, standard errors and 95 % intervals, forward-left-up and in the file's axes."""
     own_axes = model.vehicle.axes is Axes.FRD
-    head = ["coefficient", "value", "standard error", "95 % interval", "unit", "told apart from 0?"]
+    head = ["coefficient", "value", "standard error", "95 % interval", "unit", "remark"]
     head += [f"value in {model.vehicle.axes.value} axes"] if own_axes else []
     loose = set(not_told_apart(model))
-    rows, marked = [], []
+    rows: list[list[str]] = []
+    marked: list[int] = []
     for place, (name, value) in enumerate(model.values.items()):
         error = model.standard_errors[name]
         width = NORMAL_95 * error
@@ -30,7 +32,7 @@ def coefficients(model: Model) -> str:
             data(error, 2) if known else NOT_A_NUMBER,
             f"{data(value - width, 3)} to {data(value + width, 3)}" if known else NOT_A_NUMBER,
             unit(model.structure.units[name]),
-            ("not told apart from 0" if name in loose else "yes") if known else NOT_A_NUMBER,
+            "not told apart from 0" if name in loose else "",
         ]
         if own_axes:
             row.append(data(-value if name in model.structure.flipped_coefficients else value))
@@ -95,26 +97,28 @@ def excitations(run: Run) -> str:
 
 
 def scores(runs: Sequence[Run]) -> str:
-    """All three velocities of every recording; the axis that dominates one is marked (Table III)."""
+    """All velocities of every recording; the axis that dominates one is marked (Table III)."""
     head = [
-        "recording", "velocity", "RMS error", "stays constant", "ratio", "floor", "excess", "bias",
-        "unit", "kurtosis",
+        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "excess", "bias", "kurtosis",
     ]  # fmt: skip
-    rows, marked = [], []
+    rows: list[list[str]] = []
+    marked: list[int] = []
     for run in runs:
+        rows.append([escape(run.recording.name) + ("" if run.unseen else " <small>(seen)</small>")])
         for axis, sign in enumerate(SYMBOLS):
             found, (name, scale) = run.score.scores[sign], UNITS[axis]
             if run.score.excited == AXES[axis]:
                 marked.append(len(rows))
-            sizes = [found.rms, found.stays_constant, found.ratio, found.floor, found.excess]
-            scales = [scale, scale, 1.0, scale, scale]
             rows.append(
                 [
-                    escape(run.recording.name) + ("" if run.unseen else " <small>(seen)</small>"),
                     f"{AXES[axis]} <i>{sign}</i>",
-                    *(data(x, 3, s) for x, s in zip(sizes, scales, strict=True)),
-                    data(found.bias, 2, scale),
+                    data(found.rms, 3, scale),
                     name,
+                    data(found.stays_constant, 3, scale),
+                    data(found.ratio, 3),
+                    data(found.floor, 3, scale),
+                    data(found.excess, 3, scale),
+                    data(found.bias, 2, scale),
                     data(found.kurtosis, 3),
                 ]
             )
@@ -123,29 +127,22 @@ def scores(runs: Sequence[Run]) -> str:
 
 def files(model: Model, runs: Sequence[Run]) -> str:
     """The files behind the model and behind the scores, with SHA-256."""
-    own = [
-        [
-            escape(entry.name),
-            "identified from",
-            minutes(entry.length),
-            escape(file.name),
-            _hash(file.sha256),
-        ]
-        for entry in model.recordings
-        for file in entry.files
+    uses: dict[tuple[str, str, str, str], list[str]] = {}
+    none = SourceEntry(NOT_A_NUMBER, NOT_A_NUMBER)  # made in memory
+    for entry in model.recordings:
+        for file in entry.files or [none]:
+            key = (entry.name, minutes(entry.length), file.name, file.sha256)
+            uses.setdefault(key, []).append("identified from")
+    for run in runs:
+        for source in run.recording.sources or [none]:
+            length = minutes(run.recording.duration)
+            key = (run.recording.name, length, source.name, source.sha256)
+            uses.setdefault(key, []).append("predicted")
+    rows = [
+        [escape(name), length, ", ".join(use), escape(file), f"<code>{escape(digest)}</code>"]
+        for (name, length, file, digest), use in uses.items()
     ]
-    shown = [
-        [
-            escape(run.recording.name),
-            "predicted",
-            minutes(run.recording.duration),
-            escape(source.name),
-            _hash(source.sha256),
-        ]
-        for run in runs
-        for source in run.recording.sources
-    ]
-    return table(["recording", "use", "length", "file", "SHA-256"], own + shown, kind="files")
+    return table(["recording", "length", "use", "file", "SHA-256"], rows, kind="files")
 
 
 def constants(model: Model) -> str:
@@ -170,7 +167,3 @@ def envelope(model: Model) -> str:
         for n, (low, high) in model.envelope.forces.items()
     ]
     return table(["", "from", "to", "unit"], speeds + forces, kind="numbers envelope")
-
-
-def _hash(text: str) -> str:
-    return f"<code>{escape(text)}</code>"

@@ -66,43 +66,55 @@ def identified(model: Model) -> str:
     """What was identified, how, from what."""
     count = len(model.structure.coefficients)
     if not model.recordings:
-        return f"{model.name}: a model with {count} coefficients, method “{model.estimator.method}”."
+        return f"{model.name}: a model with {count} coefficients, {model.estimator.method}."
     length = sum(r.length for r in model.recordings)
     names = joined([r.name for r in model.recordings])
     many = len(model.recordings)
     return (
-        f"{model.name}: {count} coefficients identified by the {model.estimator.method} method from "
-        f"{many} recording{'s' * (many > 1)}, {minutes(length)} in all: {names}."
+        f"{model.name}: {count} coefficients identified by the {model.estimator.method} method "
+        f"from {many} recording{'s' * (many > 1)}, {minutes(length)} in all: {names}."
     )
 
 
-def predicted(runs: Sequence[Run], horizon: float, where: str) -> str:
+def predicted(runs: Sequence[Run], horizon: float) -> str:
     """How well some recordings are predicted, in absolute terms and against no model at all."""
     rms, ratio = rms_and_ratio(runs)
     sizes = [
         f"{number(rms[i] * scale, 2)} {name} in {AXES[i]}" for i, (name, scale) in enumerate(UNITS)
     ]
+    kind = "it has not seen" if runs[0].unseen else "it was identified from"
     groups: dict[str, list[str]] = {}
     for axis, share in zip(AXES, ratio, strict=True):
         groups.setdefault(ratio_word(share), []).append(f"{axis} ({number(share, 2)})")
     compared = joined([f"{word} in {joined(axes)}" for word, axes in groups.items()])
     return (
-        f"{where}, the velocity predicted {horizon:g} s ahead is off by {joined(sizes)} (RMS). "
-        f"Compared with assuming that the velocity stays as it is, the model is {compared}; "
-        "in brackets its error as a share of that assumption's."
+        f"On recordings that {kind} ({_names(runs)}), the velocity predicted {horizon:g} s ahead is "
+        f"off by {joined(sizes)} (RMS). Compared with assuming that the velocity stays as it is, the "
+        f"model is {compared}; in brackets its error as a share of that assumption's."
+    )
+
+
+def flattered(runs: Sequence[Run]) -> str:
+    """The same in short for recordings that the model was identified from."""
+    rms, ratio = rms_and_ratio(runs)
+    sizes = [f"{number(rms[i] * scale, 2)} {name}" for i, (name, scale) in enumerate(UNITS)]
+    shares = joined([number(share, 2) for share in ratio])
+    return (
+        f"On those that it was identified from ({_names(runs)}) it is off by {joined(sizes)}: "
+        f"{shares} of that assumption's error."
     )
 
 
 def verdict(model: Model, runs: Sequence[Run], horizon: float) -> list[str]:
     """The first sentences of the report."""
-    found = [identified(model)]
-    for unseen in (True, False):
-        chosen = [r for r in runs if r.unseen is unseen]
-        if chosen:
-            names = joined([r.recording.name for r in chosen])
-            kind = "it has not seen" if unseen else "it was identified from"
-            found.append(predicted(chosen, horizon, f"On recordings that {kind} ({names})"))
-    return found
+    fresh = [r for r in runs if r.unseen]
+    known = [r for r in runs if not r.unseen]
+    found = [identified(model), predicted(fresh or known, horizon)]
+    return [*found, flattered(known)] if fresh and known else found
+
+
+def _names(runs: Sequence[Run]) -> str:
+    return joined([r.recording.name for r in runs])
 
 
 def sanity(model: Model) -> str:
@@ -144,9 +156,9 @@ def _poor_axes(runs: Sequence[Run]) -> list[str]:
             )
         elif ratio[axis] > GOOD_RATIO:
             found.append(
-                f"The {name} prediction is {ratio_word(ratio[axis])} than “stays as it is”: drive a "
-                f"minute more of {name} pulses to both sides, at several strengths, and look whether "
-                f"the {name} equation lacks a term, a latency or a dead zone."
+                f"The {name} prediction is {ratio_word(ratio[axis])} than “stays as it is”: drive "
+                f"a minute more of {name} pulses to both sides, at several strengths, and look "
+                f"whether the {name} equation lacks a term, a latency or a dead zone."
             )
     return found
 
@@ -204,6 +216,6 @@ def _beyond(model: Model, run: Run) -> list[str]:
     if not axes:
         return []
     return [
-        f"{run.recording.name}: faster in {joined(axes)} than anything that the model was made from; "
-        "identify from faster driving too."
+        f"{run.recording.name}: faster in {joined(axes)} than anything that the model was made "
+        "from; identify from faster driving too."
     ]

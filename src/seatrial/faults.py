@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: MIT
+"""What can be wrong with poses: drop-outs, frozen samples, jumps, gaps. Found, named, masked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.errors import RecordingError
+from seatrial.frames import Array
+
+Stamps = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+GAP_FACTOR = 2.5  # a gap is longer than this many median periods
+JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
+JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
+JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
+LEVER = 0.25  # [m] by which speed and yaw rate are compared
+EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
+ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
+
+
+class FaultKind(str, Enum):
+    """What can be wrong with poses, and what was done about it."""
+
+    MARKED = "marked bad in the recording: left out"
+    NOT_FINITE = "not a number: left out"
+    STAMP = "stamp not after the one before: left out"
+    FROZEN = "frozen while the boat moved: left out"
+    EXCURSION = "jumped away and back: left out"
+    JUMP = "jumped for good: not bridged"
+    GAP = "no poses: not bridged"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One stretch of bad poses."""
+
+    kind: FaultKind
+    start: float  # [s] from the recording's start
+    end: float  # [s]
+    samples: int
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Poses with their faults masked."""
+
+    eta: Array  # (n, 3) heading unwrapped over the usable samples
+    valid: Mask  # (n,) poses that may be used
+    segment: NDArray[np.int64]  # (n,) number of the stretch between gaps and jumps
+    in_order: Mask  # (n,) stamps that rise
+    faults: tuple[Fault, ...]
+
+
+def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) -> Findings:
+    """Find what is wrong with poses (n, 3) at stamps (n,) [ns]. Raises RecordingError if all is."""
+    t = (stamps - stamps[0]).astype(float) * 1e-9
+    bad = _plain_faults(stamps, eta, marked_valid)
+    good = _left(name, bad, t)
+    bad[FaultKind.FROZEN] = _at(len(t), good[_frozen(eta[good])])
+    good = _left(name, bad, t)
+    whole = np.array(eta, dtype=float)
+    whole[good, 2] = np.unwrap(whole[good, 2])
+    jumps = _jumps(t[good], whole[good])
+    away, lasting = _excursions(t[good], whole[good], jumps)
+    bad[FaultKind.EXCURSION] = _at(len(t), good[away])
+    breaks = t[good[np.array(lasting, dtype=int) + 1]]  # [s] where a jump for good leads to
+    good = _left(name, bad, t)
+    stretch, gaps = _stretches(t[good], breaks)
+    island = _islands(t[good], stretch, breaks)
+    bad[FaultKind.EXCURSION][good[island]] = True
+    segment = np.zeros(len(t), dtype=np.int64)
+    segment[good] = stretch
+    faults = [f for kind, mask in bad.items() for f in _listed(kind, mask, t)]
+    faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
+    faults += [Fault(FaultKind.JUMP, float(b), float(b), 0) for b in breaks]
+    return Findings(
+        whole,
+        _at(len(t), _left(name, bad, t)),
+        segment,
+        ~bad[FaultKind.STAMP],
+        tuple(sorted(faults, key=lambda f: f.start)),
+    )
+
+
+def _plain_faults(stamps: Stamps, eta: Array, marked_valid: Mask | None) -> dict[FaultKind, Mask]:
+    before = np.concatenate([[stamps[0] - 1], np.maximum.accumulate(stamps)[:-1]])
+    return {
+        FaultKind.MARKED: np.zeros(len(eta), bool) if marked_valid is None else ~marked_valid,
+        FaultKind.NOT_FINITE: np.asarray(~np.isfinite(eta).all(axis=1)),
+        FaultKind.STAMP: stamps <= before,
+    }
+
+
+def _left(name: str, bad: dict[FaultKind, Mask], t: Array) -> NDArray[np.int64]:
+    """Indices of the samples without a fault."""
+    good = np.flatnonzero(~np.any(list(bad.values()), axis=0))
+    if len(good) < 2:
+        worst = max(bad, key=lambda kind: int(bad[kind].sum()))
+        raise RecordingError(
+            f"{name}: {len(good)} usable poses of {len(t)}, most {worst.value}; "
+            "check the pose columns and what marks them valid"
+        )
+    return good
+
+
+def _at(n: int, index: NDArray[np.int64]) -> Mask:
+    mask = np.zeros(n, dtype=bool)
+    mask[index] = True
+    return mask
+
+
+def _stretches(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
+    """Number of the stretch that each sample is in, and the gaps between them."""
+    steps = np.diff(t)
+    gap = steps > GAP_FACTOR * float(np.median(steps))
+    ends = gap | np.isin(t[1:], breaks)
+    return np.concatenate([[0], np.cumsum(ends)]), list(zip(t[:-1][gap], t[1:][gap], strict=True))
+
+
+def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> Mask:
+    """Samples of stretches too short to be trusted after or before a jump."""
+    first = np.searchsorted(stretch, np.arange(stretch[-1] + 1))
+    last = np.append(first[1:], len(t)) - 1
+    begins = np.isin(t[first], breaks)
+    jumped = begins | np.append(begins[1:], False)
+    return np.asarray((jumped & (t[last] - t[first] < ISLAND))[stretch])
+
+
+def _frozen(eta: Array) -> Mask:
+    """Samples that repeat the one before exactly although the boat moved on meanwhile.
+
+    A boat at rest repeats too, in a recording without noise; so a run counts only where the step
+    that ends it catches up: more than 1.5 times the step that follows.
+    """
+    repeats = np.concatenate([[False], np.all(eta[1:] == eta[:-1], axis=1)])
+    frozen = np.zeros(len(eta), dtype=bool)
+    for first, last in _runs(repeats):
+        if last + 2 >= len(eta):
+            continue
+        catch_up = np.abs(eta[last + 1] - eta[last])
+        after = np.abs(eta[last + 2] - eta[last + 1])
+        if np.any((catch_up > 1.5 * after) & (catch_up > 0)):
+            frozen[first : last + 1] = True
+    return frozen
+
+
+def _jumps(t: Array, eta: Array) -> list[int]:
+    """Steps i -> i + 1 at a rate that neither the step before nor the one after comes near.
+
+    A boat's rate changes little by little; a false match makes one step, and one back.
+    """
+    if len(t) < 7:
+        return []
+    steps = np.diff(t)
+    rate = np.diff(eta, axis=0) / steps[:, None]
+    gap = steps > GAP_FACTOR * np.median(steps)
+    usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
+    # an axis that rests is measured by the other: a point of the hull moves by both
+    least = JUMP_SPEED * np.array(
+        [max(usual[0], usual[1] * LEVER), max(usual[1], usual[0] / LEVER)]
+    )
+    found: set[int] = set()
+    for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
+        change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
+        apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
+        apart[gap] = 0.0  # a gap is a fault of its own
+        spread = 1.4826 * float(np.median(apart))
+        limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(apart, 90)), floor)
+        found |= set(np.flatnonzero(apart > limit).tolist()) if limit > 0 else set()
+    return sorted(found)
+
+
+def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[int]]:
+    """Samples between a jump and the one that undoes it, and the jumps that nothing undoes."""
+    away = np.zeros(len(t), dtype=bool)
+    if not jumps:
+        return away, []
+    steps = np.diff(t)[:, None]
+    rate = np.diff(eta, axis=0) / steps
+    padded = np.pad(rate, ((3, 3), (0, 0)), mode="edge")
+    usual = np.median(np.stack([padded[k : k + len(rate)] for k in range(7)]), axis=0)
+    shift = (rate - usual) * steps * [1.0, 1.0, LEVER]  # [m] beyond the boat's own motion
+    lasting: list[int] = []
+    done = -1
+    for i, first in enumerate(jumps):
+        if first <= done:
+            continue
+        left = shift[first].copy()
+        for j in (j for j in jumps[i + 1 :] if t[j + 1] - t[first] <= EXCURSION):
+            left += shift[j]
+            if float(np.linalg.norm(left)) < 0.5 * float(np.linalg.norm(shift[first])):
+                away[first + 1 : j + 1] = True
+                done = j
+                break
+        else:
+            lasting.append(first)
+    return away, lasting
+
+
+def _runs(mask: Mask) -> list[tuple[int, int]]:
+    """First and last index of every run of True."""
+    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
+    return list(
+        zip(
+            np.flatnonzero(edges == 1).tolist(),
+            (np.flatnonzero(edges == -1) - 1).tolist(),
+            strict=True,
+        )
+    )
+
+
+def _listed(kind: FaultKind, mask: Mask, t: Array) -> list[Fault]:
+    return [Fault(kind, float(t[a]), float(t[b]), b - a + 1) for a, b in _runs(mask)]

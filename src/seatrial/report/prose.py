@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""The report's fixed sentences, as HTML; `$horizon` [s] and the like are filled in."""
+
+ALL_WELL = "<p>Nothing stands out: use the model within its envelope.</p>"
+
+AXES = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, turning left is
+positive)."""
+
+OTHER_AXES = """ The vehicle file and model.yaml are in forward-right-down axes, where some signs are
+opposite (last column)."""
+
+TOLD_APART = (
+    "A coefficient is told apart from 0 when it is at least {:g} standard errors away from it."
+)
+
+LEAST_SQUARES = """<p class="note">The standard errors are those of least squares. They cover scatter,
+also scatter that hangs together over time, but not the bias that pose noise causes: the poses are
+differentiated, so the regressors are noisy too, and that draws coefficients towards 0 by an amount
+that no interval here shows. R² is low because accelerations from differentiated poses are mostly
+noise; the predictions below are the measure of the model.</p>"""
+
+RECORDED = """Left-out poses are not used anywhere; no velocity and no prediction reaches over a gap
+or a jump. The scatter plots (a sample of at most $scatter instants) show which speeds met which commands:
+the model knows the boat there, and guesses elsewhere."""
+
+PREDICTION = """From every usable pose the model alone is driven for $horizon s by the recorded
+commands; its velocity is drawn beside the one measured at that later instant. The error is measured
+minus predicted. The time plots open at the busiest $window s: drag over a stretch to zoom in,
+double-click for the whole run. Histograms and autocorrelations are over the whole run. Predictions
+that start less than $horizon s apart share what happened in between, so even a perfect model's errors
+hang together up to that lag (dotted line), and over the four poses more that two differentiated
+velocities can share; only beyond should they stay within the bands: the narrow one of white errors, or
+the wider one of such overlapping errors."""
+
+MARKED = """<p class="note">Marked: the axis that dominates a recording, the pairing of the paper's
+Table III.</p>"""
+
+SCORES = """<dt>stays constant</dt><dd>RMS error of assuming that the velocity $horizon s later is
+what it is now: what one has without a model.</dd>
+<dt>ratio</dt><dd>RMS error divided by that. Below 1 the model is worth having; 0.5 halves the error.
+It tells little where the boat was not driven.</dd>
+<dt>floor</dt><dd>What a perfect model would score, because the velocities that it starts from and is
+compared with are noisy themselves. It holds for white pose noise.</dd>
+<dt>excess</dt><dd>What is left of the RMS error without the floor, √(RMS² − floor²): the model's own
+part.</dd>
+<dt>bias</dt><dd>Mean of measured minus predicted: wind, a current, an offset of the commands.</dd>
+<dt>kurtosis</dt><dd>3 for a normal distribution; more means rare large errors.</dd>
+<dt>(seen)</dt><dd>The model was identified from this recording, so its score flatters.</dd>
+<dt>why errors are not white</dt><dd>Predictions start at every pose and reach $horizon s ahead, so
+neighbours overlap. The errors of k-step predictions are a moving average of order k − 1 even for a
+perfect model: correlated below lag k, uncorrelated from there on. The five-point stencil shares poses
+between velocities up to four poses apart, so pose noise shows at lags up to 4 and around k.</dd>"""
+
+NO_CONSTANTS = "<p>The chain has no constants: commands act at once and in full.</p>"
+
+ENVELOPE = """Speeds from the 0.5th to the 99.5th percentile, commands from the lowest to the highest,
+of the recordings that the model was identified from."""

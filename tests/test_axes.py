@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""Identify in one axis system = identify in the other, transformed. Through files, as a user would."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_model import frd
+
+import seatrial
+from seatrial.identify import equation_error
+from seatrial.io.write import write_trial
+from seatrial.model import save
+from seatrial.plan import TrialEntry, load_plan
+from seatrial.simulate import simulate
+from seatrial.vehicle import vehicle_from
+
+ODD = {"N_ud", "N_uu"}
+
+
+def short_plan(seed: int):
+    plan = load_plan("paper-like")
+    trials = {
+        n: TrialEntry(e.drive, 60.0)
+        for n, e in plan.trials.items()
+        if n in ("S1", "S2", "S3", "S7")
+    }
+    return msgspec.structs.replace(plan, seed=seed, trials=trials)
+
+
+@settings(max_examples=4)
+@given(seed=st.integers(0, 1000), scheme=st.sampled_from(["mallard-mp", "mallard-af"]))
+def test_the_axis_system_changes_only_the_signs_that_the_rule_names(seed, scheme):
+    import tempfile
+
+    vehicle = seatrial.load_vehicle(scheme)
+    other = frd(vehicle)
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder)
+        found = {}
+        for label, v in (("flu", vehicle), ("frd", other)):
+            made = [write_trial(t, out / label) for t in simulate(short_plan(seed), v)]
+            records = [seatrial.read(path, v) for path in made]
+            model = seatrial.identify(records[:3], v)
+            save(model, out / f"{label}.yaml")
+            scores = seatrial.validate(model, records[3:])
+            content = yaml.safe_load((out / f"{label}.yaml").read_text())
+            raw = np.loadtxt(made[0] / "poses.csv", delimiter=",", skiprows=1)
+            found[label] = (model, content, scores, raw)
+    flu_raw, frd_raw = found["flu"][3], found["frd"][3]
+    np.testing.assert_allclose(frd_raw[:, 2:], -flu_raw[:, 2:], atol=1e-6)  # the files do differ
+    inside = [found[k][0].coefficients for k in ("flu", "frd")]
+    np.testing.assert_allclose(inside[0], inside[1], rtol=1e-4, atol=1e-5)
+    for name in found["flu"][0].values:
+        sign = -1.0 if name in ODD else 1.0
+        a, b = (found[k][1]["coefficients"][name] for k in ("flu", "frd"))
+        assert b["value"] == pytest.approx(sign * a["value"], rel=1e-4, abs=1e-5), name
+        assert b["standard_error"] == pytest.approx(a["standard_error"], rel=1e-3), name
+    for symbol in "uvr":
+        a, b = (found[k][2].recordings[0].scores[symbol].rms for k in ("flu", "frd"))
+        assert a == pytest.approx(b, rel=1e-4)
+
+
+def test_the_model_ship_is_the_same_boat_in_either_axes(cse1_vehicle, cse1):
+    """Its table re-labelled: the same numbers with y and psi and the port-starboard commands negated."""
+    content = cse1_vehicle.to_mapping()
+    content["axes"] = "forward-left-up"
+    for name in ("y", "psi"):
+        content["pose"][name] = {"column": content["pose"][name], "sign": -1}
+    for force in content["forces"].values():
+        if force["axis"] != "surge":
+            force["of"] = {k: -v for k, v in force["of"].items()}
+    other = vehicle_from(content, "flu")
+    path = Path(__file__).parents[1] / "data" / "cse1" / "csv" / "CSE1_data_random_run3.csv"
+    models = [equation_error([r], v) for r, v in (
+        (cse1["random_run3"], cse1_vehicle), (seatrial.read(path, other), other)
+    )]  # fmt: skip
+    np.testing.assert_allclose(models[0].coefficients, models[1].coefficients, rtol=1e-9)

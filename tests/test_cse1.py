@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""The real recordings: a model ship, and the towing tests as independent truth."""
+
+import csv
+
+import numpy as np
+import pytest
+from conftest import CSE1
+
+import seatrial
+from seatrial.faults import FaultKind
+
+
+@pytest.fixture(scope="module")
+def trained(cse1, cse1_vehicle):
+    return seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+
+
+@pytest.fixture(scope="module")
+def coupled():
+    vehicle = seatrial.load_vehicle(CSE1 / "coupled.yaml")
+    runs = {
+        n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", vehicle)
+        for n in ("random_run1", "random_run3", "run1")
+    }
+    return seatrial.identify([runs["random_run1"], runs["random_run3"]], vehicle), runs
+
+
+def test_lengths_rates_and_marked_samples_are_those_of_the_provenance(cse1):
+    for name, length, marked in (
+        ("random_run1", 705, 136),
+        ("random_run3", 365, 84),
+        ("run1", 248, 174),
+    ):
+        record = cse1[name]
+        assert record.duration == pytest.approx(length, abs=0.5)
+        assert record.period == pytest.approx(0.05)
+        assert sum(f.samples for f in record.faults if f.kind is FaultKind.MARKED) == marked
+
+
+def test_body_velocities_have_the_spread_that_the_provenance_states(cse1):
+    for name, spread in (
+        ("random_run1", (0.100, 0.045, 0.146)),
+        ("random_run3", (0.047, 0.019, 0.055)),
+    ):
+        nu = seatrial.motion(cse1[name]).nu
+        np.testing.assert_allclose(np.nanstd(nu, axis=0), spread, rtol=0.06)
+
+
+def test_the_ship_is_read_into_forward_left_up_axes(cse1):
+    table = np.genfromtxt(CSE1 / "csv" / "CSE1_data_run1.csv", delimiter=",", names=True)
+    record = cse1["run1"]
+    good = record.valid
+    np.testing.assert_allclose(record.eta[good, 0], table["x"][good])
+    np.testing.assert_allclose(record.eta[good, 1], -table["y"][good])
+    np.testing.assert_allclose(np.cos(record.eta[good, 2]), np.cos(table["psi"][good]), atol=1e-12)
+
+
+def test_every_thrust_gain_has_the_sign_of_the_ships_geometry(trained):
+    """tau = [u1+u3, u2+u4+u5, ly (u1-u3) - lx (u2+u4) + lb u5], in the file's axes and through T."""
+    c = trained.values
+    assert c["X_F"] > 0
+    assert c["Y_F"] > 0
+    assert c["Y_b"] > 0
+    assert c["N_F"] < 0  # the propellers are aft
+    assert c["N_b"] > 0  # the bow thruster is not
+    assert c["N_d"] > 0
+    lever = c["N_F"] / c["Y_F"] / (c["N_b"] / c["Y_b"])
+    assert lever == pytest.approx(-0.425 / 0.415, rel=0.4)
+
+
+def test_the_papers_method_beats_constant_velocity_on_the_run_it_has_not_seen(trained, cse1):
+    scores = seatrial.validate(trained, [cse1["run1"]]).recordings[0].scores
+    assert scores["u"].ratio < 0.45
+    assert scores["v"].ratio < 0.85
+    assert scores["r"].ratio < 0.65
+    assert all(s.rms > s.floor for s in scores.values())
+
+
+def test_coupled_terms_and_delay_predict_better_than_the_papers_structure(trained, cse1, coupled):
+    model, runs = coupled
+    before = seatrial.validate(trained, [cse1["run1"]]).recordings[0].scores
+    after = seatrial.validate(model, [runs["run1"]]).recordings[0].scores
+    assert after["u"].rms < before["u"].rms
+    assert after["v"].rms < 0.75 * before["v"].rms
+
+
+def test_thrust_ratio_of_bow_to_propellers_is_that_of_the_bollard_pulls(coupled):
+    """Independent truth: force at full set-point, two aft propellers' sway against the bow thruster."""
+    pull = {"VSPsway": [], "BowThruster": []}
+    with (CSE1 / "tow_and_bollard_summary.csv").open() as file:
+        for row in csv.DictReader(file):
+            if row["group"] in pull:
+                pull[row["group"]].append((float(row["value"]), float(row["force_N"])))
+    gain = {}
+    for group, rows in pull.items():
+        x, y = np.array(rows).T
+        gain[group] = float(np.sum(x * y) / np.sum(x * x))  # [N] at full set-point
+    expected = gain["BowThruster"] / (2 * gain["VSPsway"])
+    model, _ = coupled
+    found = model.values["Y_b"] / model.values["Y_F"]
+    assert found == pytest.approx(
+        expected, rel=0.9
+    )  # dead zone, inflow: the free-running ship has more
+    assert found > expected
+
+
+def test_a_model_of_the_ship_has_drag_in_the_right_direction(coupled):
+    model, _ = coupled
+    for name in ("X_u", "Y_v", "N_r"):
+        assert model.values[name] < 0
+        assert abs(model.values[name]) > 2 * model.standard_errors[name]

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""CSV as people have it: other names, units, delimiters; and what goes wrong with it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.errors import SeatrialError
+from seatrial.vehicle import vehicle_from
+
+T = np.arange(0, 20, 1 / 15)
+POSE = np.column_stack([T, 0.5 * np.sin(0.4 * T), 0.3 * np.cos(0.5 * T), 0.6 * T])
+STICKS = np.column_stack([np.arange(0, 20, 0.01), np.sign(np.sin(np.arange(0, 20, 0.01)))])
+
+
+def vehicle(**changes) -> seatrial.Vehicle:
+    content = seatrial.load_vehicle("mallard-mp").to_mapping()
+    for key, value in changes.items():
+        content[key] = value
+    return vehicle_from(content, "vehicle.yaml")
+
+
+def folder(path: Path, poses: str | None = None, commands: str | None = None) -> Path:
+    path.mkdir(exist_ok=True)
+    rows = "\n".join(",".join(f"{x:.6f}" for x in row) for row in POSE)
+    sticks = "\n".join(f"{t:.3f},{s:.1f},0,0" for t, s in STICKS)
+    (path / "poses.csv").write_text(f"t,x,y,psi\n{rows}\n" if poses is None else poses)
+    (path / "commands.csv").write_text(
+        f"t,F_u,F_v,F_r\n{sticks}\n" if commands is None else commands
+    )
+    return path
+
+
+def test_two_tables_at_their_own_rates_stay_asynchronous(tmp_path):
+    record = seatrial.read(folder(tmp_path / "run"), vehicle())
+    assert len(record.stamps) == len(T)
+    assert len(record.commands.stamps) == len(STICKS)
+    assert record.name == "run"
+    assert [s.name for s in record.sources] == ["poses.csv", "commands.csv"]
+    assert all(len(s.sha256) == 64 for s in record.sources)
+
+
+def test_units_signs_scales_and_offsets_are_applied(tmp_path):
+    rows = "\n".join(
+        f"{t * 1000:.3f};{x * 1000:.3f};{-y * 100:.4f};{np.rad2deg(p):.5f}" for t, x, y, p in POSE
+    )
+    sticks = "\n".join(f"{t * 1e9:.0f}\t{1500 + 400 * s:.0f}" for t, s in STICKS)
+    path = folder(tmp_path / "run", f"ms;X [mm];Y;yaw\n{rows}\n", f"ns\tpwm\n{sticks}\n")
+    v = vehicle(
+        pose={
+            "stamp": {"column": "ms", "unit": "ms"}, "x": {"column": "X [mm]", "unit": "mm"},
+            "y": {"column": "Y", "unit": "cm", "sign": -1}, "psi": {"column": "yaw", "unit": "deg"},
+        },
+        commands={
+            "stamp": {"column": "ns", "unit": "ns"},
+            "inputs": {
+                "F_u": {"column": "pwm", "offset": 1500, "scale": 400},
+                "F_v": {"column": "pwm", "offset": 1500, "scale": 800, "sign": -1},
+                "F_r": {"column": "pwm", "offset": 1500, "scale": 400},
+            },
+        },
+    )  # fmt: skip
+    record = seatrial.read(path, v)
+    np.testing.assert_allclose(record.eta, POSE[:, 1:], atol=2e-6)
+    np.testing.assert_allclose(record.t, T, atol=1e-6)
+    np.testing.assert_allclose(record.commands.values[:, 0], STICKS[:, 1], atol=1e-12)
+    np.testing.assert_allclose(record.commands.values[:, 1], -STICKS[:, 1] / 2, atol=1e-12)
+
+
+def test_an_empty_cell_among_the_poses_is_a_pose_left_out(tmp_path):
+    path = folder(tmp_path / "run")
+    lines = (path / "poses.csv").read_text().splitlines()
+    lines[50] = lines[50].split(",")[0] + ",,,"
+    (path / "poses.csv").write_text("\n".join(lines))
+    record = seatrial.read(path, vehicle())
+    assert np.flatnonzero(~record.valid).tolist() == [49]
+
+
+def text(rows: str) -> str:
+    return "t,x,y,psi\n" + rows
+
+
+@pytest.mark.parametrize(
+    ("poses", "commands", "words"),
+    [
+        ("", None, "poses.csv: is empty"),
+        ("t,x,y,psi\n", None, "has a header but no rows"),
+        (text("0,1,2,3\n1,2,x,4\n"), None, "line 3: column 'y' has 'x', expected a number"),
+        (text("0,1,2,3\n1,2\n"), None, "line 3: 2 cells, expected 4; is the file cut off"),
+        ("t,x,y,yaw\n0,1,2,3\n", None, "no column 'psi'.*It has: t, x, y, yaw"),
+        ("t,x,y,psy\n0,1,2,3\n", None, "did you mean 'psy'"),
+        ("t,x,x,psi\n0,1,2,3\n", None, "column 'x' stands twice|no column 'y'"),
+        (text("0,1,2,3\n"), None, "1 poses"),
+        (text("nan,1,2,3\n1,1,2,3\n"), None, "row 1: column 't' has no stamp"),
+        (
+            text("1700000000000000000,1,2,3\n1700000000100000000,1,2,3\n"),
+            None,
+            "is its unit ms, us or ns",
+        ),
+        (text("0,nan,2,3\n" * 5), None, "0 usable poses of 5, most not a number"),
+        (None, "t,F_u,F_v,F_r\n0,0,0,nan\n", "command 'F_r' is empty or not finite"),
+        (None, "t,F_u,F_v\n0,0,0\n", "no column 'F_r'"),
+        (None, "t,F_u,F_v,F_r\n", "has a header but no rows"),
+    ],
+)
+def test_a_bad_table_is_one_line_that_names_the_place(tmp_path, poses, commands, words):
+    path = folder(tmp_path / "run", poses, commands)
+    with pytest.raises(SeatrialError, match=words) as caught:
+        seatrial.read(path, vehicle())
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_and_foreign_files_say_what_was_expected(tmp_path):
+    with pytest.raises(SeatrialError, match="no such file or folder"):
+        seatrial.read(tmp_path / "none", vehicle())
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(SeatrialError, match=r"poses\.csv: no such file"):
+        seatrial.read(tmp_path / "empty", vehicle())
+    (tmp_path / "a.bag").write_bytes(b"#ROSBAG")
+    with pytest.raises(SeatrialError, match="expected a .csv table"):
+        seatrial.read(tmp_path / "a.bag", vehicle())
+    path = folder(tmp_path / "run")
+    (path / "poses.csv").write_bytes(bytes(range(256)) * 10)
+    with pytest.raises(SeatrialError, match="not a CSV text file|no column"):
+        seatrial.read(path, vehicle())
+
+
+def test_a_wrong_unit_is_refused_not_guessed(tmp_path):
+    path = folder(tmp_path / "run")
+    wrong = vehicle(
+        pose={"stamp": "t", "x": {"column": "x", "unit": "rad"}, "y": "y", "psi": "psi"}
+    )
+    with pytest.raises(SeatrialError, match="unit 'rad'; use m, cm, mm"):
+        seatrial.read(path, wrong)
+    wrong = vehicle(pose={"stamp": {"column": "t", "unit": "m"}, "x": "x", "y": "y", "psi": "psi"})
+    with pytest.raises(SeatrialError, match="use s, ms, us or ns"):
+        seatrial.read(path, wrong)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Imports go down only, and the slow ones stay inside the functions that need them."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import seatrial
+
+ROOT = Path(seatrial.__file__).parent
+LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
+    {"_core", "errors"},
+    {"files", "frames", "progress", "schema", "statistics"},
+    {"faults"},
+    {"allocation", "plan", "recording", "structure"},
+    {"noise", "vehicle", "velocity"},
+    {"model"},
+    {"excitation", "operators", "predict", "sanity"},
+    {"identify", "inspect", "simulate", "validate"},
+    {"io", "report"},
+    {"demo"},
+    {"cli"},
+]  # fmt: skip
+LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}
+EDGES = {"plotly", "rosbags", "casadi", "scipy", "matplotlib", "pandas"}
+
+
+def _imports(path: Path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            if node.module == "seatrial":
+                yield from (f"seatrial.{alias.name}" for alias in node.names)
+            else:
+                yield node.module or ""
+
+
+def _module(path: Path) -> str:
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+def test_every_module_has_a_layer():
+    found = {_module(p) for p in ROOT.rglob("*.py")} - {"__init__"}
+    assert found | {"_core"} == set(LEVEL)
+
+
+def test_imports_go_down_only():
+    wrong = []
+    for path in ROOT.rglob("*.py"):
+        if path == ROOT / "__init__.py":
+            continue
+        own = _module(path)
+        for name in _imports(path):
+            parts = name.split(".")
+            if parts[0] != "seatrial" or len(parts) == 1:
+                continue
+            if LEVEL[parts[1]] > LEVEL[own]:
+                wrong.append(f"{path.relative_to(ROOT)} imports {name}")
+            if own == "cli":
+                continue
+            if LEVEL[parts[1]] == LEVEL[own] and parts[1] != own:
+                # within a layer only without circles: alphabetical order is not asked, reversal is
+                back = [
+                    n for p in ROOT.rglob("*.py") if _module(p) == parts[1] for n in _imports(p)
+                ]
+                if any(n.split(".")[:2] == ["seatrial", own] for n in back):
+                    wrong.append(f"{own} and {parts[1]} import each other")
+    assert not wrong, wrong
+
+
+def test_inner_layers_do_not_import_plotting_or_bag_libraries():
+    for path in ROOT.rglob("*.py"):
+        if LEVEL.get(_module(path), 99) < LEVEL["io"]:
+            assert not EDGES & {n.split(".")[0] for n in _imports(path)}, path
+
+
+def test_importing_seatrial_is_light():
+    code = (
+        "import sys, seatrial; print([m for m in ('scipy','plotly','pandas') if m in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""The model file: what is written is what is read, and nothing else is read."""
+
+import numpy as np
+import pytest
+import yaml
+from conftest import TABLE_II, make_model
+
+import seatrial
+from seatrial.errors import FileError, ModelError, SeatrialError
+from seatrial.model import load, save
+from seatrial.schema import ChainGroup, DeadZone
+from seatrial.vehicle import vehicle_from
+
+
+@pytest.fixture
+def identified(clean_af, af):
+    return seatrial.identify([clean_af[s].recording for s in ("S1", "S2", "S3")], af)
+
+
+def same(a, b):
+    np.testing.assert_allclose(a.coefficients, b.coefficients, rtol=1e-9)
+    np.testing.assert_allclose(a.covariance, b.covariance, rtol=1e-8, atol=1e-15)
+    np.testing.assert_allclose(a.constants, b.constants, rtol=1e-9)
+    assert a.structure.terms == b.structure.terms
+    assert a.integration.scheme == b.integration.scheme
+    assert a.integration.step == pytest.approx(b.integration.step, rel=1e-9)
+    assert [r.name for r in a.recordings] == [r.name for r in b.recordings]
+    assert (
+        a.estimator.steps[0].recordings == b.estimator.steps[0].recordings
+        if a.estimator.steps
+        else True
+    )
+    assert a.warnings == b.warnings
+    np.testing.assert_allclose(a.vehicle.mix, b.vehicle.mix, atol=1e-12)
+
+
+def test_a_model_survives_its_file(identified, tmp_path):
+    path = tmp_path / "model.yaml"
+    save(identified, path)
+    again = load(path)
+    same(identified, again)
+    save(again, tmp_path / "again.yaml")
+    assert (tmp_path / "again.yaml").read_text() == path.read_text()
+
+
+def frd(vehicle: seatrial.Vehicle) -> seatrial.Vehicle:
+    """The same boat described in forward-right-down axes."""
+    content = vehicle.to_mapping()
+    content["axes"] = "forward-right-down"
+    for thruster in content.get("thrusters", {}).values():
+        thruster["y"] *= -1
+        thruster["angle_deg"] *= -1
+    return vehicle_from(content, "frd")
+
+
+def test_a_model_in_forward_right_down_axes_survives_its_file(mp, tmp_path):
+    chain = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1)]
+    model = make_model(frd(mp).with_chain(chain), TABLE_II["MP"])
+    save(model, tmp_path / "frd.yaml")
+    same(model, load(tmp_path / "frd.yaml"))
+    written = yaml.safe_load((tmp_path / "frd.yaml").read_text())["coefficients"]
+    assert written["N_ud"]["value"] == pytest.approx(+0.14)  # one of the two that change sign
+    assert written["N_r"]["value"] == pytest.approx(-0.73)
+
+
+def edit(path, change):
+    content = yaml.safe_load(path.read_text())
+    change(content)
+    path.write_text(yaml.safe_dump(content))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c.update(seatrial="model 2"), "says 'seatrial: model 2'"),
+        (lambda c: c.update(seatrial="vehicle 1"), "says 'seatrial: vehicle 1'"),
+        (lambda c: c.update(colour="red"), "unknown key 'colour'"),
+        (lambda c: c["coefficients"].pop("X_u"), "disagree on X_u"),
+        (lambda c: c["coefficients"].update(Y_x={"value": 1.0, "standard_error": 1.0}), "disagree on Y_x"),
+        (lambda c: c["coefficients"]["X_u"].update(value="fast"), "coefficients"),
+        (lambda c: c["coefficients"]["X_u"].update(value=float("nan")), "finite"),
+        (lambda c: c["covariance"].pop(), "11 x 11"),
+        (lambda c: c.update(axes="forward-right-down"), "its vehicle's are"),
+        (lambda c: c.update(constants={"lag": 0.1}), "disagree on lag"),
+        (lambda c: c["integration"].update(step=0.0), "integration"),
+        (lambda c: c["vehicle"].update(axis="x"), "unknown key 'axis'"),
+        (lambda c: c.pop("noise"), "key 'noise' is missing"),
+    ],
+)  # fmt: skip
+def test_a_model_file_that_is_not_right_is_one_clear_line(identified, tmp_path, change, words):
+    path = tmp_path / "model.yaml"
+    save(identified, path)
+    edit(path, change)
+    with pytest.raises(SeatrialError, match=words) as caught:
+        load(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_another_vehicle_must_have_the_same_coefficients(identified, cse1_vehicle, mp):
+    assert identified.with_vehicle(mp).vehicle is mp
+    with pytest.raises(ModelError, match="the model has X_u"):
+        identified.with_vehicle(cse1_vehicle)
+
+
+def test_a_missing_model_is_one_line(tmp_path):
+    with pytest.raises(FileError, match="no such file"):
+        load(tmp_path / "none.yaml")

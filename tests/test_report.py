@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: MIT
+"""The report's content: every number is the model's or validate()'s, every name is harmless."""
+
+import json
+import re
+from dataclasses import replace
+from html import unescape
+from html.parser import HTMLParser
+
+import msgspec
+import numpy as np
+import pytest
+import yaml
+from conftest import TABLE_II, make_model
+
+import seatrial
+from seatrial.errors import FileError, RecordingError
+from seatrial.excitation import excitation
+from seatrial.report import report, write_report
+from seatrial.report.embed import decode, encode, pack
+from seatrial.report.figures import correlation, histogram
+from seatrial.report.markup import number, symbol, unit
+from seatrial.report.runs import WINDOW, busy_window, gather, time_base
+from seatrial.report.words import advice, joined, ratio_word, verdict
+from seatrial.statistics import NORMAL_95
+from seatrial.validate import validate
+
+HOSTILE = '</script><b onclick="x()">&amp;'
+SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "excess", "bias", "kurtosis")
+
+
+class Tables(HTMLParser):
+    """Tables by class: rows of cells, each (text, values of its data elements)."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: dict[str, list[list[list[tuple[str, list[float]]]]]] = {}
+        self.table, self.cell = None, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        named = dict(attributes)
+        if tag == "table":
+            self.table = []
+            self.found.setdefault(named["class"].split()[-1], []).append(self.table)
+        elif self.table is None:
+            return
+        elif tag == "tr":
+            self.table.append([])
+        elif tag in ("td", "th"):
+            self.cell = ("", [])
+        elif tag == "data":
+            self.cell = (self.cell[0], [*self.cell[1], float(named["value"])])
+
+    def handle_data(self, data):
+        if self.cell is not None:
+            self.cell = (self.cell[0] + data, self.cell[1])
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th") and self.cell is not None:
+            self.table[-1].append(self.cell)
+            self.cell = None
+        elif tag == "table":
+            self.table = None
+
+
+def shown(text: str) -> float:
+    """A displayed number read back."""
+    plain, _, power = text.replace("−", "-").partition("·10")
+    digits = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    return float(plain) * 10.0 ** int(power.translate(digits) or 0)
+
+
+@pytest.fixture(scope="module")
+def model(cse1, cse1_vehicle):
+    return seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+
+
+@pytest.fixture(scope="module")
+def text(model, cse1):
+    return report(model, list(cse1.values()))
+
+
+@pytest.fixture(scope="module")
+def tables(text):
+    return Tables(text).found
+
+
+@pytest.fixture(scope="module")
+def runs(model, cse1):
+    return gather(model, list(cse1.values()), 1.0)
+
+
+@pytest.fixture(scope="module")
+def mallard(af):
+    return make_model(af, TABLE_II["AF"])
+
+
+def packed(text: str, place: int) -> dict:
+    found = re.search(rf'id="run-{place}">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found[1])
+
+
+def test_scores_are_those_of_validate(tables, model, cse1):
+    expected = validate(model, list(cse1.values())).recordings
+    (rows,) = tables["scores"]
+    assert [row[0][0] for row in rows[1:] if len(row) == 1] == [
+        r.recording + (" (seen)" if "random" in r.recording else "") for r in expected
+    ]
+    axes = [row for row in rows[1:] if len(row) > 1]
+    assert len(axes) == 3 * len(expected)
+    for row, (score, name) in zip(
+        axes, ((r.scores[s], s) for r in expected for s in "uvr"), strict=True
+    ):
+        assert row[0][0].split()[1] == name
+        scale = 1.0 if name == "r" else 100.0
+        assert row[2][0] == ("rad/s" if name == "r" else "cm/s")
+        cells = [row[1], *row[3:]]
+        for (told, values), field in zip(cells, SCORE_FIELDS, strict=True):
+            exact = getattr(score, field)
+            assert values == [exact]
+            factor = 1.0 if field in ("ratio", "kurtosis") else scale
+            assert shown(told) == pytest.approx(
+                exact * factor, rel=0.05 if field == "bias" else 5e-3
+            )
+
+
+def test_coefficients_are_the_models_and_those_of_its_file(tables, model, tmp_path):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+    in_file = yaml.safe_load(path.read_text())["coefficients"]
+    (rows,) = tables["coefficients"]
+    assert "forward-right-down" in rows[0][6][0]
+    for row, (name, value) in zip(rows[1:], model.values.items(), strict=True):
+        error = model.standard_errors[name]
+        assert row[0][0] == name.replace("_", "")
+        assert row[1][1] == [value]
+        assert shown(row[1][0]) == pytest.approx(value, rel=5e-4)
+        assert row[2][1] == [error]
+        assert row[3][1] == [value - NORMAL_95 * error, value + NORMAL_95 * error]
+        assert row[4][0] == model.structure.units[name].replace("^", "")
+        assert row[5][0] == ("not told apart from 0" if abs(value) < 2 * error else "")
+        assert row[6][1] == [pytest.approx(in_file[name]["value"])]
+
+
+def test_steps_are_the_estimators(tables, model):
+    (rows,) = tables["steps"]
+    for row, step in zip(rows[1:], model.estimator.steps, strict=True):
+        assert row[0][0] == step.equation
+        assert row[2][0] == ", ".join(step.recordings)
+        assert int(row[3][0]) == step.rows
+        assert row[4][1] == [step.condition]
+        assert row[5][1] == [step.explained]
+
+
+def test_faults_and_excitation_are_the_recordings(tables, model, cse1):
+    for recording, kinds, every, excited in zip(
+        cse1.values(), tables["fault-kinds"], tables["faults"], tables["excitation"], strict=True
+    ):
+        assert len(every) - 1 == len(recording.faults) == sum(int(r[1][0]) for r in kinds[1:])
+        first, fault = every[1], recording.faults[0]
+        assert (first[0][0], first[3][0]) == (fault.kind.value, str(fault.samples))
+        assert float(first[1][0]) == pytest.approx(fault.start, abs=0.005)
+        assert float(first[2][0]) == pytest.approx(fault.end, abs=0.005)
+        found = excitation(model.vehicle, recording)
+        for axis, row in enumerate(excited[1:]):
+            assert row[1][1] == [found.rms[axis]]
+            assert row[2][1] == [found.largest[axis]]
+            assert row[4][0] == ("yes" if found.both_signs[axis] else "no")
+
+
+def test_files_and_their_hashes_are_named(tables, cse1):
+    (rows,) = tables["files"]
+    for row, recording in zip(rows[1:], cse1.values(), strict=True):
+        (source,) = recording.sources
+        use = "identified from, predicted" if "random" in recording.name else "predicted"
+        assert [cell[0] for cell in row[2:]] == [use, source.name, source.sha256]
+
+
+def test_equations_read_as_the_structure_says(text, model):
+    found = re.findall(r'<span class="equation" title="([^"]*)">(.*?)</span>', text)
+    expected = [model.structure.equation(i, v) for v in (None, model.values) for i in range(3)]
+    assert [unescape(plain) for plain, _ in found] == expected
+    for (_, typeset), plain in zip(found, expected, strict=True):
+        seen = unescape(re.sub(r"<[^>]+>", "", typeset)).replace("−", "-")
+        words = re.sub(r"_dot|_", lambda m: "\u0307" if m[0] == "_dot" else "", plain)
+        numbers = re.compile(r"\d+\.\d+")
+        bare = re.compile(r"[\s\u2009]|\d+\.\d+")
+        assert bare.sub("", seen) == bare.sub("", words)
+        assert [float(x) for x in numbers.findall(seen)] == [
+            float(x) for x in numbers.findall(words)
+        ]
+
+
+def test_plots_hold_the_measured_and_the_predicted_velocities(text, model, cse1):
+    for place, recording in enumerate(cse1.values()):
+        content = packed(text, place)
+        moving, ahead = seatrial.motion(recording), seatrial.predict(model, recording)
+        t, _ = time_base(recording)
+        for axis, sign in enumerate("uvr"):
+            measured, predicted = content["figures"][f"velocity-{sign}"]["data"][:2]
+            x, y = (decode(content["columns"][measured[k]["column"]]) for k in "xy")
+            assert np.allclose(x, t, atol=0.006)
+            largest = np.nanmax(np.abs(moving.nu[:, axis]))
+            assert np.allclose(
+                y[np.isfinite(y)], moving.nu[moving.valid, axis], atol=1e-4 * largest
+            )
+            y = decode(content["columns"][predicted["y"]["column"]])
+            largest = np.abs(ahead.nu[:, axis]).max()
+            assert np.allclose(y[np.isfinite(y)], ahead.nu[:, axis], atol=1e-4 * largest)
+            assert np.allclose(x[np.isfinite(y)], ahead.t, atol=0.006)
+
+
+def test_lines_break_at_gaps_and_jumps(cse1, runs):
+    for recording, run in zip(cse1.values(), runs, strict=True):
+        t, row = time_base(recording)
+        assert np.array_equal(t[row], recording.t)
+        assert np.all(np.diff(t) > 0)
+        good = np.flatnonzero(recording.valid)
+        broken = np.diff(recording.segment[good]) != 0
+        assert broken.any()
+        for before, after in zip(good[:-1][broken], good[1:][broken], strict=True):
+            between = slice(row[before] + 1, row[after])
+            assert between.stop > between.start
+            for line in (run.position, run.measured, run.predicted):
+                assert np.isnan(line[between]).all()
+
+
+def test_histogram_counts_all_errors_under_a_normal_curve_of_their_spread(runs):
+    run = runs[-1]
+    for axis, scale in enumerate((100.0, 100.0, 1.0)):
+        bars, curve = histogram(run, axis)["data"]
+        errors = run.prediction.errors[:, axis] * scale
+        inside = np.abs(errors - errors.mean()) <= 4.0 * errors.std()
+        assert np.sum(bars["y"]) == pytest.approx(100.0 * inside.mean(), abs=0.05)
+        width = bars["x"][1] - bars["x"][0]
+        first = np.abs(errors - bars["x"][10]) < width / 2
+        assert bars["y"][10] == pytest.approx(100.0 * first.mean(), abs=0.05)
+        area = np.sum(curve["y"]) * (curve["x"][1] - curve["x"][0]) / width
+        assert area == pytest.approx(100.0, rel=1e-3)
+        mean = np.sum(curve["x"] * curve["y"]) / np.sum(curve["y"])
+        spread = np.sqrt(np.sum((curve["x"] - mean) ** 2 * curve["y"]) / np.sum(curve["y"]))
+        assert mean == pytest.approx(errors.mean(), abs=1e-6)
+        assert spread == pytest.approx(errors.std(), rel=2e-3)
+
+
+def test_autocorrelation_plot_against_numpy(mallard, clean_af):
+    recording = clean_af["S4"].recording
+    (run,) = gather(mallard, [recording], 1.0)
+    figure = correlation(run, 0)
+    curve, area, upper, lower = figure["data"]
+    errors = run.prediction.errors[:, 0]
+    assert np.all(np.diff(run.prediction.index) == 1)
+    centred = errors - errors.mean()
+    full = np.correlate(centred, centred, "full")[len(errors) - 1 :]
+    expected = full / np.arange(len(errors), 0, -1) / np.mean(centred**2)
+    assert np.allclose(curve["y"], expected[: len(curve["y"])])
+    assert curve["x"][-1] == pytest.approx(3.0)
+    assert upper["y"][0] == -lower["y"][0] == pytest.approx(1.959964 / np.sqrt(len(errors)))
+    k, n = run.prediction.steps, len(curve["y"])
+    band = 1.959964 * np.sqrt((1 + 2 * np.sum(expected[1:k] ** 2)) / len(errors))
+    assert area["y"][k] == pytest.approx(band)
+    assert np.allclose(area["y"][:n], -area["y"][n:][::-1])
+    assert figure["layout"]["shapes"][0]["x0"] == pytest.approx(1.0)
+
+
+def test_window_is_the_busiest_stretch_that_can_be_predicted():
+    t = np.arange(0.0, 200.0, 0.1)
+    forces = np.where((t > 100) & (t < 130), 1.0, 0.1)[:, None]
+    begin, end = busy_window(t, np.ones(len(t), dtype=bool), forces)
+    assert end - begin == WINDOW
+    assert begin <= 100.0
+    assert end >= 130.0
+    begin, _ = busy_window(t, (t < 60), forces)
+    assert begin < 25
+    assert busy_window(t[:100], np.ones(100, dtype=bool), forces[:100]) == (0.0, t[99])
+
+
+def test_verdict_speaks_of_recordings_that_were_not_seen_first(runs, model, tables):
+    what, unseen, seen = verdict(model, runs, 1.0)
+    assert what.startswith("cse1: 14 coefficients identified by the equation-error method from 2")
+    assert "17.8 min" in what  # 705.0 s + 365.2 s
+    assert unseen.startswith("On recordings that it has not seen (CSE1_data_run1)")
+    score = next(r.score for r in runs if r.unseen).scores
+    for sign, scale, name in (("u", 100, "cm/s in surge"), ("r", 1, "rad/s in yaw")):
+        assert f"{number(score[sign].rms * scale, 2)} {name}" in unseen
+        assert f"({number(score[sign].ratio, 2)})" in unseen
+    assert "CSE1_data_random_run3" in seen
+
+
+def test_without_an_unseen_recording_the_report_asks_for_one(model, runs):
+    assert not any("not seen: drive" in line for line in advice(model, runs))
+    assert "Validate on a recording" in advice(model, [r for r in runs if not r.unseen])[0]
+
+
+def test_poor_axes_and_one_sided_commands_are_told(af, mallard, clean_af):
+    recording = clean_af["S4"].recording
+    bad = make_model(af, TABLE_II["AF"] | {"X_F": -0.14})
+    told = advice(bad, gather(bad, [recording], 1.0))
+    assert any("surge prediction is worse" in line for line in told)
+    commands = replace(recording.commands, values=np.abs(recording.commands.values))
+    run = gather(mallard, [replace(recording, commands=commands)], 1.0)
+    assert any("surge commands go almost only to one side" in s for s in advice(mallard, run))
+    good = advice(mallard, gather(mallard, [recording], 1.0))
+    assert not any("surge" in line for line in good)
+
+
+def test_warnings_and_the_sanity_line_are_shown(model, cse1):
+    warned = replace(model, warnings=("N_rr < 0 & so on",))
+    text = report(warned, [cse1["run1"]])
+    assert '<p class="warning">N_rr &lt; 0 &amp; so on</p>' in text
+    assert re.search(r'<p class="sanity">Top speed [\d.]+ m/s in surge', text)
+
+
+def test_an_unstable_model_still_gets_a_report_that_says_so(af, clean_af):
+    wild = make_model(af, TABLE_II["AF"] | {"X_u": 5.0, "X_uu": 20.0})
+    text = report(wild, [clean_af["S4"].recording])
+    assert re.search(r'<p class="sanity">[^<]*unstable', text)
+    assert "worse in surge" in text
+
+
+def test_names_cannot_become_markup(model, cse1, cse1_vehicle):
+    file = msgspec.structs.replace(cse1_vehicle.file, name=HOSTILE)
+    vehicle = seatrial.Vehicle(file)
+    hostile = replace(
+        model.with_vehicle(vehicle), warnings=(HOSTILE,),
+        recordings=tuple(msgspec.structs.replace(r, name=HOSTILE) for r in model.recordings),
+    )  # fmt: skip
+    text = report(hostile, [replace(cse1["run1"], name=HOSTILE)])
+    assert "<b onclick" not in text
+    assert text.count("</script>") == text.count("<script") == 3
+    assert text.count("&lt;/script&gt;&lt;b onclick=&quot;x()&quot;&gt;&amp;amp;") >= 6
+
+
+def test_force_names_cannot_become_markup():
+    figure = json.loads(pack({"a": {"name": "</script><b>"}}))
+    assert figure["figures"]["a"]["name"] == "</script><b>"
+    assert "<" not in pack({"a": {"name": "</script><b>"}})
+    assert symbol("F_<b>") == "<i>F</i><sub>&lt;b&gt;</sub>"
+
+
+def test_nothing_is_fetched_and_the_browser_would_refuse(text):
+    assert "default-src 'none'" in text
+    page = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    assert "http:" not in page
+    assert "https:" not in page
+    assert "src=" not in page
+    assert "@import" not in page
+    assert "url(" not in page
+    assert all(link.startswith("#") for link in re.findall(r'href="([^"]*)"', page))
+
+
+def test_three_recordings_stay_below_three_megabytes(text):
+    assert len(text.encode()) < 3e6
+
+
+def test_the_same_input_gives_the_same_report(text, model, cse1):
+    assert report(model, list(cse1.values())) == text
+
+
+def test_columns_keep_five_digits_and_gaps():
+    rng = np.random.default_rng(1)
+    for scale in (1e-7, 0.3, 1.0, 9.99999, 1e6):
+        values = scale * rng.standard_normal(200)
+        values[[0, 7, 8, 199]] = np.nan
+        back = decode(json.loads(json.dumps(encode(values))))
+        assert np.array_equal(np.isnan(back), np.isnan(values))
+        assert np.nanmax(np.abs(back - values)) < 1e-4 * np.nanmax(np.abs(values))
+    assert np.isnan(decode(encode(np.full(3, np.nan)))).all()
+    assert decode(encode(np.zeros(3))).tolist() == [0, 0, 0]
+    once = json.loads(pack({"a": [values, {"b": values}], "c": float("nan"), "d": 1.234567}))
+    assert once["figures"] == {"a": [{"column": 0}, {"b": {"column": 0}}], "c": None, "d": 1.2346}
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "expected"),
+    [
+        (-0.123456, 4, "−0.1235"), (1.0, 4, "1.000"), (12345.6, 3, "1.23·10⁴"), (123.4, 3, "123"),
+        (1.5e-7, 2, "1.5·10⁻⁷"), (float("nan"), 3, "–"), (float("inf"), 3, "–"), (0.0, 3, "0.00"),
+    ],
+)  # fmt: skip
+def test_numbers_as_people_write_them(value, digits, expected):
+    assert number(value, digits) == expected
+
+
+def test_words():
+    assert [joined(w) for w in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+        "", "a", "a and b", "a, b and c",
+    ]  # fmt: skip
+    ratios = (0.3, 0.7, 0.9, 1.0, 1.2, float("inf"), float("nan"))
+    assert [ratio_word(x) for x in ratios] == [
+        "much better", "better", "hardly better", "no better", "worse", "worse", "worse",
+    ]  # fmt: skip
+    assert unit("rad/m^2") == "rad/m<sup>2</sup>"
+
+
+def test_no_recording_is_an_error(model):
+    with pytest.raises(RecordingError, match="pass at least one"):
+        report(model, [])
+
+
+def test_write_report_writes_whole_or_not_at_all(model, cse1, tmp_path, text):
+    path = tmp_path / "deep" / "report.html"
+    write_report(model, list(cse1.values()), path)
+    assert path.read_text(encoding="utf-8") == text
+    (tmp_path / "file").write_text("kept")
+    with pytest.raises(FileError):
+        write_report(model, [cse1["run1"]], tmp_path / "file" / "report.html")
+    with pytest.raises(RecordingError):
+        write_report(model, [cse1["run1"].cut(0, 1)], path)
+    assert path.read_text(encoding="utf-8") == text
+    assert [p.name for p in path.parent.iterdir()] == ["report.html"]

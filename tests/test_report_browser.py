@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: MIT
+"""The report in a real browser: it draws, zooms, fits a phone, prints, and asks for nothing."""
+
+import shutil
+import time
+from importlib.util import find_spec
+
+import pytest
+
+import seatrial
+from seatrial.report import write_report
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = [
+    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
+    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
+]
+ARGUMENTS = (
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+PLOTS = 13  # of a recording: its track, and four for each axis
+WIDE = '.plot.wide[data-figure="velocity-u"]'
+RANGE = "div => div.layout.xaxis.range"
+
+
+@pytest.fixture(scope="module")
+def path(cse1, cse1_vehicle, tmp_path_factory):
+    model = seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(model, [cse1["random_run3"], cse1["run1"]], path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        yield chromium
+        chromium.close()
+
+
+class Visit:
+    """One open report, and everything that it asked for or complained about."""
+
+    def __init__(self, browser, path, *, width=1280, height=900, scheme="light", touch=False):
+        self.context = browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=touch
+        )
+        self.page = self.context.new_page()
+        self.requests, self.complaints = [], []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.route("**/*", self._handle)
+        self.page.goto(path.as_uri())
+
+    def _handle(self, route):
+        if route.request.url.startswith("file:"):
+            route.continue_()
+        else:
+            self.requests.append(route.request.url)
+            route.abort()
+
+    def until(self, script, argument=None):
+        """Wait until a script's value is true (the page's policy forbids wait_for_function)."""
+        end = time.monotonic() + 20  # [s]
+        while not self.page.evaluate(script, argument):
+            assert time.monotonic() < end, script
+            time.sleep(0.05)
+
+    def wide(self):
+        """The open recording's plot of surge velocity, drawn."""
+        plot = self.page.locator(f"details[open] {WIDE}")
+        plot.scroll_into_view_if_needed()
+        plot.locator(".drag").first.wait_for(state="attached")
+        return plot
+
+
+@pytest.fixture
+def visit(browser, path):
+    opened = []
+
+    def open_report(**settings):
+        opened.append(Visit(browser, path, **settings))
+        return opened[-1]
+
+    yield open_report
+    for one in opened:
+        one.context.close()
+        assert one.requests == []
+        assert one.complaints == []
+
+
+def test_every_plot_is_drawn_when_it_comes_into_view(visit):
+    page = (one := visit()).page
+    assert page.locator(".plot").count() == 2 * PLOTS
+    assert page.locator("details.run[open]").count() == 2
+    assert page.locator(".plot .main-svg").count() == 0
+    page.get_by_role("button", name="open all").click()
+    assert page.locator("details.run[open]").count() == 4
+    for plot in page.locator(".plot").all():
+        plot.scroll_into_view_if_needed()
+        plot.locator(".main-svg").first.wait_for(state="visible")
+    one.until("() => [...document.querySelectorAll('.plot')].every(d => d.querySelector('.trace'))")
+    for plot in page.locator(".plot").all():
+        assert plot.locator(".xtitle").text_content()
+        assert "[" in plot.locator(".ytitle").first.text_content()
+    page.get_by_role("button", name="close all").click()
+    assert page.locator("details.run[open]").count() == 0
+
+
+def test_dragging_zooms_all_three_time_axes(visit):
+    one = visit()
+    plot = one.wide()
+    start, end = plot.evaluate(RANGE)
+    assert end - start == pytest.approx(40.0)
+    box = plot.locator(".nsewdrag.drag").first.bounding_box()
+    y = box["y"] + box["height"] / 2
+    one.page.mouse.move(box["x"] + 0.25 * box["width"], y)
+    one.page.mouse.down()
+    one.page.mouse.move(box["x"] + 0.5 * box["width"], y, steps=5)
+    one.page.mouse.up()
+    one.until(f"() => {{ const r = ({RANGE})(document.querySelector('details[open] {WIDE}')); "
+              "return r[1] - r[0] < 12; }")  # fmt: skip
+    zoomed = plot.evaluate(RANGE)
+    assert zoomed[0] == pytest.approx(start + 10, abs=0.5)
+    assert zoomed[1] == pytest.approx(start + 20, abs=0.5)
+    one.until(
+        """([begin, end]) => [...document.querySelectorAll('details[open] .plot.wide')]
+        .filter(d => d.layout).every(d => Math.abs(d.layout.xaxis.range[0] - begin) < 1e-6
+                                       && Math.abs(d.layout.xaxis.range[1] - end) < 1e-6)""",
+        zoomed,
+    )
+    lower = one.page.locator('details[open] .plot.wide[data-figure="velocity-r"]')
+    lower.scroll_into_view_if_needed()  # one that was drawn only after the zoom follows too
+    lower.locator(".trace").first.wait_for(state="attached")
+    assert lower.evaluate(RANGE) == pytest.approx(zoomed)
+
+
+def test_buttons_show_the_whole_run_and_forty_seconds(visit, cse1):
+    one = visit()
+    plot = one.wide()
+    home = plot.evaluate(RANGE)
+    bar = one.page.locator("details[open] .bar")
+
+    def press(name):
+        bar.get_by_role("button", name=name).click()
+        return plot.evaluate(RANGE)
+
+    assert press("whole run") == pytest.approx([0.0, cse1["run1"].duration], abs=0.01)
+    assert press("later") == pytest.approx([0.0, cse1["run1"].duration], abs=0.01)
+    assert press("40 s") == pytest.approx(home)
+    later = press("later")
+    assert later == pytest.approx([home[0] + 32, home[1] + 32])
+    assert press("earlier") == pytest.approx(home)
+    for _ in range(8):
+        first = press("earlier")
+    assert first == pytest.approx([0.0, 40.0])
+
+
+def test_double_click_shows_the_whole_run(visit, cse1):
+    one = visit()
+    box = one.wide().locator(".nsewdrag.drag").first.bounding_box()
+    one.page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    one.until(f"() => {{ const r = ({RANGE})(document.querySelector('details[open] {WIDE}')); "
+              f"return r[1] > {cse1['run1'].duration - 1}; }}")  # fmt: skip
+
+
+@pytest.mark.parametrize("touch", [True, False])
+def test_a_phone_has_no_horizontal_scroll(visit, touch):
+    one = visit(width=390, height=844, touch=touch)
+    one.page.get_by_role("button", name="open all").click()
+    for plot in one.page.locator(".plot").all():
+        plot.scroll_into_view_if_needed()
+        plot.locator(".main-svg").first.wait_for(state="visible")
+        box = plot.locator(".main-svg").first.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+    assert one.page.evaluate("document.documentElement.scrollWidth") == 390
+
+
+def test_dark_follows_the_system_and_back(visit):
+    one = visit(scheme="dark")
+    plot = one.wide()
+    line = plot.locator(".scatterlayer .js-line").first
+    colour = "e => getComputedStyle(e).stroke"
+    assert line.evaluate(colour) == "rgb(242, 242, 242)"
+    one.page.emulate_media(color_scheme="light")
+    one.until("() => getComputedStyle(document.querySelector("
+              f"'details[open] {WIDE} .scatterlayer .js-line')).stroke === 'rgb(0, 0, 0)'")  # fmt: skip
+
+
+def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit, tmp_path):
+    one = visit(scheme="dark")
+    page = one.page
+    page.evaluate("""() => addEventListener('beforeprint', () => {
+        window.seen = {
+            drawn: [...document.querySelectorAll('.plot')].filter(d => d.querySelector('.trace')).length,
+            open: document.querySelectorAll('details.run[open]').length,
+            width: Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(d => d.clientWidth)),
+            colour: getComputedStyle(document.querySelector('.plot.wide .js-line')).stroke };
+    })""")
+    page.pdf(path=str(tmp_path / "report.pdf"), prefer_css_page_size=True)
+    seen = page.evaluate("window.seen")
+    assert seen["drawn"] == 2 * PLOTS
+    assert seen["open"] == 4
+    assert seen["width"] <= 690  # [px] 182 mm, what A4 leaves between its margins
+    assert seen["colour"] == "rgb(0, 0, 0)"
+    assert page.locator("details.run[open]").count() == 2
+    assert page.locator("body.printing").count() == 0
+
+
+def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
+    from dataclasses import replace
+
+    name = '</script><img src="https://example.org/x.png" onerror="window.hit = 1"><b>x'
+    model = seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+    path = tmp_path / "report.html"
+    write_report(model, [replace(cse1["run1"], name=name)], path)
+    one = Visit(browser, path)
+    one.wide()
+    assert one.page.locator("summary b").first.inner_text() == name
+    assert one.page.locator("img").count() == 0
+    assert one.page.evaluate("window.hit") is None
+    one.context.close()
+    assert one.requests == []
+    assert one.complaints == []
+
+
+def test_the_policy_stops_requests_that_a_script_would_make(visit):
+    one = visit()
+    outcome = one.page.evaluate(
+        "() => fetch('https://example.org/').then(() => 'went out', () => 'refused')"
+    )
+    assert outcome == "refused"
+    assert any("Content Security Policy" in text for text in one.complaints)
+    one.complaints.clear()

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""Top speed and coasting against closed forms; what a physicist would doubt."""
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+
+from seatrial.errors import ModelError
+from seatrial.sanity import doubts, sanity, sanity_line
+
+
+def top_speed(quadratic: float, linear: float, force: float) -> float:
+    """Positive root of quadratic u^2 + linear u + force = 0."""
+    return (-linear - np.sqrt(linear**2 - 4 * quadratic * force)) / (2 * quadratic)
+
+
+def coast(quadratic: float, linear: float, u0: float, share: float) -> float:
+    """Distance from u0 to share * u0 under u_dot = linear u + quadratic u |u|: dx = u du / u_dot."""
+    a, b = -linear, -quadratic
+    return np.log((a + b * u0) / (a + b * share * u0)) / b
+
+
+@pytest.mark.parametrize("column", ["MP", "AF"])
+def test_top_speed_and_coast_are_the_closed_forms(mp, column):
+    c = TABLE_II[column]
+    surge, sway, yaw = sanity(make_model(mp, c, step=1 / 60))
+    for found, names in ((surge, "X_uu X_u X_F"), (sway, "Y_vv Y_v Y_F")):
+        q, lin, f = (c[n] for n in names.split())
+        top = top_speed(q, lin, f)
+        assert found.top_speed == pytest.approx(top, rel=1e-6)
+        assert found.coast == pytest.approx(coast(q, lin, top, 0.02), rel=2e-3)
+        assert found.command == 1.0
+    assert yaw.top_speed == pytest.approx(top_speed(c["N_rr"], c["N_r"], c["N_F"]), rel=1e-6)
+    assert 0 < surge.rise_time < 5
+
+
+def test_the_papers_boat_in_words(mp):
+    line = sanity_line(make_model(mp, TABLE_II["AF"]))
+    assert line.startswith("Top speed 0.23 m/s in surge, 0.38 m/s in sway, 1.62 rad/s in yaw;")
+    assert line.endswith("is that your boat?")
+
+
+def test_drag_that_drives_the_boat_is_a_doubt(mp):
+    (doubt,) = doubts(make_model(mp, TABLE_II["AF"] | {"X_u": 0.02}))
+    assert doubt.startswith("X_u = 0.02")
+    assert "linear surge drag that drives the boat" in doubt
+    assert doubts(make_model(mp, TABLE_II["AF"])) == []
+
+
+def test_a_model_that_runs_away_is_refused_with_the_coefficients_at_fault(mp):
+    with pytest.raises(ModelError, match=r"surge passes 10 m/s within \d+ s.*X_u = 0\.5, X_uu = 0"):
+        sanity(make_model(mp, TABLE_II["AF"] | {"X_u": 0.5, "X_uu": 0.0}))
+
+
+def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
+    from seatrial.vehicle import vehicle_from
+
+    content = mp.to_mapping()
+    content["structure"] = {
+        "surge": ["X_u * u", "X_F * F_u", "X_rd * r_dot"], "sway": ["Y_v * v", "Y_F * F_v"],
+        "yaw": ["N_r * r", "N_F * F_r", "N_ud * u_dot"],
+    }  # fmt: skip
+    vehicle = vehicle_from(content, "singular")
+    values = {"X_u": -1, "X_F": 1, "X_rd": 2, "Y_v": -1, "Y_F": 1, "N_r": -1, "N_F": 1, "N_ud": 0.5}
+    with pytest.raises(ModelError, match="unstable"):
+        sanity(make_model(vehicle, values))

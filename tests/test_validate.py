@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""Scores against what they must be: closed forms, Monte Carlo, hand-made errors."""
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from hypothesis import given
+from hypothesis import strategies as st
+
+from seatrial.errors import RecordingError
+from seatrial.identify import equation_error
+from seatrial.plan import load_plan
+from seatrial.predict import predict
+from seatrial.schema import NoiseEntry
+from seatrial.simulate import plant_model
+from seatrial.statistics import autocorrelation, kurtosis, moving_average_band, white_band
+from seatrial.validate import scores_json, scores_text, validate
+from seatrial.velocity import motion
+
+
+@pytest.fixture(scope="module")
+def truth_af(af):
+    return plant_model(load_plan("clean"), af)
+
+
+def test_the_true_model_from_true_starts_predicts_to_the_last_digit(truth_af, clean_af):
+    trial = clean_af["S7"]
+    got = predict(truth_af, trial.recording, velocities=trial.true_motion)
+    assert (
+        np.sqrt(np.mean(got.errors**2, axis=0)).max() < 1e-4
+    )  # 240 steps a second, poses at 15 Hz
+    assert got.floor.tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("preset", ["paper-like", "hard"])
+def test_a_perfect_models_score_is_the_noise_floor(af, preset):
+    """The floor is computed from noise and sensitivities; the score is measured."""
+    import msgspec
+
+    from seatrial.simulate import simulate
+
+    plan = load_plan(preset)
+    pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
+    plan = msgspec.structs.replace(
+        plan, pose=pose, trials={"S7": plan.trials["S7"]},
+        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
+    )  # fmt: skip
+    (trial,) = simulate(plan, af)
+    truth = plant_model(plan, af)
+    scores = validate(truth, [trial.recording]).recordings[0].scores
+    for symbol in "uvr":
+        assert scores[symbol].rms == pytest.approx(scores[symbol].floor, rel=0.08), symbol
+        assert scores[symbol].excess < 0.45 * scores[symbol].floor
+
+
+def test_scores_are_what_their_names_say(clean_mp, mp):
+    model = make_model(mp, TABLE_II["MP"])
+    record = clean_mp["S7"].recording
+    got = predict(model, record, 1.0)
+    assert got.steps == 15
+    moving = motion(record)
+    np.testing.assert_array_equal(got.measured, moving.nu[got.index])
+    np.testing.assert_array_equal(got.start, moving.nu[got.index - 15])
+    np.testing.assert_allclose(record.t[got.index] - record.t[got.index - 15], 1.0, atol=1e-9)
+    score = validate(model, [record]).recordings[0].scores["v"]
+    errors = moving.nu[got.index, 1] - got.nu[:, 1]
+    assert score.rms == pytest.approx(np.sqrt(np.mean(errors**2)))
+    still = moving.nu[got.index, 1] - moving.nu[got.index - 15, 1]
+    assert score.stays_constant == pytest.approx(np.sqrt(np.mean(still**2)))
+    assert score.ratio == pytest.approx(score.rms / score.stays_constant)
+    assert score.bias == pytest.approx(errors.mean())
+    from scipy.stats import kurtosis as reference
+
+    assert score.kurtosis == pytest.approx(reference(errors, fisher=False))
+
+
+def test_excess_and_floor_add_up_to_the_score(paper_af, af):
+    model = equation_error([paper_af[s].recording for s in ("S1", "S2", "S3")], af)
+    score = validate(model, [paper_af["S7"].recording]).recordings[0].scores["u"]
+    assert score.excess**2 + score.floor**2 == pytest.approx(score.rms**2)
+
+
+def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
+    model = make_model(af, TABLE_II["AF"])
+    rows = validate(model, [clean_af[s].recording for s in ("S4", "S5", "S6", "S7")])
+    assert [r.excited for r in rows.recordings] == ["surge", "sway", "yaw", None]
+    text = scores_text(rows)
+    assert text.count("*cm/s") == 2
+    assert text.count("*rad/s") == 1
+    assert scores_json(rows)["recordings"][0]["recording"] == "S4-AF"
+
+
+def test_no_prediction_reaches_over_a_gap(af, paper_af):
+    model = make_model(af, TABLE_II["AF"])
+    record = paper_af["S7"].recording
+    got = predict(model, record)
+    assert np.all(np.abs(record.t[got.index] - record.t[got.index - got.steps] - 1.0) < 0.75 / 15)
+
+
+def test_a_horizon_that_does_not_fit_is_one_line(clean_af, af):
+    model = make_model(af, TABLE_II["AF"])
+    with pytest.raises(RecordingError, match="shorter than the time between poses"):
+        predict(model, clean_af["S1"].recording, 0.01)
+    with pytest.raises(RecordingError, match="no two usable velocities 500 s apart"):
+        predict(model, clean_af["S1"].recording, 500.0)
+
+
+def test_autocorrelation_of_a_moving_average_is_the_triangle():
+    rng = np.random.default_rng(0)
+    k, n = 15, 200_000
+    errors = np.convolve(rng.normal(size=n), np.ones(k), "valid")
+    rho = autocorrelation(errors, np.arange(len(errors)), 40)
+    triangle = np.maximum(0, 1 - np.arange(41) / k)
+    np.testing.assert_allclose(rho, triangle, atol=0.04)
+
+
+def test_the_bands_cover_what_they_claim():
+    """White errors within the white band; a moving average of order k - 1 within Bartlett's beyond k."""
+    rng = np.random.default_rng(1)
+    n, k, runs = 3000, 15, 300
+    white_in, average_in, fooled = [], [], []
+    for _ in range(runs):
+        e = rng.normal(size=n)
+        rho = autocorrelation(e, np.arange(n), 30)
+        white_in.append(np.abs(rho[1:]) < white_band(n))
+        e = np.convolve(rng.normal(size=n + k - 1), np.ones(k), "valid")
+        rho = autocorrelation(e, np.arange(n), 60)
+        band = moving_average_band(rho, k, n)
+        average_in.append(np.abs(rho[k:]) < band[k:])
+        fooled.append(np.abs(rho[k:]) < white_band(n))
+    assert np.mean(white_in) == pytest.approx(0.95, abs=0.01)
+    assert np.mean(average_in) == pytest.approx(0.95, abs=0.025)
+    assert np.mean(fooled) < 0.6  # the white band cries wolf at a perfect model
+
+
+def test_gaps_do_not_pair_samples_that_are_further_apart():
+    rng = np.random.default_rng(2)
+    e = rng.normal(size=4000)
+    index = np.concatenate([np.arange(2000), np.arange(2000) + 5000])
+    rho = autocorrelation(e, index, 5)
+    by_hand = np.concatenate([(e[:2000] - e.mean())[1:] * (e[:2000] - e.mean())[:-1],
+                              (e[2000:] - e.mean())[1:] * (e[2000:] - e.mean())[:-1]])  # fmt: skip
+    assert rho[1] == pytest.approx(by_hand.mean() / e.var(), rel=1e-12)
+
+
+@given(st.lists(st.floats(-10, 10), min_size=5, max_size=50).filter(lambda x: np.std(x) > 1e-3))
+def test_kurtosis_equals_scipys(values):
+    from scipy.stats import kurtosis as reference
+
+    assert kurtosis(np.array(values)) == pytest.approx(reference(values, fisher=False), rel=1e-6)
+
+
+def test_noise_in_the_model_sets_the_floor_in_proportion(clean_af, af):
+    from dataclasses import replace
+
+    model = make_model(af, TABLE_II["AF"])
+    floors = [
+        predict(replace(model, noise=NoiseEntry(s, s)), clean_af["S7"].recording).floor
+        for s in (0.001, 0.002)
+    ]
+    np.testing.assert_allclose(floors[1], 2 * floors[0], rtol=1e-9)
+    assert floors[0][0] > 0.95 * 0.001 * 15
