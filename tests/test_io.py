@@ -119,7 +119,7 @@ def test_missing_and_foreign_files_say_what_was_expected(tmp_path):
     with pytest.raises(SeatrialError, match=r"poses\.csv: no such file"):
         seatrial.read(tmp_path / "empty", vehicle())
     (tmp_path / "a.bag").write_bytes(b"#ROSBAG")
-    with pytest.raises(SeatrialError, match="expected a .csv table"):
+    with pytest.raises(SeatrialError, match=r"expected a \.csv table"):
         seatrial.read(tmp_path / "a.bag", vehicle())
     path = folder(tmp_path / "run")
     (path / "poses.csv").write_bytes(bytes(range(256)) * 10)

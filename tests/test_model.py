@@ -97,8 +97,21 @@ def test_a_model_file_that_is_not_right_is_one_clear_line(identified, tmp_path, 
     assert "\n" not in str(caught.value)
 
 
-def test_another_vehicle_must_have_the_same_coefficients(identified, cse1_vehicle, mp):
-    assert identified.with_vehicle(mp).vehicle is mp
+def test_another_vehicle_can_read_other_recordings_of_the_boat(identified, mp):
+    other = identified.with_vehicle(mp)
+    assert other.vehicle.scheme is mp.scheme
+    assert np.array_equal(other.coefficients, identified.coefficients)
+
+
+def test_another_vehicle_keeps_the_models_actuator_chain(mp, af):
+    chain = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1)]
+    model = make_model(mp.with_chain(chain), TABLE_II["MP"]).with_vehicle(af)
+    assert model.vehicle.scheme is af.scheme
+    assert model.vehicle.constants.names == ("latency", "edge_forward", "edge_reverse", "lag")
+    assert model.constants.tolist() == [0.02, 0.08, 0.09, 0.1]
+
+
+def test_another_vehicle_must_have_the_same_terms(identified, cse1_vehicle):
     with pytest.raises(ModelError, match="the model has X_u"):
         identified.with_vehicle(cse1_vehicle)
 

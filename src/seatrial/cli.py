@@ -173,7 +173,7 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> None:
     given = None if args.model is None else load(args.model)
     for name in plan.vehicles if args.vehicle is None else [args.vehicle]:
         vehicle = load_vehicle(name)
-        truth = plant_model(plan, vehicle) if given is None else given
+        truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
             print(f"  {write_trial(trial, args.out)}")

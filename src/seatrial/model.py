@@ -104,16 +104,13 @@ class Model:
         )  # fmt: skip
 
     def with_vehicle(self, vehicle: Vehicle) -> "Model":
-        """The same boat with another vehicle's signals, allocation and chain."""
+        """The same boat and actuator chain with another vehicle's signals and allocation."""
         if vehicle.structure.coefficients != self.structure.coefficients:
             raise ModelError(
                 f"vehicle {vehicle.name} has coefficients {', '.join(vehicle.structure.coefficients)}; "
                 f"the model has {', '.join(self.structure.coefficients)}"
             )
-        known = dict(zip(self.vehicle.constants.names, self.constants.tolist(), strict=True))
-        own = vehicle.constants
-        constants = [known.get(n, v) for n, v in zip(own.names, own.values.tolist(), strict=True)]
-        return replace(self, vehicle=vehicle, constants=np.array(constants))
+        return replace(self, vehicle=vehicle.with_chain(self.vehicle.file.chain))
 
 
 def thrust_trace(

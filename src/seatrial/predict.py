@@ -48,6 +48,8 @@ def predict(
     Starts and references are the stencil's velocities unless `velocities` are given (the truth of
     a simulated trial). Raises RecordingError where there is no stretch as long as the horizon.
     """
+    if not 0 < horizon < np.inf:
+        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
     steps = round(horizon / recording.period)
     if steps < 1:
         raise RecordingError(

@@ -12,6 +12,7 @@ from seatrial.frames import AXES, SYMBOLS
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
 from seatrial.recording import Recording
+from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
 
 SCORES_FORMAT = "scores 1"
@@ -52,7 +53,8 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 def validate(
     model: Model, recordings: Sequence[Recording], horizon: float = DEFAULT_HORIZON
 ) -> Scores:
-    """Scores of the model on every recording, `horizon` [s] ahead."""
+    """Scores of the model on every recording, `horizon` [s] ahead. Refuses an unstable model."""
+    sanity(model)
     found = [score(model, r, predict(model, r, horizon)) for r in recordings]
     return Scores(SCORES_FORMAT, model.name, model.estimator.method, horizon, found)
 

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT
+"""The command line as a user meets it: every command, every usual mistake."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from conftest import CSE1
+
+import seatrial
+from seatrial.cli import main
+from seatrial.demo import bundled_data
+from seatrial.io.write import write_setting, write_trial
+from seatrial.model import save
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model, simulate
+
+SHIP = [str(CSE1 / "csv" / "CSE1_data_random_run3.csv"), "--vehicle", str(CSE1 / "coupled.yaml")]
+
+
+@pytest.fixture(scope="module")
+def pool(tmp_path_factory, af):
+    """Trials on disk, with a model identified from them."""
+    out = tmp_path_factory.mktemp("pool")
+    plan = load_plan("paper-like")
+    write_setting(plan, af, plant_model(plan, af), out)
+    records = [seatrial.read(write_trial(t, out), af) for t in simulate(plan, af)]
+    save(seatrial.identify(records[:3], af), out / "model.yaml")
+    return out
+
+
+def run(capsys, *arguments) -> tuple[int, str, str]:
+    code = main([str(a) for a in arguments])
+    shown = capsys.readouterr()
+    return code, shown.out, shown.err
+
+
+def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
+    trials = [pool / f"S{i}-AF" for i in range(1, 8)]
+    vehicle = ["--vehicle", pool / "vehicle-AF.yaml"]
+    code, out, err = run(capsys, "inspect", trials[0], *vehicle)
+    assert (code, err) == (0, "")
+    assert "drives surge nearly alone" in out
+    model = tmp_path / "model.yaml"
+    code, out, err = run(capsys, "identify", *trials[:3], *vehicle, "-o", model)
+    assert (code, err) == (0, "")
+    assert "X_F" in out
+    assert "is that your boat?" in out
+    assert model.read_text() == (pool / "model.yaml").read_text()
+    code, out, err = run(capsys, "validate", model, *trials[3:], "--json", tmp_path / "scores.json")
+    assert (code, err) == (0, "")
+    scores = json.loads((tmp_path / "scores.json").read_text())
+    assert [r["recording"] for r in scores["recordings"]] == ["S4-AF", "S5-AF", "S6-AF", "S7-AF"]
+    assert f"{100 * scores['recordings'][0]['scores']['u']['rms']:.3f}*cm/s" in out
+    code, out, err = run(capsys, "report", model, trials[6], "-o", tmp_path / "report.html")
+    assert (code, err) == (0, "")
+    assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
+
+
+def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
+    plan = tmp_path / "plan.yaml"
+    plan.write_text("based_on: hard\nseed: 7\ntrials: {S2: {drive: sway, duration: 30}}\n")
+    code, out, err = run(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
+    assert (code, err) == (0, "")
+    names = {
+        str(p.relative_to(tmp_path / "out")) for p in (tmp_path / "out").rglob("*") if p.is_file()
+    }
+    assert names == {
+        "vehicle-MP.yaml", "vehicle-AF.yaml", "truth/plan.yaml", "truth/model-MP.yaml",
+        "truth/model-AF.yaml", "truth/S2-MP.csv", "truth/S2-AF.csv",
+        "S2-MP/poses.csv", "S2-MP/commands.csv", "S2-AF/poses.csv", "S2-AF/commands.csv",
+    }  # fmt: skip
+    code, _, err = run(
+        capsys, "simulate", "--plan", plan, "--vehicle", tmp_path / "out" / "vehicle-AF.yaml",
+        "--model", tmp_path / "out" / "truth" / "model-AF.yaml", "--seed", 7, "-o", tmp_path / "again",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert (tmp_path / "again" / "S2-AF" / "poses.csv").read_text() == (
+        tmp_path / "out" / "S2-AF" / "poses.csv"
+    ).read_text()
+
+
+def test_start_and_end_cut_the_recording(pool, tmp_path, capsys):
+    code, _, _ = run(
+        capsys, "identify", pool / "S7-AF", "--vehicle", pool / "vehicle-AF.yaml",
+        "--start", 100, "--end", 300, "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 0
+    (entry,) = yaml.safe_load((tmp_path / "m.yaml").read_text())["recordings"]
+    assert entry["length"] == pytest.approx(200, abs=0.2)
+    assert entry["start"] == pytest.approx(100, abs=0.1)
+
+
+def test_roles_can_be_given(pool, tmp_path, capsys):
+    code, _, _ = run(
+        capsys, "identify", pool / "S1-AF", pool / "S2-AF", pool / "S3-AF", pool / "S7-AF",
+        "--vehicle", pool / "vehicle-AF.yaml", "--role", "yaw=S7-AF,S3-AF", "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 0
+    steps = yaml.safe_load((tmp_path / "m.yaml").read_text())["estimator"]["steps"]
+    assert steps[2]["recordings"] == ["S7-AF", "S3-AF"]
+
+
+def test_another_folder_name_or_order_gives_the_same_model(pool, tmp_path, capsys):
+    order = ["S3-AF", "S1-AF", "S2-AF"]
+    run(
+        capsys,
+        "identify",
+        *(pool / n for n in order),
+        "--vehicle",
+        pool / "vehicle-AF.yaml",
+        "-o",
+        tmp_path / "m",
+    )
+    a, b = seatrial.load(pool / "model.yaml"), seatrial.load(tmp_path / "m")
+    assert a.values == pytest.approx(b.values, rel=1e-9)
+
+
+BAD = {
+    "no such recording": (["identify", "none", "--vehicle", "{v}", "-o", "{o}"], "no such file or folder"),
+    "no such vehicle": (["identify", "{p}/S1-AF", "--vehicle", "none.yaml", "-o", "{o}"], "no such file"),
+    "too short": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "2", "-o", "{o}"], "usable samples|never excited"),
+    "outside": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "900", "-o", "{o}"], "it lasts"),
+    "axis never excited": (["identify", "{p}/surge", "--vehicle", "{v}", "-o", "{o}"], "sway is never excited"),
+    "no commands": (["identify", "{p}/mute", "--vehicle", "{v}", "-o", "{o}"], "has a header but no rows"),
+    "not a number": (["identify", "{p}/nan", "--vehicle", "{v}", "-o", "{o}"], "empty or not finite"),
+    "wrong role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "heave=S7-AF", "-o", "{o}"], "--role"),
+    "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}"], "no such recording"),
+    "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "same name"),
+    "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
+    "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: vehicle 1'"),
+    "unstable": (["validate", "{p}/wild.yaml", "{p}/S7-AF", "--json", "{o}"], "unstable"),
+    "other boat": (["validate", "{p}/model.yaml", "{c}", "--vehicle", "{cv}", "--json", "{o}"], "the model has"),
+    "horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "0.001", "--json", "{o}"], "longer one"),
+    "endless horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "nan", "--json", "{o}"], "horizon"),
+    "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
+    "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
+    "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def spoiled(pool):
+    """The pool with things in it that are wrong."""
+    for name in ("surge", "mute", "nan"):
+        shutil.copytree(pool / "S1-AF", pool / name)
+    sticks = (pool / "surge" / "commands.csv").read_text().splitlines()
+    rows = [sticks[0], *(",".join([*line.split(",")[:2], "0", "0"]) for line in sticks[1:])]
+    (pool / "surge" / "commands.csv").write_text("\n".join(rows))
+    (pool / "mute" / "commands.csv").write_text(sticks[0] + "\n")
+    (pool / "nan" / "commands.csv").write_text(
+        "\n".join([*sticks[:50], "0.5,nan,0,0", *sticks[50:]])
+    )
+    content = yaml.safe_load((pool / "model.yaml").read_text())
+    (pool / "new.yaml").write_text(yaml.safe_dump(content | {"seatrial": "model 9"}))
+    content["coefficients"]["X_u"]["value"] = 5.0
+    content["coefficients"]["X_uu"]["value"] = 1.0
+    (pool / "wild.yaml").write_text(yaml.safe_dump(content))
+    return pool
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_mistake_is_one_line_exit_1_and_nothing_written(case, spoiled, tmp_path, capsys):
+    template, words = BAD[case]
+    out = tmp_path / "out"
+    names = {
+        "p": spoiled, "v": spoiled / "vehicle-AF.yaml", "o": out, "cv": CSE1 / "vehicle.yaml",
+        "c": CSE1 / "csv" / "CSE1_data_run1.csv",
+    }  # fmt: skip
+    code, shown, err = run(capsys, *(a.format(**names) for a in template))
+    assert code == 1
+    assert shown == ""
+    assert err.startswith("seatrial: ")
+    assert err.count("\n") == 1
+    assert re.search(words, err), err
+    assert not out.exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_positive_drag_is_a_doubt_not_an_error(pool, tmp_path, capsys):
+    """The paper-like noise makes X_u positive for some seeds: identify says so and writes the model."""
+    model = seatrial.load(pool / "model.yaml")
+    assert any(model.values[n] > 0 for n in ("X_u", "Y_v", "N_r")) == bool(model.warnings)
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["sail"], ["identify"], ["identify", "x", "--method", "magic"]]
+)
+def test_usage_errors_exit_with_2(arguments, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    assert left.value.code == 2
+    assert "usage: seatrial" in capsys.readouterr().err
+
+
+def test_the_installed_command_runs_and_is_quick_to_start():
+    command = Path(sys.executable).parent / "seatrial"
+    shown = subprocess.run([command, "--version"], capture_output=True, text=True, check=True)
+    assert shown.stdout.startswith("seatrial 0.")
+    piped = subprocess.run(
+        f"{command} inspect {' '.join(SHIP)} | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert piped.stderr == ""
+
+
+def test_progress_is_silent_where_there_is_no_terminal(pool, tmp_path):
+    command = [Path(sys.executable).parent / "seatrial", "identify", pool / "S7-AF"]
+    command += ["--vehicle", pool / "vehicle-AF.yaml", "-o", tmp_path / "m.yaml"]
+    shown = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert shown.stderr == ""
+
+
+def test_the_demo_identifies_validates_and_reports(tmp_path, capsys):
+    code, out, err = run(capsys, "demo", "--out", tmp_path)
+    assert (code, err) == (0, "")
+    reports = sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("report.html"))
+    assert reports == [
+        "cse1/cse1-coupled/report.html", "cse1/cse1/report.html",
+        "mallard/result-AF/report.html", "mallard/result-MP/report.html",
+    ]  # fmt: skip
+    for report in reports:
+        scores = json.loads((tmp_path / report).with_name("scores.json").read_text())
+        for row in scores["recordings"]:
+            assert row["recording"] in out
+            for score in row["scores"].values():
+                assert f"{score['ratio']:4.2f}" in out
+        assert seatrial.load((tmp_path / report).with_name("model.yaml")).recordings
+
+
+def test_the_bundled_recordings_are_found_and_whole():
+    assert (bundled_data() / "cse1" / "UPSTREAM_LICENSE.TXT").is_file()
+    assert len(list((bundled_data() / "cse1" / "csv").glob("*.csv"))) == 3
