@@ -65,7 +65,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
 def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
     plan = tmp_path / "plan.yaml"
     plan.write_text("based_on: hard\nseed: 7\ntrials: {S2: {drive: sway, duration: 30}}\n")
-    code, out, err = run(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
+    code, _, err = run(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
     assert (code, err) == (0, "")
     names = {
         str(p.relative_to(tmp_path / "out")) for p in (tmp_path / "out").rglob("*") if p.is_file()

@@ -123,7 +123,7 @@ def test_missing_and_foreign_files_say_what_was_expected(tmp_path):
         seatrial.read(tmp_path / "a.bag", vehicle())
     path = folder(tmp_path / "run")
     (path / "poses.csv").write_bytes(bytes(range(256)) * 10)
-    with pytest.raises(SeatrialError, match="not a CSV text file|no column"):
+    with pytest.raises(SeatrialError, match=r"not a CSV text file|no column"):
         seatrial.read(path, vehicle())
 
 

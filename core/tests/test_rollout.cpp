@@ -318,8 +318,8 @@ TEST_CASE("a simulation may be stopped and taken up anywhere, at a break or betw
     REQUIRE(t1 < end);
     const double first_time[2] = {0.0, t1};
     const double second_time[2] = {t1, end};
-    double first[2 * kStates];
-    double second[2 * kStates];
+    double first[2 * kStates] = {};
+    double second[2 * kStates] = {};
     REQUIRE(simulate(p.boat, trace, p.x0.data(), first_time, 2, first, nullptr) == 2);
     REQUIRE(simulate(p.boat, trace, first + kStates, second_time, 2, second, nullptr) == 2);
     for (int i = 0; i < kStates; ++i) worst.see(second[kStates + i], whole[kStates + i]);

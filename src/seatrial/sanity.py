@@ -54,7 +54,7 @@ def doubts(model: Model) -> list[str]:
             if value is not None and value > 0:
                 error = model.standard_errors[name]
                 found.append(
-                    f"{name} = {value:.3g} +- {error:.2g} is positive: {kind} {AXES[axis]} drag that "
+                    f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} {AXES[axis]} drag that "
                     "drives the boat. The two drag terms may not be told apart by these speeds: "
                     "drive faster and slower, or drop one."
                 )

@@ -66,30 +66,43 @@ inline int steps_for(double length, double longest) {
   return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
 }
 
+/// What is left of each actuator's distance to its target after h [s].
+inline void decays(const Chain& c, const double* q, double h, double* remains) {
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    const bool same = k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag;
+    remains[k] = same ? remains[k - 1] : decay(c, q, k, h);
+  }
+}
+
+/// Forces at begin, middle and end of a step without a break; the levels move to its end.
+/// `remains`: the decays over half of the step.
+inline void step_forces(const Chain& c, const double* remains, Thrust& f,
+                        double force[3][kMaxForces]) {
+  double output[3][kMaxActuators];
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    const double away = f.level[k] - f.target[k];
+    const double whole = f.target[k] + away * remains[k] * remains[k];
+    output[0][k] = f.multiplier[k] * f.level[k];
+    output[1][k] = f.multiplier[k] * (f.target[k] + away * remains[k]);
+    output[2][k] = f.multiplier[k] * whole;
+    f.level[k] = whole;
+  }
+  for (int node = 0; node < 3; ++node) mix_forces(c, output[node], force[node]);
+}
+
 /// Boat and thrusters over `length` [s] without a break of the input. False where it diverged.
 inline bool advance(const Structure& s, const double* coefficient, const Chain& c, const double* q,
                     double length, double longest, Thrust& f, double* x) {
   if (!(length > 0.0)) return true;
   const int n = steps_for(length, longest);
   const double h = length / n;
-  double remains[kMaxActuators];  // of the distance to the target, after half a step
-  for (int k = 0; k < c.n_actuators(); ++k) {
-    remains[k] = decay(c, q, k, 0.5 * h);
-    f.level[k] = level_after(c, q, f, k, 0.0);  // without a lag it has jumped to its target
-  }
-  double output[3][kMaxActuators];
+  double remains[kMaxActuators];
   double force[3][kMaxForces];
+  decays(c, q, 0.5 * h, remains);
+  // without a lag the level has jumped to its target
+  for (int k = 0; k < c.n_actuators(); ++k) f.level[k] = level_after(c, q, f, k, 0.0);
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < c.n_actuators(); ++k) {
-      const double away = f.level[k] - f.target[k];
-      const double half = f.target[k] + away * remains[k];
-      const double whole = f.target[k] + away * remains[k] * remains[k];
-      output[0][k] = f.multiplier[k] * f.level[k];
-      output[1][k] = f.multiplier[k] * half;
-      output[2][k] = f.multiplier[k] * whole;
-      f.level[k] = whole;
-    }
-    for (int node = 0; node < 3; ++node) mix_forces(c, output[node], force[node]);
+    step_forces(c, remains, f, force);
     if (!runge_kutta_step(s, coefficient, h, force, x)) return false;
   }
   return bounded(x);

@@ -83,9 +83,19 @@ inline void signals(const Structure& s, const T* nu, const T* force, T* z) {
 /// The product of a term's factors: what multiplies its coefficient (and its acceleration).
 template <class T>
 inline T product(const Term& t, const T* z) {
-  T p = T(t.number);
-  for (int k = 0; k < t.n_factors; ++k) p = p * z[t.factors[k]];
-  return p;
+  const std::uint8_t* f = t.factors;
+  switch (t.n_factors) {  // most terms have one or two
+    case 0:
+      return T(t.number);
+    case 1:
+      return T(t.number) * z[f[0]];
+    case 2:
+      return T(t.number) * z[f[0]] * z[f[1]];
+    case 3:
+      return T(t.number) * z[f[0]] * z[f[1]] * z[f[2]];
+    default:
+      return T(t.number) * z[f[0]] * z[f[1]] * z[f[2]] * z[f[3]];
+  }
 }
 
 }  // namespace seatrial

@@ -123,16 +123,18 @@ inline bool runge_kutta_step_tangent(const Structure& s, const double* coefficie
   double at[kStates];
   double part[kMaxConstants];
   StateTangent dk;
-  StateTangent dat = dx;
+  StateTangent shifted;
   StateTangent dsum;
+  const StateTangent* dat = &dx;
   const int n = columns.size();
   for (int stage = 0; stage < 4; ++stage) {
     for (int i = 0; i < kStates; ++i) at[i] = x[i] + kShare[stage] * h * k[i];
     if (stage > 0) {
       detail::scaled(dh, columns.n_constants, kShare[stage], part);
-      detail::shift_tangent(columns, dx, dk, k, kShare[stage] * h, part, dat);
+      detail::shift_tangent(columns, dx, dk, k, kShare[stage] * h, part, shifted);
+      dat = &shifted;
     }
-    if (!detail::state_rate_tangent(s, coefficient, at, force[kNode[stage]], columns, dat,
+    if (!detail::state_rate_tangent(s, coefficient, at, force[kNode[stage]], columns, *dat,
                                     dforce[kNode[stage]], k, dk)) {
       return false;
     }
@@ -206,39 +208,45 @@ inline double output_tangent(const Columns& columns, const Thrust& f, const Thru
 
 }  // namespace detail
 
+/// `step_forces` of step.hpp with tangents, for a step of h [s] that the constants move by dh.
+inline void step_forces_tangent(const Chain& c, const double* q, const Columns& columns, double h,
+                                const double* dh, Thrust& f, ThrustTangent& df,
+                                detail::StepForces& to) {
+  double dnode[kMaxConstants];
+  double level[kMaxActuators];
+  double dlevel[kMaxActuators][kMaxConstants];
+  double output[kMaxActuators];
+  double doutput[kMaxActuators][kMaxConstants];
+  for (int node = 0; node < 3; ++node) {
+    detail::scaled(dh, columns.n_constants, 0.5 * node, dnode);
+    for (int k = 0; k < c.n_actuators(); ++k) {
+      double dremains[kMaxConstants];
+      const double remains =
+          detail::decay_tangent(c, q, columns, k, 0.5 * node * h, dnode, dremains);
+      level[k] = detail::level_tangent(columns, f, df, k, remains, dremains, dlevel[k]);
+      output[k] = detail::output_tangent(columns, f, df, k, level[k], dlevel[k], doutput[k]);
+    }
+    detail::mix_node(c, columns, output, doutput, node, to);
+  }
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    f.level[k] = level[k];
+    detail::scaled(dlevel[k], columns.n_constants, 1.0, df.level[k]);
+  }
+}
+
 /// `advance` of step.hpp with tangents. dlength: derivative of the interval to each constant.
 inline bool advance_tangent(const Structure& s, const double* coefficient, const Chain& c,
                             const double* q, const Columns& columns, double length,
                             const double* dlength, double longest, Thrust& f, ThrustTangent& df,
                             double* x, StateTangent& dx) {
   const int n = steps_for(length, longest);
-  const double h = length / n;
   double dh[kMaxConstants] = {0.0};
-  double dnode[kMaxConstants];
   detail::scaled(dlength, columns.n_constants, 1.0 / n, dh);
   for (int i = 0; i < n; ++i) {
     detail::StepForces forces;
-    double level[kMaxActuators];
-    double dlevel[kMaxActuators][kMaxConstants];
-    double output[kMaxActuators];
-    double doutput[kMaxActuators][kMaxConstants];
-    for (int node = 0; node < 3; ++node) {
-      detail::scaled(dh, columns.n_constants, 0.5 * node, dnode);
-      for (int k = 0; k < c.n_actuators(); ++k) {
-        double dremains[kMaxConstants];
-        const double remains =
-            detail::decay_tangent(c, q, columns, k, 0.5 * node * h, dnode, dremains);
-        level[k] = detail::level_tangent(columns, f, df, k, remains, dremains, dlevel[k]);
-        output[k] = detail::output_tangent(columns, f, df, k, level[k], dlevel[k], doutput[k]);
-      }
-      detail::mix_node(c, columns, output, doutput, node, forces);
-    }
-    for (int k = 0; k < c.n_actuators(); ++k) {
-      f.level[k] = level[k];
-      detail::scaled(dlevel[k], columns.n_constants, 1.0, df.level[k]);
-    }
-    if (!runge_kutta_step_tangent(s, coefficient, columns, h, dh, forces.force, forces.dforce, x,
-                                  dx)) {
+    step_forces_tangent(c, q, columns, length / n, dh, f, df, forces);
+    if (!runge_kutta_step_tangent(s, coefficient, columns, length / n, dh, forces.force,
+                                  forces.dforce, x, dx)) {
       return false;
     }
   }

@@ -48,7 +48,7 @@ def summary(model: Model) -> str:
     """Coefficients, warnings and what they mean for the boat, for the terminal."""
     units = model.structure.units
     lines = [
-        f"  {name:<6} {value:10.4f} +- {model.standard_errors[name]:.4f}  {units[name]}"
+        f"  {name:<6} {value:10.4f} ± {model.standard_errors[name]:.4f}  {units[name]}"
         for name, value in model.values.items()
     ]
     lines += [f"  doubt: {warning}" for warning in model.warnings]

@@ -15,8 +15,8 @@ TOLD_APART = (
 
 LEAST_SQUARES = """<p class="note">The standard errors are those of least squares. They cover scatter,
 also scatter that hangs together over time, but not the bias that pose noise causes: the poses are
-differentiated, so the regressors are noisy too, and that draws coefficients towards 0 by an amount
-that no interval here shows. R² is low because accelerations from differentiated poses are mostly
+differentiated, so the regressors are noisy too, and that moves the coefficients, drag most of all,
+by an amount that no interval here shows. R² is low because accelerations from differentiated poses are mostly
 noise; the predictions below are the measure of the model.</p>"""
 
 RECORDED = """Left-out poses are not used anywhere; no velocity and no prediction reaches over a gap
