@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ import seatrial
 from seatrial import _core
 from seatrial.io.write import write_setting, write_trial
 from seatrial.plan import load_plan
+from seatrial.schema import Integration
 from seatrial.simulate import plant_model, simulate
 
 REPEATS = 7
@@ -75,10 +77,6 @@ def numpy_euler(model: seatrial.Model, nu: np.ndarray, F: np.ndarray, dt: float)
 
 def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     """15 steps ahead from each of 6000 samples."""
-    from dataclasses import replace
-
-    from seatrial.schema import Integration
-
     dt = 1 / 15
     euler = replace(truth, integration=Integration("forward-euler", dt))
     t = np.arange(6000) * dt
@@ -99,10 +97,18 @@ def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     print(f"{STEPS}-step prediction from 6000 samples, one thread")
     base = median(lambda: core(euler))
     row("core, forward Euler (thrusters included)", base)
-    row("NumPy, vectorised by hand (forces given)", median(lambda: numpy_euler(euler, nu, F, dt)), base)
+    row(
+        "NumPy, vectorised by hand (forces given)",
+        median(lambda: numpy_euler(euler, nu, F, dt)),
+        base,
+    )
     row("Python loop (forces given)", median(lambda: python_euler(euler, nu, F, dt), 3), base)
     fine = replace(truth, integration=Integration("runge-kutta", 1 / 60))
-    row("core, Runge-Kutta at 60 Hz with breaks, dead zone and lag", median(lambda: core(fine)), base)
+    row(
+        "core, Runge-Kutta at 60 Hz with breaks, dead zone and lag",
+        median(lambda: core(fine)),
+        base,
+    )
     row("the same with 17 tangents", median(lambda: core(fine, tangents=True), 3), base)
 
 
@@ -120,7 +126,12 @@ def simulation(truth: seatrial.Model, trial: seatrial.Recording) -> None:
         F = trace.forces(np.array([now]))[0]
         du = v * r + (c["X_u"] + c["X_uu"] * abs(u)) * u + c["X_F"] * F[0]
         dv = -u * r + (c["Y_v"] + c["Y_vv"] * abs(v)) * v + c["Y_F"] * F[1]
-        dr = c["N_ud"] * du + (c["N_r"] + c["N_rr"] * abs(r)) * r + c["N_uu"] * abs(u) * u + c["N_F"] * F[2]
+        dr = (
+            c["N_ud"] * du
+            + (c["N_r"] + c["N_rr"] * abs(r)) * r
+            + c["N_uu"] * abs(u) * u
+            + c["N_F"] * F[2]
+        )
         cos, sin = np.cos(x[2]), np.sin(x[2])
         return [cos * u - sin * v, sin * u + cos * v, r, du, dv, dr]
 
@@ -136,15 +147,23 @@ def simulation(truth: seatrial.Model, trial: seatrial.Recording) -> None:
 
 def process(folder: Path) -> None:
     """`seatrial identify` as a whole process, with its start-up."""
-    command = [str(Path(sys.executable).parent / "seatrial"), "identify", "--method", "equation-error"]
+    command = [
+        str(Path(sys.executable).parent / "seatrial"),
+        "identify",
+        "--method",
+        "equation-error",
+    ]
     command += [str(folder / f"S{i}-AF") for i in (1, 2, 3)]
     command += ["--vehicle", str(folder / "vehicle-AF.yaml"), "-o", str(folder / "model.yaml")]
     bare = [sys.executable, "-c", "import numpy"]
     print("whole process, 3 recordings of 200 s (9000 poses, 60000 commands)")
     base = median(lambda: subprocess.run(bare, check=True))
     row("python -c 'import numpy'", base)
-    quiet = {"stdout": subprocess.DEVNULL, "check": True}
-    row("seatrial identify", median(lambda: subprocess.run(command, **quiet)), base)
+
+    def identify() -> None:
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+
+    row("seatrial identify", median(identify), base)
 
 
 def main() -> None:

@@ -39,7 +39,9 @@ def main(seeds: int) -> None:
         shown = "  ".join(f"{r:4.2f}" for r in ratios[-1])
         print(f"  seed {seed:<3} cm/s, rad/s {cells[0]}      {cells[1]}      {shown}")
     mean, spread = np.mean(ratios, axis=0), np.std(ratios, axis=0)
-    print("mean MP/AF: " + ", ".join(f"{m:.2f} ± {s:.2f}" for m, s in zip(mean, spread, strict=True)))
+    print(
+        "mean MP/AF: " + ", ".join(f"{m:.2f} ± {s:.2f}" for m, s in zip(mean, spread, strict=True))
+    )
 
 
 if __name__ == "__main__":

@@ -14,7 +14,9 @@ runs = [
 ]
 model = seatrial.identify(runs[:2], vehicle)
 for name, value in model.values.items():
-    print(f"{name:<5} {value:8.4f} ± {model.standard_errors[name]:.4f} {model.structure.units[name]}")
+    print(
+        f"{name:<5} {value:8.4f} ± {model.standard_errors[name]:.4f} {model.structure.units[name]}"
+    )
 
 ahead = seatrial.predict(model, runs[2], horizon=1.0)
 print(f"{len(ahead.t)} predictions; the first, for t = {ahead.t[0]:.2f} s: {ahead.nu[0].round(4)}")

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Documents: their files load, their links lead somewhere, their figures are printed by a command."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import seatrial
+from seatrial.files import read_yaml
+from seatrial.plan import PlanFile, _merged, load_plan
+from seatrial.vehicle import vehicle_from
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    found = re.findall(r"^```(\w*)\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+    return [text for name, text in found if name == language]
+
+
+def load(text: str, tmp_path: Path) -> dict:
+    (tmp_path / "block.yaml").write_text(text)
+    return read_yaml(tmp_path / "block.yaml")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)\)", page.read_text()):
+        assert "://" in target or (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_readmes_vehicle_reads_the_readmes_recording(tmp_path):
+    vehicle = vehicle_from(load(blocks(ROOT / "README.md", "yaml")[0], tmp_path), "README")
+    table = next(b for b in blocks(ROOT / "README.md", "") if "poses.csv" in b).splitlines()
+    left = [row[:38].strip() for row in table[1:]]
+    right = [row[38:].strip() for row in table[1:]]
+    (tmp_path / "run1").mkdir()
+    (tmp_path / "run1" / "poses.csv").write_text("\n".join(left))
+    (tmp_path / "run1" / "commands.csv").write_text("\n".join(right))
+    record = seatrial.read(tmp_path / "run1", vehicle)
+    assert record.eta[0].tolist() == [0.012, -0.403, 1.571]
+    assert record.commands.values[1].tolist() == [0.35, 0.0, 0.0]
+
+
+def test_the_documented_vehicle_file_is_valid_but_for_its_alternatives(tmp_path):
+    text = blocks(ROOT / "docs" / "vehicle.md", "yaml")[0]
+    text = re.sub(r"\nforces:.*?\n\n", "\n\n", text, flags=re.DOTALL)  # instead of thrusters
+    vehicle = vehicle_from(load(text, tmp_path), "vehicle.md")
+    assert vehicle.constants.names == (
+        "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power",
+    )  # fmt: skip
+
+
+def test_the_documented_plan_is_valid(tmp_path):
+    (tmp_path / "plan.yaml").write_text(blocks(ROOT / "docs" / "simulate.md", "yaml")[0])
+    plan = load_plan(tmp_path / "plan.yaml")
+    assert isinstance(plan, PlanFile)
+    assert list(plan.trials) == ["S1", "free"]
+    assert plan.pose.position_noise == 0.002
+    assert plan.pose.heading_noise == load_plan("paper-like").pose.heading_noise
+    assert _merged({"a": {"b": 1, "c": 2}}, {"a": {"b": 3}}) == {"a": {"b": 3, "c": 2}}
+
+
+def run(*arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return done.stdout
+
+
+def test_table_two_comes_back_as_the_readme_says():
+    rows = [line.split() for line in run("examples/table_two.py").splitlines()[1:]]
+    assert len(rows) == 11
+    for name, _, mp_off, mp_literal, true_af, af_off, af_literal in rows:
+        assert abs(float(mp_off)) < 1e-13
+        assert abs(float(af_off)) < 1e-13
+        off = abs(float(af_literal) - float(true_af))
+        assert (off > 1e-3) == (name in ("N_ud", "N_uu")), name
+        assert mp_literal
+
+
+def test_the_dead_zones_ratios_are_the_readmes():
+    last = run("examples/dead_zone.py").splitlines()[-1]
+    shown = [m.split(" ± ")[0] for m in last.removeprefix("mean MP/AF: ").split(", ")]
+    assert f"MP/AF {', '.join(shown)} (paper" in (ROOT / "README.md").read_text()
+
+
+def test_the_ships_ratios_are_the_readmes(capsys, tmp_path):
+    from seatrial.demo import demo
+
+    said: list[str] = []
+    demo(tmp_path, said.append, lambda _: None)
+    rows = [
+        line for text in said for line in text.splitlines() if line.startswith("  CSE1_data_run1")
+    ]
+    ratios = [", ".join(re.findall(r"\| (\d\.\d\d) \|", row)) for row in rows]
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    assert f"{ratios[0]} with the paper's terms; {ratios[1]} with coupled terms" in readme
+
+
+def test_the_library_example_runs():
+    shown = run("examples/library.py")
+    assert "predictions; the first, for t =" in shown
+    assert shown.count("of 'velocity stays constant'") == 3
