@@ -157,7 +157,9 @@ class Schedule {
       step_forces_tangent(trace_.chain(), trace_.constants(), columns, length / n, dh, f, df,
                           forces);
       Step step{length / n, {}};
-      std::copy(&forces.force[0][0], &forces.force[0][0] + 3 * kMaxForces, &step.force[0][0]);
+      for (int node = 0; node < 3; ++node) {
+        std::copy(forces.force[node], forces.force[node] + kMaxForces, step.force[node]);
+      }
       steps_.push_back(step);
       pack(dh, forces.dforce);
     }
