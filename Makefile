@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*.hpp core/bindings/*.cpp)
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint format lock bench clean
+.PHONY: demo test lint format stub lock bench clean
 
 demo: $(VENV)/.built
 	$(BIN)/seatrial demo --out demo
@@ -28,6 +28,10 @@ format: $(VENV)/.test
 
 bench: $(VENV)/.built $(VENV)/.test
 	$(BIN)/python benchmarks/run.py
+
+# after a change of the core's bindings
+stub: $(VENV)/.built
+	$(BIN)/python -m nanobind.stubgen -q -m seatrial._core -o src/seatrial/_core.pyi
 
 # after a change of the dependencies in pyproject.toml
 lock: $(VENV)/.test

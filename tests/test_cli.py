@@ -129,6 +129,10 @@ BAD = {
     "axis never excited": (["identify", "{p}/surge", "--vehicle", "{v}", "-o", "{o}"], "sway is never excited"),
     "no commands": (["identify", "{p}/mute", "--vehicle", "{v}", "-o", "{o}"], "has a header but no rows"),
     "not a number": (["identify", "{p}/nan", "--vehicle", "{v}", "-o", "{o}"], "empty or not finite"),
+    "singular regressor": (["identify", "{p}/S7-AF", "--vehicle", "{p}/twins.yaml", "-o", "{o}"], "X_a, X_b can't be told"),
+    "unknown key": (["identify", "{p}/S7-AF", "--vehicle", "{p}/key.yaml", "-o", "{o}"], "unknown key 'axis'; did you mean"),
+    "wrong unit": (["identify", "{p}/S7-AF", "--vehicle", "{p}/unit.yaml", "-o", "{o}"], "unit 'rad'; use m, cm, mm"),
+    "no such unit": (["inspect", "{p}/S7-AF", "--vehicle", "{p}/furlong.yaml"], "pose.x"),
     "wrong role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "heave=S7-AF", "-o", "{o}"], "--role"),
     "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}"], "no such recording"),
     "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "same name"),
@@ -156,6 +160,19 @@ def spoiled(pool):
     (pool / "nan" / "commands.csv").write_text(
         "\n".join([*sticks[:50], "0.5,nan,0,0", *sticks[50:]])
     )
+    vehicle = (pool / "vehicle-AF.yaml").read_text()
+    spoil = {
+        "twins": (
+            "structure: mallard",
+            "structure: {surge: [X_a * u, X_b * u, X_F * F_u], sway: [Y_F * F_v], yaw: [N_F * F_r]}",
+        ),
+        "key": ("axes:", "axis: up\naxes:"),
+        "unit": ("x: x", "x: {column: x, unit: rad}"),
+        "furlong": ("x: x", "x: {column: x, unit: furlong}"),
+    }
+    for name, (old, new) in spoil.items():
+        assert old in vehicle
+        (pool / f"{name}.yaml").write_text(vehicle.replace(old, new, 1))
     content = yaml.safe_load((pool / "model.yaml").read_text())
     (pool / "new.yaml").write_text(yaml.safe_dump(content | {"seatrial": "model 9"}))
     content["coefficients"]["X_u"]["value"] = 5.0

@@ -2,6 +2,9 @@
 """The core through Python against independent mathematics: SciPy's integrator, differences."""
 
 import itertools
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ from conftest import TABLE_II, make_model
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+import seatrial
 from seatrial import _core
 from seatrial.recording import Signal, make_recording
 from seatrial.schema import ChainGroup, DeadZone
@@ -235,6 +239,22 @@ def test_a_plant_driven_live_equals_the_simulation_of_its_log(model):
     )
     want, _ = _core.simulate(model.boat, model.trace(log), np.zeros(6), log.t)
     np.testing.assert_allclose(got, want, atol=1e-9)
+
+
+def test_the_type_stub_is_that_of_the_compiled_core(tmp_path):
+    stub = Path(seatrial.__file__).parent / "_core.pyi"
+    command = [
+        sys.executable,
+        "-m",
+        "nanobind.stubgen",
+        "-q",
+        "-m",
+        "seatrial._core",
+        "-o",
+        tmp_path / "_core.pyi",
+    ]
+    subprocess.run(command, check=True)
+    assert stub.read_text() == (tmp_path / "_core.pyi").read_text(), "run: make stub"
 
 
 def test_a_plant_refuses_commands_from_the_past(model):

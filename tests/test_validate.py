@@ -60,6 +60,7 @@ def test_scores_are_what_their_names_say(clean_mp, mp):
     assert got.steps == 15
     moving = motion(record)
     np.testing.assert_array_equal(got.measured, moving.nu[got.index])
+    np.testing.assert_array_equal(got.stamps, record.stamps[got.index])
     np.testing.assert_array_equal(got.start, moving.nu[got.index - 15])
     np.testing.assert_allclose(record.t[got.index] - record.t[got.index - 15], 1.0, atol=1e-9)
     score = validate(model, [record]).recordings[0].scores["v"]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import RecordingError
+from seatrial.faults import Stamps
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -22,7 +23,8 @@ REACH = 2  # poses on either side that a stencil velocity uses
 class Prediction:
     """Velocities predicted `horizon` ahead, at the instants that they are predicted for."""
 
-    t: Array  # (m,) [s] from the recording's start
+    stamps: Stamps  # (m,) [ns]
+    t: Array  # (m,) the same in [s] from the recording's start
     nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
     measured: Array  # (m, 3) at the same instants
     start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
@@ -67,7 +69,14 @@ def predict(
     end = start + steps
     floor = np.zeros(3) if velocities is not None else _floor(model, recording, slopes)
     return Prediction(
-        recording.t[end], states[:, 3:], moving.nu[end], moving.nu[start], end, steps, floor
+        recording.stamps[end],
+        recording.t[end],
+        states[:, 3:],
+        moving.nu[end],
+        moving.nu[start],
+        end,
+        steps,
+        floor,
     )
 
 
