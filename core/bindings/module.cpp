@@ -277,7 +277,11 @@ Out2 rotate(Vector psi, Matrix rate, bool to_body) {
   double* out = nullptr;
   auto rotated = fresh<Out2>({n, std::size_t{kAxes}}, &out);
   for (std::size_t i = 0; i < n; ++i) {
-    (to_body ? earth_to_body<double> : body_to_earth<double>)(psi(i), &rate(i, 0), out + i * kAxes);
+    if (to_body) {
+      earth_to_body(psi(i), &rate(i, 0), out + i * kAxes);
+    } else {
+      body_to_earth(psi(i), &rate(i, 0), out + i * kAxes);
+    }
   }
   return rotated;
 }

@@ -7,16 +7,20 @@ namespace seatrial {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-/// eta_dot = R(psi) nu, the paper's Eqs. (1) and (2). psi [rad], nu [m/s, m/s, rad/s].
+/// eta_dot = R(psi) nu, the paper's Eqs. (1) and (2), from cos psi and sin psi.
+template <class T>
+inline void body_to_earth(const T& c, const T& s, const T* nu, T* eta_dot) {
+  eta_dot[0] = c * nu[0] - s * nu[1];
+  eta_dot[1] = s * nu[0] + c * nu[1];
+  eta_dot[2] = nu[2];
+}
+
+/// The same. psi [rad], nu [m/s, m/s, rad/s].
 template <class T>
 inline void body_to_earth(const T& psi, const T* nu, T* eta_dot) {
   using std::cos;
   using std::sin;
-  const T c = cos(psi);
-  const T s = sin(psi);
-  eta_dot[0] = c * nu[0] - s * nu[1];
-  eta_dot[1] = s * nu[0] + c * nu[1];
-  eta_dot[2] = nu[2];
+  body_to_earth(T(cos(psi)), T(sin(psi)), nu, eta_dot);
 }
 
 /// nu = R(psi)^T eta_dot, the inverse of Eq. (1).
@@ -24,11 +28,7 @@ template <class T>
 inline void earth_to_body(const T& psi, const T* eta_dot, T* nu) {
   using std::cos;
   using std::sin;
-  const T c = cos(psi);
-  const T s = sin(psi);
-  nu[0] = c * eta_dot[0] + s * eta_dot[1];
-  nu[1] = -s * eta_dot[0] + c * eta_dot[1];
-  nu[2] = eta_dot[2];
+  body_to_earth(T(cos(psi)), T(-sin(psi)), eta_dot, nu);  // R^T turns back
 }
 
 /// The angle in (-pi, pi] that equals `angle` [rad] up to whole turns.

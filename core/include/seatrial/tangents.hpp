@@ -47,10 +47,10 @@ inline bool state_rate_tangent(const Structure& s, const double* coefficient, co
                                const double* force, const Columns& columns, const StateTangent& dx,
                                const ForceTangent& dforce, double* x_dot, StateTangent& dx_dot) {
   AccelerationJacobian j;
-  body_to_earth(x[2], x + 3, x_dot);
-  if (!acceleration_with_jacobian(s, coefficient, x + 3, force, x_dot + 3, j)) return false;
   const double cp = std::cos(x[2]);
   const double sp = std::sin(x[2]);
+  body_to_earth(cp, sp, x + 3, x_dot);
+  if (!acceleration_with_jacobian(s, coefficient, x + 3, force, x_dot + 3, j)) return false;
   const int n = columns.size();
   for (int c = 0; c < n; ++c) {
     const double dpsi = dx.row[2][c];
