@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from conftest import CSE1
@@ -64,7 +65,9 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
 
 def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
     plan = tmp_path / "plan.yaml"
-    plan.write_text("based_on: hard\nseed: 7\ntrials: {S2: {drive: sway, duration: 30}}\n")
+    plan.write_text(
+        "seatrial: plan 1\nbased_on: hard\nseed: 7\ntrials: {S2: {drive: sway, duration: 30}}\n"
+    )
     code, _, err = run(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
     assert (code, err) == (0, "")
     names = {
@@ -126,6 +129,12 @@ BAD = {
     "no such vehicle": (["identify", "{p}/S1-AF", "--vehicle", "none.yaml", "-o", "{o}"], "no such file"),
     "too short": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "2", "-o", "{o}"], "usable samples|never excited"),
     "outside": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "900", "-o", "{o}"], "it lasts"),
+    "cut at nan": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "nan", "-o", "{o}"], "can't cut at nan s"),
+    "cut at inf": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "inf", "-o", "{o}"], "can't cut at inf s"),
+    "cut backwards": (["inspect", "{p}/S7-AF", "--vehicle", "{v}", "--start", "20", "--end", "10"], "end 10 s is not after"),
+    "negative seed": (["simulate", "--seed", "-3", "-o", "{o}"], "seed"),
+    "degrees": (["identify", "{p}/degrees", "--vehicle", "{v}", "-o", "{o}"], "is psi in degrees"),
+    "millimetres": (["identify", "{p}/mm", "--vehicle", "{v}", "-o", "{o}"], "are x and y in mm"),
     "axis never excited": (["identify", "{p}/surge", "--vehicle", "{v}", "-o", "{o}"], "sway is never excited"),
     "no commands": (["identify", "{p}/mute", "--vehicle", "{v}", "-o", "{o}"], "has a header but no rows"),
     "not a number": (["identify", "{p}/nan", "--vehicle", "{v}", "-o", "{o}"], "empty or not finite"),
@@ -137,7 +146,7 @@ BAD = {
     "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}"], "no such recording"),
     "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "same name"),
     "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
-    "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: vehicle 1'"),
+    "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says .seatrial: vehicle 1.; expected"),
     "unstable": (["validate", "{p}/wild.yaml", "{p}/S7-AF", "--json", "{o}"], "unstable"),
     "other boat": (["validate", "{p}/model.yaml", "{c}", "--vehicle", "{cv}", "--json", "{o}"], "the model has"),
     "horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "0.001", "--json", "{o}"], "longer one"),
@@ -153,6 +162,10 @@ def spoiled(pool):
     """The pool with things in it that are wrong."""
     for name in ("surge", "mute", "nan"):
         shutil.copytree(pool / "S1-AF", pool / name)
+    for name, factor in (("degrees", [1, 1, 1, 57.3]), ("mm", [1, 1000, 1000, 1])):
+        shutil.copytree(pool / "S7-AF", pool / name)
+        poses = np.loadtxt(pool / name / "poses.csv", delimiter=",", skiprows=1) * factor
+        np.savetxt(pool / name / "poses.csv", poses, delimiter=",", header="t,x,y,psi", comments="")
     sticks = (pool / "surge" / "commands.csv").read_text().splitlines()
     rows = [sticks[0], *(",".join([*line.split(",")[:2], "0", "0"]) for line in sticks[1:])]
     (pool / "surge" / "commands.csv").write_text("\n".join(rows))

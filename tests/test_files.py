@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import seatrial
 from seatrial import load_vehicle
 from seatrial.errors import FileError, SeatrialError
 from seatrial.files import convert, dump_yaml, read_yaml, write_text
@@ -49,6 +50,39 @@ def test_what_is_not_a_mapping_is_refused_with_its_line(tmp_path, text, words):
         read_yaml(path)
 
 
+def test_a_tab_is_called_a_tab(tmp_path):
+    (tmp_path / "a.yaml").write_text("a:\n\tb: 1\n")
+    with pytest.raises(FileError, match="tab"):
+        read_yaml(tmp_path / "a.yaml")
+
+
+@pytest.mark.parametrize("loader", [load_vehicle, load_plan, seatrial.load])
+def test_one_kind_of_file_given_for_another_says_what_it_is(tmp_path, loader):
+    (tmp_path / "a.yaml").write_text("seatrial: cake 1\n")
+    with pytest.raises(
+        FileError, match="says 'seatrial: cake 1'; expected 'seatrial: (vehicle|plan|model) 1'"
+    ):
+        loader(tmp_path / "a.yaml")
+    (tmp_path / "a.yaml").write_text("name: x\n")
+    with pytest.raises(FileError, match=r"has no line 'seatrial: \.\.\.'"):
+        loader(tmp_path / "a.yaml")
+
+
+def test_links_are_followed_and_pipes_are_written_to(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "real.txt")
+    write_text(tmp_path / "link", "x")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real.txt").read_text() == "x"
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    write_text(tmp_path / "pipe", "through")
+    assert os.read(reader, 100) == b"through"
+    os.close(reader)
+    assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
+    with pytest.raises(FileError, match="is a folder"):
+        write_text(tmp_path, "x")
+
+
 def test_a_missing_file_is_one_line(tmp_path):
     with pytest.raises(FileError, match="no such file"):
         read_yaml(tmp_path / "none.yaml")
@@ -62,7 +96,18 @@ def vehicle_content():
     ("change", "words"),
     [
         (lambda c: c.update(axis="up"), "unknown key 'axis'; did you mean 'axes'"),
-        (lambda c: c.update(axes="up"), "axes"),
+        (
+            lambda c: c.update(axes="up"),
+            "axes: got 'up'; expected forward-left-up, forward-right-down",
+        ),
+        (lambda c: c.update(chain={"lag": 0.1}), "chain: expected a list, got a mapping"),
+        (lambda c: c["commands"]["inputs"].update({1.5: "x"}), "commands.inputs"),
+        (
+            lambda c: c["thrusters"]["F_1"].update(angle_deg=float("nan")),
+            "thrusters.F_1.angle_deg: nan is not a finite",
+        ),
+        (lambda c: c.update(chain=[{"lag": float("inf")}]), r"chain\[0\].lag: inf is not a finite"),
+        (lambda c: c.update(chain=[{"latency": 1e9}]), "chain"),
         (lambda c: c["pose"].update(yaw="psi"), "unknown key 'yaw' in pose"),
         (lambda c: c["pose"].pop("x"), "key 'x' is missing in pose"),
         (lambda c: c["pose"].update(x={"column": "x", "unit": "furlong"}), "pose.x"),
@@ -70,7 +115,7 @@ def vehicle_content():
         (lambda c: c.update(chain=[{"lag": -1.0}]), "chain"),
         (lambda c: c.update(chain=[{"dead_zone": {"forward": 1.2, "reverse": 0}}]), "dead_zone"),
         (lambda c: c.update(seatrial="vehicle 2"), "seatrial"),
-        (lambda c: c.update(name=3), "name: expected 'str'"),
+        (lambda c: c.update(name=3), "name: expected text"),
     ],
 )
 def test_a_wrong_vehicle_file_names_the_place(change, words):
@@ -86,13 +131,17 @@ def test_a_wrong_vehicle_file_names_the_place(change, words):
         (lambda c: c.update(thrusters={}), "needs thrusters"),
         (lambda c: c.update(thrusters={}, allocation={"scheme": "direct"}, commands={"stamp": "t", "inputs": {"a": "a"}}),
          "they must be F_u, F_v, F_r"),
-        (lambda c: c.update(allocation={"scheme": "direct"}), "4 actuators and 3 inputs"),
+        (lambda c: c.update(allocation={"scheme": "direct"}), "inputs must be the thrusters F_1"),
         (lambda c: c.update(allocation={"scheme": "always-forward", "F_os": 1.0, "limit": 0.5}), "leaves no room"),
         (lambda c: c.update(chain=[{"actuators": ["F_9"], "lag": 0.1}]), "names 'F_9'"),
         (lambda c: c.update(chain=[{"lag": 0.1}, {"name": "b", "lag": 0.2}]), "two groups give an actuator's lag"),
         (lambda c: c.update(chain=[{"scale": {"signal": "rpm"}}]), "scale 'rpm'"),
         (lambda c: c.update(chain=[{"gains": {"F_1": 2.0, "F_2": 1.0}}]), "it must be 1"),
         (lambda c: c.update(chain=[{"table": [[0, 0], [1, 0.5]]}]), "thrust 1 at command 1"),
+        (lambda c: c.update(chain=[{"actuators": ["F_1"], "table": [[0, 0], [1, 1]]},
+                                   {"name": "b", "actuators": ["F_2"], "table": [[0, 0], [1, 1]]}]), "one table at most"),
+        (lambda c: c.update(structure={"sway": ["Y_v * v - 2 * v"]}), "is a sum; write one term a line"),
+        (lambda c: c.update(forces={"F_u": {"axis": "surge", "of": {"F_1": 1}}}), "not both"),
         (lambda c: c.update(chain=[{"table": [[1, 1], [0, 0]]}]), "rising commands"),
         (lambda c: c.update(structure={"surge": ["X_u * q"]}), "factor 'q'"),
         (lambda c: c.update(structure="malard"), "no structure named 'malard'"),
@@ -107,15 +156,15 @@ def test_a_vehicle_that_contradicts_itself_is_refused(change, words):
 
 def test_a_plan_with_a_wrong_key_says_where(tmp_path):
     path = tmp_path / "p.yaml"
-    path.write_text("based_on: paper-like\npose: {position_nois: 0.1}\n")
+    path.write_text("seatrial: plan 1\nbased_on: paper-like\npose: {position_nois: 0.1}\n")
     with pytest.raises(
         FileError, match="unknown key 'position_nois' in pose; did you mean 'position_noise'"
     ):
         load_plan(path)
-    path.write_text("based_on: nowhere\n")
+    path.write_text("seatrial: plan 1\nbased_on: nowhere\n")
     with pytest.raises(FileError, match="one of clean, hard, paper-like"):
         load_plan(path)
-    path.write_text(f"based_on: {path}\n")
+    path.write_text(f"seatrial: plan 1\nbased_on: {path}\n")
     with pytest.raises(FileError, match="in a circle"):
         load_plan(path)
 

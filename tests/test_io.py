@@ -89,18 +89,18 @@ def text(rows: str) -> str:
         ("t,x,y,psi\n", None, "has a header but no rows"),
         (text("0,1,2,3\n1,2,x,4\n"), None, "line 3: column 'y' has 'x', expected a number"),
         (text("0,1,2,3\n1,2\n"), None, "line 3: 2 cells, expected 4; is the file cut off"),
-        ("t,x,y,yaw\n0,1,2,3\n", None, "no column 'psi'.*It has: t, x, y, yaw"),
+        ("t,x,y,yaw\n0,1,2,3\n", None, r"no column 'psi'\. It has: t, x, y, yaw"),
         ("t,x,y,psy\n0,1,2,3\n", None, "did you mean 'psy'"),
         ("t,x,x,psi\n0,1,2,3\n", None, "column 'x' stands twice|no column 'y'"),
         (text("0,1,2,3\n"), None, "1 poses"),
-        (text("nan,1,2,3\n1,1,2,3\n"), None, "row 1: column 't' has no stamp"),
+        (text("nan,1,2,3\n1,1,2,3\n"), None, "line 2: column 't' has no stamp"),
         (
             text("1700000000000000000,1,2,3\n1700000000100000000,1,2,3\n"),
             None,
             "is its unit ms, us or ns",
         ),
         (text("0,nan,2,3\n" * 5), None, "0 usable poses of 5, most not a number"),
-        (None, "t,F_u,F_v,F_r\n0,0,0,nan\n", "command 'F_r' is empty or not finite"),
+        (None, "t,F_u,F_v,F_r\n0,0,0,nan\n", "line 2: 'F_r' is empty or not finite"),
         (None, "t,F_u,F_v\n0,0,0\n", "no column 'F_r'"),
         (None, "t,F_u,F_v,F_r\n", "has a header but no rows"),
     ],
@@ -137,3 +137,63 @@ def test_a_wrong_unit_is_refused_not_guessed(tmp_path):
     wrong = vehicle(pose={"stamp": {"column": "t", "unit": "m"}, "x": "x", "y": "y", "psi": "psi"})
     with pytest.raises(SeatrialError, match="use s, ms, us or ns"):
         seatrial.read(path, wrong)
+
+
+def test_merged_logs_with_empty_cells_are_two_signals(tmp_path):
+    rows = [f"{t:.6f},{x:.6f},{y:.6f},{p:.6f},,," for t, x, y, p in POSE]
+    rows += [f"{t:.6f},,,,{s:.1f},0,0" for t, s in STICKS]
+    rows.sort(key=lambda row: float(row.split(",")[0]))
+    (tmp_path / "merged.csv").write_text("t,x,y,psi,F_u,F_v,F_r\n" + "\n".join(rows))
+    record = seatrial.read(tmp_path / "merged.csv", vehicle())
+    apart = seatrial.read(folder(tmp_path / "run"), vehicle())
+    np.testing.assert_allclose(record.eta, apart.eta, atol=1e-6)
+    np.testing.assert_allclose(record.commands.values, apart.commands.values)
+    assert record.faults == apart.faults == ()
+
+
+def test_direct_thrusters_are_matched_by_name(tmp_path):
+    three = {
+        "port": {"x": -0.3, "y": 0.2, "angle_deg": 0}, "starboard": {"x": -0.3, "y": -0.2, "angle_deg": 0},
+        "bow": {"x": 0.4, "y": 0.0, "angle_deg": 90},
+    }  # fmt: skip
+
+    def with_inputs(*names):
+        commands = {"stamp": "t", "inputs": {n: n for n in names}}
+        return vehicle(thrusters=three, commands=commands, allocation={"scheme": "direct"})
+
+    first, second = with_inputs("port", "starboard", "bow"), with_inputs("starboard", "port", "bow")
+    np.testing.assert_allclose(first.mix[:, [1, 0, 2]], second.mix)
+    with pytest.raises(
+        SeatrialError, match="inputs must be the thrusters port, starboard, bow; got left"
+    ):
+        with_inputs("left", "right", "front")
+    with pytest.raises(SeatrialError, match=r"write allocation: \{scheme: moore-penrose\}"):
+        with_inputs("F_u", "F_v", "F_r")
+
+
+def spaced(start: float, end: float, step: float = 0.05) -> str:
+    times = np.arange(start, end, step)
+    return "t,F_u,F_v,F_r\n" + "\n".join(f"{t:.3f},{np.sign(np.sin(t)):.1f},0,0" for t in times)
+
+
+@pytest.mark.parametrize(("start", "end"), [(500.0, 520.0), (-520.0, -500.0), (1.7e9, 1.7e9 + 20)])
+def test_commands_of_another_time_are_refused(tmp_path, start, end):
+    path = folder(tmp_path / "run", None, spaced(start, end))
+    with pytest.raises(SeatrialError, match="poses and commands do not overlap: commands run from"):
+        seatrial.read(path, vehicle())
+
+
+def test_poses_without_commands_are_left_out(tmp_path):
+    hole = spaced(4.0, 8.0) + "\n" + spaced(11.0, 16.0).split("\n", 1)[1]
+    record = seatrial.read(folder(tmp_path / "run", None, hole), vehicle())
+    kept = record.t[record.valid]
+    assert not np.any((kept < 3.99) | ((kept > 8.06) & (kept < 10.99)) | (kept > 16.06))
+    assert len(kept) == pytest.approx(9.1 * 15, abs=3)
+    assert [f.kind.name for f in record.faults] == ["SILENT"] * 3
+
+
+def test_a_log_written_on_changes_only_is_not_silent(tmp_path):
+    changes = "t,F_u,F_v,F_r\n-1,0,0,0\n1,0.5,0,0\n1.2,0.7,0,0\n9,0,0,0\n12,-1,0,0\n"
+    record = seatrial.read(folder(tmp_path / "run", None, changes), vehicle())
+    assert record.valid.all()
+    assert record.faults == ()

@@ -277,7 +277,7 @@ def test_window_is_the_busiest_stretch_that_can_be_predicted():
 
 
 def test_verdict_speaks_of_recordings_that_were_not_seen_first(runs, model, tables):
-    what, unseen, seen = verdict(model, runs, 1.0)
+    what, unseen, seen, caution = verdict(model, runs, 1.0)
     assert what.startswith("cse1: 14 coefficients identified by the equation-error method from 2")
     assert "17.8 min" in what  # 705.0 s + 365.2 s
     assert unseen.startswith("On recordings that it has not seen (CSE1_data_run1)")
@@ -285,7 +285,9 @@ def test_verdict_speaks_of_recordings_that_were_not_seen_first(runs, model, tabl
     for sign, scale, name in (("u", 100, "cm/s in surge"), ("r", 1, "rad/s in yaw")):
         assert f"{number(score[sign].rms * scale, 2)} {name}" in unseen
         assert f"({number(score[sign].ratio, 2)})" in unseen
+        assert f"{number(score[sign].floor * scale, 2)} {name.split()[0]}" in unseen
     assert "CSE1_data_random_run3" in seen
+    assert caution.startswith("± covers scatter only. 0.071 mm and 0.3 mrad of pose noise are")
 
 
 def test_without_an_unseen_recording_the_report_asks_for_one(model, runs):

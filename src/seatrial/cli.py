@@ -111,7 +111,11 @@ def _add(
 
 def _recordings(command: argparse.ArgumentParser, *, vehicle_required: bool) -> None:
     command.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
-    text = "vehicle file" + ("" if vehicle_required else " (default: the model's own)")
+    text = "vehicle file" + (
+        ""
+        if vehicle_required
+        else " for signals and allocation (default: the model's own); terms and chain stay the model's"
+    )
     command.add_argument("--vehicle", required=vehicle_required, metavar="V", help=text)
     command.add_argument(
         "--start", type=float, metavar="S", help="use each recording from here [s]"
@@ -159,17 +163,15 @@ def _inspect(args: argparse.Namespace, progress: Progress) -> None:
 
 
 def _simulate(args: argparse.Namespace, progress: Progress) -> None:
-    import msgspec
-
     from seatrial.io.write import write_setting, write_trial
     from seatrial.model import load
-    from seatrial.plan import load_plan
+    from seatrial.plan import load_plan, with_seed
     from seatrial.simulate import plant_model, simulate
     from seatrial.vehicle import load_vehicle
 
     plan = load_plan(args.plan)
     if args.seed is not None:
-        plan = msgspec.structs.replace(plan, seed=args.seed)
+        plan = with_seed(plan, args.seed)
     given = None if args.model is None else load(args.model)
     for name in plan.vehicles if args.vehicle is None else [args.vehicle]:
         vehicle = load_vehicle(name)

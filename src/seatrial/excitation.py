@@ -64,7 +64,9 @@ def find_roles(
     names = [r.name for r in recordings]
     roles: list[tuple[int, ...]] = []
     for axis, label in enumerate(AXES):
-        chosen = [_index(names, name, label) for name in (given or {}).get(label, ())]
+        chosen = [
+            _index(names, name, label) for name in dict.fromkeys((given or {}).get(label, ()))
+        ]
         if not chosen:
             chosen = [i for i, e in enumerate(found) if e.dominant == axis]
         if not chosen:

@@ -20,6 +20,8 @@ JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
+SILENCE = 10.0  # a hole in a steady log of commands is longer than this many periods ...
+SHORTEST_SILENCE = 0.5  # [s] ... and than this
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -33,6 +35,7 @@ class FaultKind(str, Enum):
     EXCURSION = "jumped away and back: left out"
     JUMP = "jumped for good: not bridged"
     GAP = "no poses: not bridged"
+    SILENT = "no commands: left out"
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,30 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
         ~bad[FaultKind.STAMP],
         tuple(sorted(faults, key=lambda f: f.start)),
     )
+
+
+def silences(name: str, poses: Array, commands: Array) -> list[tuple[float, float]]:
+    """Stretches [s] in which no command is known. poses, commands: their times [s].
+
+    Before the first command; in holes of a steady log, and after its end. A log that is written
+    only on changes has no holes: silence means that nothing changed. Raises RecordingError where
+    poses and commands do not overlap.
+    """
+    steps = np.diff(commands)
+    period = float(np.median(steps)) if len(steps) else np.inf
+    steady = len(steps) >= 20 and float(np.percentile(steps, 90)) < 2 * period
+    hole = max(SILENCE * period, SHORTEST_SILENCE) if steady else np.inf
+    if commands[0] > poses[-1] or commands[-1] + hole < poses[0]:
+        raise RecordingError(
+            f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
+            f"{commands[-1]:.6g} s, poses from 0 s to {poses[-1]:.6g} s by the same clock; check the "
+            "units of both stamps, and that both were recorded together"
+        )
+    found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
+    found += [(commands[i] + period, commands[i + 1]) for i in np.flatnonzero(steps > hole)]
+    if commands[-1] + hole < poses[-1]:
+        found.append((commands[-1] + period, np.inf))
+    return found
 
 
 def _plain_faults(stamps: Stamps, eta: Array, marked_valid: Mask | None) -> dict[FaultKind, Mask]:

@@ -4,11 +4,13 @@
 import difflib
 import hashlib
 import json
+import math
 import os
 import re
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
 import msgspec
 import yaml
@@ -76,14 +78,30 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        problem = problem.replace("character '\\t' that", "a tab (use spaces), which")
         raise FileError(f"{path}:{where} is not YAML: {problem}") from None
     if not isinstance(content, dict):
         raise FileError(f"{path}: expected 'key: value' lines, got {type(content).__name__}")
     return content
 
 
+def expect_format(content: dict[str, Any], expected: str, path: object) -> dict[str, Any]:
+    """The content, if its `seatrial` key says that it is such a file."""
+    kind = content.get("seatrial")
+    if kind != expected:
+        said = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
+        raise FileError(
+            f"{path}: {said}; expected 'seatrial: {expected}': is it another file, or from another "
+            "version of seatrial?"
+        )
+    return content
+
+
 def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
-    """A mapping as a typed struct; unknown keys and wrong types are one clear line."""
+    """A mapping as a typed struct; unknown keys, wrong types, NaN: one clear line each."""
+    for place, value in _numbers(content, ""):
+        if not math.isfinite(value):
+            raise FileError(f"{path}: {place}: {value} is not a finite number")
     try:
         return msgspec.convert(content, kind, strict=True)
     except msgspec.ValidationError as error:
@@ -91,24 +109,35 @@ def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write whole or not at all: to a temporary file beside it, then moved into place."""
+    """Write whole or not at all: to a temporary file beside it, then moved into place.
+
+    A link is followed; a device or pipe (/dev/stdout) is written to as it is.
+    """
+    path = path.resolve()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        if path.exists() and not path.is_file() and not path.is_dir():
+            path.write_text(text, encoding="utf-8")
+            return
+        if path.is_dir():
+            raise FileError(f"{path}: is a folder; give a file name")
+        _replace(path, text)
     except OSError as error:
         raise FileError(f"{path}: can't be written ({error.strerror})") from None
+
+
+def _replace(path: Path, text: str) -> None:
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    temporary = Path(name)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
         mask = os.umask(0)
         os.umask(mask)
-        Path(temporary).chmod(0o666 & ~mask)
-        Path(temporary).replace(path)
-    except OSError as error:
-        Path(temporary).unlink(missing_ok=True)
-        raise FileError(f"{path}: can't be written ({error.strerror})") from None
+        temporary.chmod(0o666 & ~mask)
+        temporary.replace(path)
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
@@ -158,27 +187,58 @@ _Dumper.add_representer(dict, _flow_mapping)
 _Dumper.add_representer(float, _float)
 
 
+def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
+    """Every float in nested mappings and lists, with its place."""
+    if isinstance(content, float):
+        yield place, content
+    elif isinstance(content, dict):
+        for key, value in content.items():
+            yield from _numbers(value, f"{place}.{key}".lstrip("."))
+    elif isinstance(content, list):
+        for i, value in enumerate(content):
+            yield from _numbers(value, f"{place}[{i}]")
+
+
 def _explain(message: str, kind: type[msgspec.Struct]) -> str:
-    """msgspec's message with the place in plain words and the nearest known key."""
-    text, _, place = message.partition(" - at `$")
-    where = place.rstrip("`").lstrip(".").replace("[...]", ".*")
+    """msgspec's message with the place in plain words, the nearest key, the allowed values."""
+    parts = re.fullmatch(r"(.*?)(?: - at (?:`key` in )?`\$(.*)`)?", message, re.DOTALL)
+    text, place = (parts[1], parts[2] or "") if parts else (message, "")
+    where = place.lstrip(".").replace("[...]", ".*")
     unknown = re.search(r"unknown field `(.+)`", text)
     if unknown:
-        known = sorted(_all_keys(kind) - {unknown[1]})
+        known = sorted(_all_fields(kind).keys() - {unknown[1]})
         near = difflib.get_close_matches(unknown[1], known, n=1)
         hint = f"; did you mean '{near[0]}'?" if near else ""
         return f"unknown key '{unknown[1]}'{' in ' + where if where else ''}{hint}"
     missing = re.search(r"missing required field `(.+)`", text)
     if missing:
         return f"key '{missing[1]}' is missing{' in ' + where if where else ''}"
+    for word, plain in _PLAIN.items():
+        text = text.replace(word, plain)
     text = text[:1].lower() + text[1:].replace("`", "'")
+    if "enum value" in text:
+        allowed = _literals(_all_fields(kind).get(where.rpartition(".")[2]))
+        text = text.replace("invalid enum value", "got") + f"; expected {', '.join(allowed)}"
     return f"{where or 'the file'}: {text}"
 
 
-def _all_keys(kind: type[msgspec.Struct], seen: set[type] | None = None) -> set[str]:
-    seen = seen if seen is not None else set()
-    keys: set[str] = set()
+_PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float`": "a number",
+          "`object | null`": "a mapping", "`array | null`": "a list", "`float | null`": "a number",
+          "`int`": "a whole number"}  # fmt: skip
+
+
+def _literals(kind: object) -> list[str]:
+    """The values that a Literal, or a union with one, allows."""
+    if get_origin(kind) is Literal:
+        return [str(value) for value in get_args(kind)]
+    return [text for part in get_args(kind) for text in _literals(part)]
+
+
+def _all_fields(kind: type[msgspec.Struct]) -> dict[str, Any]:
+    """Every key that may stand somewhere in the file, with its type."""
+    fields: dict[str, Any] = {}
     pending: list[Any] = [kind]
+    seen: set[Any] = set()
     while pending:
         current = pending.pop()
         if isinstance(current, type) and issubclass(current, msgspec.Struct):
@@ -186,8 +246,8 @@ def _all_keys(kind: type[msgspec.Struct], seen: set[type] | None = None) -> set[
                 continue
             seen.add(current)
             for field in msgspec.structs.fields(current):
-                keys.add(field.encode_name)
+                fields.setdefault(field.encode_name, field.type)
                 pending.append(field.type)
         else:
-            pending.extend(getattr(current, "__args__", ()))
-    return keys
+            pending.extend(get_args(current))
+    return fields

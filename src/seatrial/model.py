@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import FileError, ModelError
-from seatrial.files import convert, dump_yaml, read_yaml, write_text
+from seatrial.errors import ModelError
+from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_text
 from seatrial.frames import SYMBOLS, Array, Axes, frozen_array
 from seatrial.recording import Recording
 from seatrial.schema import (
@@ -105,9 +105,10 @@ class Model:
 
     def with_vehicle(self, vehicle: Vehicle) -> "Model":
         """The same boat and actuator chain with another vehicle's signals and allocation."""
-        if vehicle.structure.coefficients != self.structure.coefficients:
+        if vehicle.structure.terms != self.structure.terms:
             raise ModelError(
-                f"vehicle {vehicle.name} has coefficients {', '.join(vehicle.structure.coefficients)}; "
+                f"vehicle {vehicle.name} has other terms than the model: its coefficients are "
+                f"{', '.join(vehicle.structure.coefficients)}; "
                 f"the model has {', '.join(self.structure.coefficients)}"
             )
         return replace(self, vehicle=vehicle.with_chain(self.vehicle.file.chain))
@@ -147,14 +148,8 @@ def save(model: Model, path: str | Path) -> None:
 
 
 def load(path: str | Path) -> Model:
-    """A model from its file, in forward-left-up axes. Raises FileError, ModelError."""
-    content = read_yaml(Path(path))
-    kind = content.get("seatrial")
-    if kind != MODEL_FORMAT:
-        raise FileError(
-            f"{path}: says 'seatrial: {kind}'; this seatrial ({version('seatrial')}) reads "
-            f"'{MODEL_FORMAT}': is it another file, or from another version?"
-        )
+    """A model from its file, in forward-left-up axes. Raises SeatrialError."""
+    content = expect_format(read_yaml(Path(path)), MODEL_FORMAT, path)
     return _from_file(convert(content, ModelFile, path), str(path))
 
 

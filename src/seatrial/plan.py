@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from seatrial.errors import FileError
-from seatrial.files import convert, read_yaml
+from seatrial.files import convert, expect_format, read_yaml
 from seatrial.schema import ChainGroup, NotNegative, Positive, Strict
 
 PLAN_FORMAT = "plan 1"
@@ -88,7 +88,7 @@ class PlanFile(Strict, frozen=True):
 
     seatrial: Literal["plan 1"]
     name: str
-    seed: int
+    seed: Annotated[int, msgspec.Meta(ge=0)]
     vehicles: list[str]
     plant: PlantEntry
     pool: Pool
@@ -101,6 +101,13 @@ class PlanFile(Strict, frozen=True):
 def load_plan(path: str | Path) -> PlanFile:
     """A plan from a file, or by the name of one that comes with seatrial."""
     return convert(_resolved(path, 0), PlanFile, path)
+
+
+def with_seed(plan: PlanFile, seed: int) -> PlanFile:
+    """The same plan with other random numbers."""
+    if seed < 0:
+        raise FileError(f"seed {seed}: expected a whole number from 0 on")
+    return msgspec.structs.replace(plan, seed=seed)
 
 
 def plan_names() -> list[str]:
@@ -117,6 +124,7 @@ def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
     if not given.exists() and not bundled.is_file():
         raise FileError(f"{path}: no such plan; give a file or one of {', '.join(plan_names())}")
     content = read_yaml(given) if given.is_file() else read_yaml(bundled)
+    expect_format(content, PLAN_FORMAT, path)
     base = content.pop("based_on", None)
     if base is None:
         return content

@@ -12,7 +12,9 @@ from seatrial.errors import RecordingError
 from seatrial.faults import Stamps
 from seatrial.frames import Array
 from seatrial.model import Model
+from seatrial.noise import pose_noise
 from seatrial.recording import Recording
+from seatrial.schema import NoiseEntry
 from seatrial.velocity import STENCIL_NOISE, Motion, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
@@ -95,10 +97,19 @@ def _starts(recording: Recording, moving: Motion, steps: int, horizon: float) ->
     return start[usable]
 
 
+def _own_noise(model: Model, recording: Recording) -> NoiseEntry:
+    """The recording's own pose noise; the model's where there are too few poses in a row."""
+    try:
+        return pose_noise(recording)
+    except RecordingError:
+        return model.noise
+
+
 def _floor(model: Model, recording: Recording, slopes: Array) -> Array:
     """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2."""
     spread = STENCIL_NOISE / recording.period
-    noise = spread * np.array([model.noise.position] * 2 + [model.noise.heading])
+    own = _own_noise(model, recording)
+    noise = spread * np.array([own.position, own.position, own.heading])
     phi = slopes[:, 3:, 3:6]  # d nu(end) / d nu(start)
     phi = phi[np.isfinite(phi).all(axis=(1, 2))]
     carried = np.mean(np.einsum("nij,j->ni", phi**2, noise**2), axis=0) if len(phi) else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import Fault, Mask, Stamps, examine
+from seatrial.faults import Fault, FaultKind, Mask, Stamps, examine, silences
 from seatrial.frames import Array, frozen_array
 
 
@@ -105,12 +105,23 @@ class Recording:
         """From the first to the last pose [s]."""
         return float(self.t[-1])
 
+    @cached_property
+    def usable(self) -> float:
+        """Share of the recorded poses that may be used; those with bad stamps count, too."""
+        late = sum(f.samples for f in self.faults if f.kind is FaultKind.STAMP)
+        return float(self.valid.sum()) / (len(self.stamps) + late)
+
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""
         return (stamps - self.origin).astype(np.float64) * 1e-9
 
     def cut(self, start: float | None = None, end: float | None = None) -> "Recording":
         """The part from `start` to `end` [s] from the recording's start."""
+        for value in (start, end):
+            if value is not None and not np.isfinite(value):
+                raise RecordingError(f"{self.name}: can't cut at {value} s; give seconds")
+        if start is not None and end is not None and end <= start:
+            raise RecordingError(f"{self.name}: end {end:g} s is not after start {start:g} s")
         begin = self.origin if start is None else self.origin + round(start * 1e9)
         stop = int(self.stamps[-1]) + 1 if end is None else self.origin + round(end * 1e9)
         keep = (self.stamps >= begin) & (self.stamps < stop)
@@ -157,10 +168,20 @@ def make_recording(
             f"{name}: {len(stamps)} poses; at least a few seconds of them are needed"
         )
     found = examine(name, stamps, eta, marked_valid)
+    t = (stamps - stamps[0]).astype(float) * 1e-9
+    silent = np.zeros(len(t), dtype=bool)
+    faults = list(found.faults)
+    if len(commands.stamps):
+        held = (commands.stamps - stamps[0]).astype(float) * 1e-9
+        for begin, end in silences(name, t, held):
+            inside = (t >= begin) & (t < end)
+            silent |= inside
+            until = float(min(end, t[-1]))
+            faults.append(Fault(FaultKind.SILENT, float(begin), until, int(inside.sum())))
     kept = found.in_order
     return Recording(
-        name, stamps[kept], found.eta[kept], found.valid[kept], found.segment[kept], commands, scales,
-        found.faults, tuple(sources),
+        name, stamps[kept], found.eta[kept], (found.valid & ~silent)[kept], found.segment[kept], commands, scales,
+        tuple(sorted(faults, key=lambda f: f.start)), tuple(sources),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from seatrial.errors import ModelError
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import INTEGRATORS, Model
 from seatrial.structure import Structure, Term
+from seatrial.vehicle import WRENCH
 
 RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
 STILL = 0.02  # share of the top speed at which a boat counts as stopped
@@ -35,6 +36,8 @@ def sanity(model: Model) -> list[AxisSanity]:
 def sanity_line(model: Model) -> str:
     """One line in plain words."""
     found = sanity(model)
+    if not found:
+        return "No command drives any axis of this structure."
     speeds = ", ".join(
         f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}" for s in found
     )
@@ -57,6 +60,18 @@ def doubts(model: Model) -> list[str]:
                     f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} {AXES[axis]} drag that "
                     "drives the boat. The two drag terms may not be told apart by these speeds: "
                     "drive faster and slower, or drop one."
+                )
+    for axis, force in enumerate(WRENCH):
+        gains = [
+            t.coefficient
+            for t in model.structure.terms
+            if t.axis == axis and t.factors == (force,) and t.coefficient
+        ]
+        for name in gains:
+            if model.values[name] < -2 * model.standard_errors[name]:
+                found.append(
+                    f"{name} = {model.values[name]:.3g} is negative: {force} drives {AXES[axis]} "
+                    f"backwards. Is its sign right (inputs: {force}: sign: -1), and are the axes?"
                 )
     return found
 

@@ -93,7 +93,8 @@ class ChainGroup(Strict, frozen=True):
 
     name: str = ""
     actuators: list[str] | None = None  # None: all
-    latency: float | None = None  # [s] transport delay plus clock offset
+    # [s] transport delay plus clock offset: positive acts later than its stamp
+    latency: Annotated[float, msgspec.Meta(ge=-5, le=5)] | None = None
     dead_zone: DeadZone | None = None
     reverse_ratio: Positive | None = None  # full reverse over full forward thrust
     power: Positive | None = None  # exponent past the edge

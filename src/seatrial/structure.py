@@ -208,8 +208,10 @@ def named(name: str) -> dict[str, list[str]]:
 
 def _parse_term(structure: str, axis: int, line: str) -> Term:
     number, coefficient, factors, acceleration = 1.0, None, [], None
-    for raw in re.split(r"[\s*·]+", line.strip()):
+    for i, raw in enumerate(re.split(r"[\s*·]+", line.strip())):
         token = _ALIASES.get(raw, raw)
+        if i > 0 and token in ("+", "-"):
+            raise StructureError(f"structure {structure}: '{line}' is a sum; write one term a line")
         if token in ACCELERATIONS:
             if acceleration is not None:
                 raise StructureError(

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from seatrial import _core, structure
 from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
 from seatrial.errors import VehicleError
-from seatrial.files import convert, read_yaml
+from seatrial.files import convert, expect_format, read_yaml
 from seatrial.frames import AXES, Array, Axes
-from seatrial.schema import ChainGroup, Column, ForceEntry, VehicleFile
+from seatrial.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
 from seatrial.structure import Force, Structure
 
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
@@ -73,8 +73,9 @@ class Vehicle:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Names of the actuators: thrusters, or the inputs themselves."""
-        return tuple(self.file.thrusters) or self.inputs
+        """Names of the actuators: thrusters that are allocated to, or the inputs themselves."""
+        direct = self.scheme is Scheme.DIRECT or not self.file.thrusters
+        return self.inputs if direct else tuple(self.file.thrusters)
 
     @property
     def scheme(self) -> Scheme:
@@ -97,6 +98,8 @@ class Vehicle:
     @cached_property
     def mix(self) -> Array:
         """T (forces, actuators): F = T f."""
+        if self.file.forces and self.file.thrusters:
+            raise VehicleError(f"{self.source}: give thrusters or forces, not both")
         if self.file.forces:
             return self._explicit_mix(self.file.forces)
         if self.file.thrusters:
@@ -110,11 +113,18 @@ class Vehicle:
 
     @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
-        """Thrusters in forward-left-up axes."""
+        """Thrusters in forward-left-up axes, in the order of `actuators`."""
+        given = self.file.thrusters
+        if set(self.actuators) != set(given):
+            raise VehicleError(
+                f"{self.source}: allocation is direct, so the inputs must be the thrusters "
+                f"{', '.join(given)}; got {', '.join(self.inputs)}. For a joypad's "
+                f"{', '.join(WRENCH)} write allocation: {{scheme: moore-penrose}}"
+            )
         sign = -1.0 if self.axes is Axes.FRD else 1.0
         return tuple(
-            Thruster(n, t.x, sign * t.y, sign * np.deg2rad(t.angle_deg))
-            for n, t in self.file.thrusters.items()
+            Thruster(n, given[n].x, sign * given[n].y, sign * np.deg2rad(given[n].angle_deg))
+            for n in self.actuators
         )
 
     @cached_property
@@ -170,21 +180,16 @@ class Vehicle:
         """The core's actuator chain."""
         limit = self.file.allocation.limit
         scheme = self.scheme
-        if scheme is Scheme.DIRECT:
-            if len(self.actuators) != len(self.inputs):
-                raise VehicleError(
-                    f"{self.source}: allocation is direct but there are {len(self.actuators)} "
-                    f"actuators and {len(self.inputs)} inputs; give allocation: scheme: moore-penrose"
-                )
-            inverse = np.eye(len(self.inputs))
-        else:
-            inverse = self._inverse(scheme)
+        direct = scheme is Scheme.DIRECT
+        inverse = np.eye(len(self.inputs)) if direct else self._inverse(scheme)
         offset = self.file.allocation.F_os
         if scheme is Scheme.AF and limit is not None and offset >= limit:
             raise VehicleError(
                 f"{self.source}: F_os {offset:g} leaves no room under the limit {limit:g}"
             )
-        table = next((g.table for g in self.file.chain if g.table), [])
+        tables = [g.table for g in self.file.chain if g.table]
+        if len(tables) > 1:
+            raise VehicleError(f"{self.source}: chain: one table at most, for one group")
         return _core.Chain(
             scheme.code,
             np.ascontiguousarray(inverse),
@@ -194,7 +199,7 @@ class Vehicle:
             self._actuator_rows(),
             len(self.constants.names),
             np.array([s.reference for s in self.file.scales.values()], dtype=float),
-            np.array(table, dtype=float).reshape(-1, 2),
+            np.array(tables[0] if tables else [], dtype=float).reshape(-1, 2),
         )
 
     def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
@@ -258,7 +263,7 @@ def load_vehicle(path: str | Path) -> Vehicle:
     given = Path(path)
     if not given.exists() and bundled.is_file():
         return vehicle_from(read_yaml(bundled), str(path))
-    return vehicle_from(read_yaml(given), str(path))
+    return vehicle_from(expect_format(read_yaml(given), VEHICLE_FORMAT, given), str(path))
 
 
 def vehicle_from(content: dict[str, Any], source: str) -> Vehicle:

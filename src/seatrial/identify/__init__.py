@@ -4,17 +4,19 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from seatrial.errors import IdentificationError
-from seatrial.identify.equation_error import EquationErrorSettings, equation_error
+from seatrial.errors import IdentificationError, RecordingError
+from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
+from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.sanity import doubts, sanity, sanity_line
 from seatrial.vehicle import Vehicle
+from seatrial.velocity import STENCIL_NOISE
 
 METHODS = ("equation-error",)
 DEFAULT_METHOD = "equation-error"
 
-__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "identify", "summary"]
+__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "caution", "identify", "summary"]
 
 
 def identify(
@@ -39,9 +41,23 @@ def identify(
         raise IdentificationError(
             f"two recordings have the same name: {', '.join(names)}; rename one"
         )
+    for recording in recordings:
+        for sentence in implausible(recording):
+            raise RecordingError(f"{recording.name}: {sentence}")
     model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
     return replace(model, warnings=(*model.warnings, *doubts(model)))
+
+
+def caution(model: Model) -> str:
+    """What the paper's method leaves out of its standard errors, with this recording's noise."""
+    spread = STENCIL_NOISE / model.integration.step
+    noise = model.noise
+    return (
+        f"± covers scatter only. {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad of "
+        f"pose noise are {100 * spread * noise.position:.2g} cm/s and {spread * noise.heading:.2g} "
+        "rad/s in the differentiated velocities; that biases this method, drag most of all."
+    )
 
 
 def summary(model: Model) -> str:
@@ -52,4 +68,5 @@ def summary(model: Model) -> str:
         for name, value in model.values.items()
     ]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
+    lines += [caution(model)] if model.estimator.method == METHOD else []
     return "\n".join([f"{model.name}, {model.estimator.method}:", *lines, sanity_line(model)])

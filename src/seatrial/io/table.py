@@ -3,6 +3,7 @@
 
 import csv
 import difflib
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -55,7 +56,7 @@ class Table:
             raise RecordingError(f"{self.path}: column '{name}' stands twice in the header")
         if name not in self.names:
             near = difflib.get_close_matches(name, self.names, n=1)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
+            hint = f"; did you mean '{near[0]}'?" if near else "."
             shown = ", ".join(self.names[:20])
             raise RecordingError(f"{self.path}: no column '{name}'{hint} It has: {shown}")
         return self.names.index(name)
@@ -85,8 +86,11 @@ class Table:
         try:
             return float(row[i]) if row[i].strip() else float("nan")
         except ValueError:
+            comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", row[i]) is not None
+            hint = ": write a decimal point, not a comma" if comma else ""
             raise RecordingError(
-                f"{self.path} line {line}: column '{self.names[i]}' has '{row[i][:40]}', expected a number"
+                f"{self.path} line {line}: column '{self.names[i]}' has '{row[i][:40]}', "
+                f"expected a number{hint}"
             ) from None
 
 
@@ -102,7 +106,7 @@ def nanoseconds(
     """Stamps as integer nanoseconds."""
     if not np.isfinite(raw).all():
         row = int(np.flatnonzero(~np.isfinite(raw))[0])
-        raise RecordingError(f"{path} row {row + 1}: column '{column.column}' has no stamp")
+        raise RecordingError(f"{path} line {row + 2}: column '{column.column}' has no stamp")
     if column.unit is not None and column.unit not in TO_NANOSECONDS:
         raise RecordingError(
             f"{path}: stamp column '{column.column}' has unit '{column.unit}'; use s, ms, us or ns"

@@ -41,7 +41,7 @@ class Run:
     @property
     def masked(self) -> float:
         """Share of the poses that were left out."""
-        return 1.0 - float(np.mean(self.recording.valid))
+        return 1.0 - self.recording.usable
 
 
 def gather(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Run]:
@@ -110,7 +110,7 @@ def _seen(model: Model, recording: Recording) -> bool:
     begin, end = recording.offset, recording.offset + recording.duration
     for entry in model.recordings:
         files = {file.sha256 for file in entry.files}
-        same = bool(own & files) if own and files else recording.name == entry.name
+        same = own == files if own and files else recording.name == entry.name
         if same and begin < entry.start + entry.length and entry.start < end:
             return True
     return False

@@ -8,6 +8,8 @@ import numpy as np
 from seatrial.errors import ModelError
 from seatrial.excitation import EXCITED
 from seatrial.frames import AXES, SYMBOLS, Array
+from seatrial.identify import caution
+from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.report.markup import number
 from seatrial.report.runs import Run
@@ -79,9 +81,11 @@ def identified(model: Model) -> str:
 def predicted(runs: Sequence[Run], horizon: float) -> str:
     """How well some recordings are predicted, in absolute terms and against no model at all."""
     rms, ratio = rms_and_ratio(runs)
+    floor = pooled(runs, lambda r: r.prediction.floor[None, :])
     sizes = [
         f"{number(rms[i] * scale, 2)} {name} in {AXES[i]}" for i, (name, scale) in enumerate(UNITS)
     ]
+    alone = [f"{number(floor[i] * scale, 2)} {name}" for i, (name, scale) in enumerate(UNITS)]
     kind = "it has not seen" if runs[0].unseen else "it was identified from"
     groups: dict[str, list[str]] = {}
     for axis, share in zip(AXES, ratio, strict=True):
@@ -89,8 +93,8 @@ def predicted(runs: Sequence[Run], horizon: float) -> str:
     compared = joined([f"{word} in {joined(axes)}" for word, axes in groups.items()])
     return (
         f"On recordings that {kind} ({_names(runs)}), the velocity predicted {horizon:g} s ahead is "
-        f"off by {joined(sizes)} (RMS). Compared with assuming that the velocity stays as it is, the "
-        f"model is {compared}; in brackets its error as a share of that assumption's."
+        f"off by {joined(sizes)} (RMS; pose noise alone makes {joined(alone)}). Compared with "
+        f"assuming that the velocity stays as it is, the model is {compared}; in brackets its error as a share of that assumption's."
     )
 
 
@@ -110,7 +114,8 @@ def verdict(model: Model, runs: Sequence[Run], horizon: float) -> list[str]:
     fresh = [r for r in runs if r.unseen]
     known = [r for r in runs if not r.unseen]
     found = [identified(model), predicted(fresh or known, horizon)]
-    return [*found, flattered(known)] if fresh and known else found
+    found += [flattered(known)] if fresh and known else []
+    return [*found, caution(model)] if model.estimator.method == METHOD else found
 
 
 def _names(runs: Sequence[Run]) -> str:
@@ -137,8 +142,8 @@ def advice(model: Model, runs: Sequence[Run]) -> list[str]:
     loose = not_told_apart(model)
     if loose:
         found.append(
-            f"{joined(loose)} cannot be told apart from 0: drive slower and faster in "
-            "these axes, or take these terms out of the structure."
+            f"{joined(loose)} cannot be told apart from 0 by these recordings: drive "
+            "longer, at more speeds, or take these terms out of the structure."
         )
     return found + [s for run in runs for s in (*_masked(run), *_biased(run), *_beyond(model, run))]
 
