@@ -60,7 +60,7 @@ def test_a_tab_is_called_a_tab(tmp_path):
 def test_one_kind_of_file_given_for_another_says_what_it_is(tmp_path, loader):
     (tmp_path / "a.yaml").write_text("seatrial: cake 1\n")
     with pytest.raises(
-        FileError, match="says 'seatrial: cake 1'; expected 'seatrial: (vehicle|plan|model) 1'"
+        FileError, match=r"says 'seatrial: cake 1'; expected 'seatrial: (vehicle|plan|model) 1'"
     ):
         loader(tmp_path / "a.yaml")
     (tmp_path / "a.yaml").write_text("name: x\n")

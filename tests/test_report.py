@@ -287,7 +287,7 @@ def test_verdict_speaks_of_recordings_that_were_not_seen_first(runs, model, tabl
         assert f"({number(score[sign].ratio, 2)})" in unseen
         assert f"{number(score[sign].floor * scale, 2)} {name.split()[0]}" in unseen
     assert "CSE1_data_random_run3" in seen
-    assert caution.startswith("± covers scatter only. 0.071 mm and 0.3 mrad of pose noise are")
+    assert caution.startswith("± covers scatter only. 0.07 mm and 0.3 mrad of pose noise are")
 
 
 def test_without_an_unseen_recording_the_report_asks_for_one(model, runs):

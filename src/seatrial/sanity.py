@@ -58,8 +58,8 @@ def doubts(model: Model) -> list[str]:
                 error = model.standard_errors[name]
                 found.append(
                     f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} {AXES[axis]} drag that "
-                    "drives the boat. The two drag terms may not be told apart by these speeds: "
-                    "drive faster and slower, or drop one."
+                    "drives the boat. Pose noise does that to the paper's method; or these speeds "
+                    "don't tell the two drag terms apart: drive faster and slower, or drop one."
                 )
     for axis, force in enumerate(WRENCH):
         gains = [

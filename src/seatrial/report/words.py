@@ -93,8 +93,9 @@ def predicted(runs: Sequence[Run], horizon: float) -> str:
     compared = joined([f"{word} in {joined(axes)}" for word, axes in groups.items()])
     return (
         f"On recordings that {kind} ({_names(runs)}), the velocity predicted {horizon:g} s ahead is "
-        f"off by {joined(sizes)} (RMS; pose noise alone makes {joined(alone)}). Compared with "
-        f"assuming that the velocity stays as it is, the model is {compared}; in brackets its error as a share of that assumption's."
+        f"off by {joined(sizes)} (RMS; pose noise alone makes {joined(alone)}). "
+        f"Compared with assuming that the velocity stays as it is, the model is {compared}; "
+        "in brackets its error as a share of that assumption's."
     )
 
 
