@@ -57,7 +57,8 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
     assert (code, err) == (0, "")
     scores = json.loads((tmp_path / "scores.json").read_text())
     assert [r["recording"] for r in scores["recordings"]] == ["S4-AF", "S5-AF", "S6-AF", "S7-AF"]
-    assert f"{100 * scores['recordings'][0]['scores']['u']['rms']:.3f}*cm/s" in out
+    for name in ("rms", "stays_constant", "floor", "excess"):
+        assert f" {100 * scores['recordings'][0]['scores']['u'][name]:.3f}" in out, name
     code, out, err = run(capsys, "report", model, trials[6], "-o", tmp_path / "report.html")
     assert (code, err) == (0, "")
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
@@ -262,7 +263,7 @@ def test_the_demo_identifies_validates_and_reports(tmp_path, capsys):
         for row in scores["recordings"]:
             assert row["recording"] in out
             for score in row["scores"].values():
-                assert f"{score['ratio']:4.2f}" in out
+                assert f" {score['ratio']:.2f} " in out
         assert seatrial.load((tmp_path / report).with_name("model.yaml")).recordings
 
 

@@ -213,13 +213,13 @@ def _roles(given: Sequence[str]) -> dict[str, list[str]]:
 
 def _validate(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.files import dump_json, write_text
-    from seatrial.validate import scores_json, scores_text, validate
+    from seatrial.validate import LEGEND, scores_json, scores_text, validate
 
     model = _load(args)
     scores = validate(model, _read(args, model.vehicle, progress), args.horizon)
     if args.json is not None:
         write_text(args.json, dump_json(scores_json(scores)))
-    print(scores_text(scores))
+    print(f"{scores_text(scores)}\n{LEGEND}")
 
 
 def _report(args: argparse.Namespace, progress: Progress) -> None:

@@ -16,11 +16,15 @@ from seatrial.recording import Recording
 from seatrial.report import write_report
 from seatrial.sanity import sanity_line
 from seatrial.simulate import SUFFIX, plant_model, simulate
-from seatrial.validate import Scores, scores_json, scores_text, validate
+from seatrial.validate import LEGEND, Scores, scores_json, scores_text, validate
 from seatrial.vehicle import Vehicle, load_vehicle
 
 TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
 TESTED_ON = "CSE1_data_run1"
+TABLE_III = {
+    "-MP": "S4 u 2.3 cm/s, S5 v 3.5 cm/s, S6 r 0.10 rad/s",
+    "-AF": "S4 u 1.8 cm/s, S5 v 2.2 cm/s, S6 r 0.07 rad/s",
+}
 Say = Callable[[str], None]
 
 
@@ -31,6 +35,7 @@ def demo(out: Path, say: Say, note: Say) -> None:
     """
     _ship(out / "cse1", say, note)
     _trials(out / "mallard", say, note)
+    say(LEGEND)
 
 
 def bundled_data() -> Path:
@@ -83,6 +88,7 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         models[suffix] = identify(recordings[:3], load_vehicle(written))
         scores = validate(models[suffix], recordings[3:])
         say(f" allocation{suffix.replace('-', ' ')}: {scores_text(scores)}")
+        say(f"  the paper's boat (Table III): {TABLE_III[suffix]}")
         _store(out / f"result{suffix}", models[suffix], scores, recordings[3:], say)
 
 

@@ -90,22 +90,29 @@ def _axis_score(prediction: Prediction, axis: int) -> AxisScore:
 
 def scores_text(scores: Scores) -> str:
     """The scores as a table for the terminal; Table III's pairing is marked."""
-    head = f"{scores.horizon:g} s ahead: RMS error | ratio to 'velocity stays constant' | floor"
-    lines = [head]
-    width = max(len(r.recording) for r in scores.recordings)
+    width = max(9, *(len(r.recording) for r in scores.recordings))
+    lines = [
+        f"RMS error {scores.horizon:g} s ahead",
+        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  excess",
+    ]
     for row in scores.recordings:
-        cells = []
         for axis, symbol in enumerate(SYMBOLS):
             s = row.scores[symbol]
             scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
             mark = "*" if row.excited == AXES[axis] else " "
-            cells.append(
-                f"{symbol} {s.rms * scale:6.3f}{mark}{unit} | {s.ratio:4.2f} | {s.floor * scale:.3f}"
+            name = row.recording if axis == 0 else ""
+            lines.append(
+                f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
+                f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
+                f"{s.excess * scale:6.3f}"
             )
-        lines.append(f"  {row.recording:<{width}}  " + "   ".join(cells))
-    if any(row.excited for row in scores.recordings):
-        lines.append("  * the axis that the recording excites (the paper's Table III)")
     return "\n".join(lines)
+
+
+LEGEND = """\
+  constant: error if the velocity stays as it is; ratio: error / constant;
+  floor: what pose noise alone makes; excess: what is left without it;
+  *: the axis that the recording excites, the pairing of the paper's Table III"""
 
 
 def scores_json(scores: Scores) -> dict[str, object]:
