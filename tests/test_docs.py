@@ -98,6 +98,11 @@ def test_the_ships_ratios_are_the_readmes(capsys, tmp_path):
     ratios = [", ".join(re.findall(r" [uvr] .*?/s +[\d.]+ +(\d\.\d\d) ", text)) for text in tables]
     readme = " ".join((ROOT / "README.md").read_text().split())
     assert f"{ratios[0]} with the paper's terms; {ratios[1]} with coupled terms" in readme
+    mp, af = (
+        re.search(r"X_uu (-[\d.]+) \((-[\d.]+)\)", text) for text in said if "found (true)" in text
+    )
+    derivations = " ".join((ROOT / "docs" / "derivations.md").read_text().replace("−", "-").split())
+    assert f"X_uu = {mp[1]} (MP) and {af[1]} (AF) where the truth is {mp[2]}" in derivations
 
 
 def test_the_library_example_runs():

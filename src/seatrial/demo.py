@@ -88,8 +88,15 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         models[suffix] = identify(recordings[:3], load_vehicle(written))
         scores = validate(models[suffix], recordings[3:])
         say(f" allocation{suffix.replace('-', ' ')}: {scores_text(scores)}")
+        say(_beside_truth(models[suffix], plan.plant.coefficients))
         say(f"  the paper's boat (Table III): {TABLE_III[suffix]}")
         _store(out / f"result{suffix}", models[suffix], scores, recordings[3:], say)
+
+
+def _beside_truth(model: Model, truth: dict[str, float]) -> str:
+    """Coefficients found, the plant's in brackets: pose noise biases the paper's method."""
+    cells = [f"{name} {value:.2f} ({truth[name]:.2f})" for name, value in model.values.items()]
+    return "  found (true): " + ", ".join(cells)
 
 
 def _read_all(folders: list[Path], vehicle: Vehicle) -> list[Recording]:

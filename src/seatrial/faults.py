@@ -101,15 +101,15 @@ def silences(name: str, poses: Array, commands: Array) -> list[tuple[float, floa
     period = float(np.median(steps)) if len(steps) else np.inf
     steady = len(steps) >= 20 and float(np.percentile(steps, 90)) < 2 * period
     hole = max(SILENCE * period, SHORTEST_SILENCE) if steady else np.inf
-    if commands[0] > poses[-1] or commands[-1] + hole < poses[0]:
+    if commands[0] > poses.max() or commands[-1] + hole < poses[0]:
         raise RecordingError(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
-            f"{commands[-1]:.6g} s, poses from 0 s to {poses[-1]:.6g} s by the same clock; check the "
+            f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; check the "
             "units of both stamps, and that both were recorded together"
         )
     found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
     found += [(commands[i] + period, commands[i + 1]) for i in np.flatnonzero(steps > hole)]
-    if commands[-1] + hole < poses[-1]:
+    if commands[-1] + hole < poses.max():
         found.append((commands[-1] + period, np.inf))
     return found
 
