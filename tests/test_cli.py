@@ -64,6 +64,18 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
 
 
+def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
+    code, out, err = run(capsys, "inspect", pool / "S1-AF", CSE1 / "csv" / "CSE1_data_run1.csv")
+    assert (code, err) == (0, "")
+    assert "poses.csv: 3000 rows" in out
+    assert "rises all the way: stamps in s? 15 Hz" in out
+    assert "rises all the way: stamps in s? 20 Hz" in out
+    assert "vsp_speed   0 to 0.3" in out
+    code, _, err = run(capsys, "inspect", tmp_path)
+    assert (code, err.count("\n")) == (1, 1)
+    assert "no .csv file in this folder" in err
+
+
 def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
     plan = tmp_path / "plan.yaml"
     plan.write_text(
@@ -128,7 +140,7 @@ def test_another_folder_name_or_order_gives_the_same_model(pool, tmp_path, capsy
 BAD = {
     "no such recording": (["identify", "none", "--vehicle", "{v}", "-o", "{o}"], "no such file or folder"),
     "no such vehicle": (["identify", "{p}/S1-AF", "--vehicle", "none.yaml", "-o", "{o}"], "no such file"),
-    "too short": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "2", "-o", "{o}"], "usable samples|never excited"),
+    "too short": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "2", "-o", "{o}"], "2.0 s in all is too short|1.9 s in all is too short"),
     "outside": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "900", "-o", "{o}"], "it lasts"),
     "cut at nan": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "nan", "-o", "{o}"], "can't cut at nan s"),
     "cut at inf": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "inf", "-o", "{o}"], "can't cut at inf s"),

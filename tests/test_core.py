@@ -16,6 +16,7 @@ import seatrial
 from seatrial import _core
 from seatrial.recording import Signal, make_recording
 from seatrial.schema import ChainGroup, DeadZone
+from seatrial.vehicle import vehicle_from
 
 CHAIN = [
     ChainGroup(latency=0.037, dead_zone=DeadZone(0.08, 0.1), reverse_ratio=0.8, power=1.3, lag=0.09)
@@ -187,23 +188,22 @@ def test_forward_euler_is_the_papers_recursion(mp):
 
 
 def test_linear_drag_decays_as_the_matrix_exponential(mp):
-    values = dict.fromkeys(mp.structure.coefficients, 0.0) | {
-        "X_u": -0.4,
-        "Y_v": -0.9,
-        "N_r": -1.3,
-        "N_ud": 0.5,
-    }
-    model = make_model(mp, values, step=1 / 60)
+    content = mp.to_mapping()
+    content["structure"] = {
+        "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v", "Y_F * F_v"],
+        "yaw": ["N_ud * u_dot", "N_r * r", "N_F * F_r"],
+    }  # fmt: skip
+    vehicle = vehicle_from(content, "linear")
+    values = {"X_u": -0.4, "X_F": 1, "Y_v": -0.9, "Y_F": 1, "N_ud": 0.5, "N_r": -1.3, "N_F": 1}
+    model = make_model(vehicle, values, step=1 / 60)
     still = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
     record = make_recording("still", np.array([0, 10**9, 2 * 10**9]), np.zeros((3, 3)), still)
+    start = np.array([0.3, -0.1, 0.2])
     got, _ = _core.simulate(
-        model.boat, model.trace(record), np.array([0, 0, 0, 0.3, 0, 0.2]), record.t
+        model.boat, model.trace(record), np.append(np.zeros(3), start), record.t
     )
-    A = np.array([[-0.4, 0.0], [0.5 * -0.4, -1.3]])  # u, r without the centripetal terms' v
-    expected = expm(A * 2.0) @ [0.3, 0.2]
-    # v r and u r feed back through sway only at second order in these small motions
-    assert got[-1, 3] == pytest.approx(expected[0], abs=0.02)
-    assert got[-1, 5] == pytest.approx(expected[1], abs=0.02)
+    A = np.array([[-0.4, 0, 0], [0, -0.9, 0], [0.5 * -0.4, 0, -1.3]])  # u, v, r
+    np.testing.assert_allclose(got[-1, 3:], expm(A * 2.0) @ start, atol=1e-9)
 
 
 def test_a_boat_that_runs_away_gives_nan_and_returns(mp):

@@ -14,7 +14,7 @@ import yaml
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.errors import FileError, RecordingError
+from seatrial.errors import FileError, ModelError, RecordingError
 from seatrial.excitation import excitation
 from seatrial.report import report, write_report
 from seatrial.report.embed import decode, encode, pack
@@ -314,11 +314,17 @@ def test_warnings_and_the_sanity_line_are_shown(model, cse1):
     assert re.search(r'<p class="sanity">Top speed [\d.]+ m/s in surge', text)
 
 
-def test_an_unstable_model_still_gets_a_report_that_says_so(af, clean_af):
+def test_an_unstable_model_gets_no_report(af, clean_af):
     wild = make_model(af, TABLE_II["AF"] | {"X_u": 5.0, "X_uu": 20.0})
-    text = report(wild, [clean_af["S4"].recording])
-    assert re.search(r'<p class="sanity">[^<]*unstable', text)
-    assert "worse in surge" in text
+    with pytest.raises(ModelError, match="unstable"):
+        report(wild, [clean_af["S4"].recording])
+
+
+def test_a_physical_doubt_is_a_warning_whoever_made_the_model(af, clean_af):
+    odd = make_model(af, TABLE_II["AF"] | {"X_u": 0.05})
+    assert odd.warnings == ()
+    text = report(odd, [clean_af["S4"].recording])
+    assert re.search(r'<p class="warning">[^<]*X_u = 0.05', text)
 
 
 def test_names_cannot_become_markup(model, cse1, cse1_vehicle):

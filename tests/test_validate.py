@@ -98,6 +98,23 @@ def test_no_prediction_reaches_over_a_gap(af, paper_af):
     assert np.all(np.abs(record.t[got.index] - record.t[got.index - got.steps] - 1.0) < 0.75 / 15)
 
 
+def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
+    from seatrial.recording import Signal, make_recording
+
+    model, trial = make_model(af, TABLE_II["AF"]), clean_af["S7"]
+    signal = trial.recording.commands
+    t = signal.stamps * 1e-9
+    keep = (t < 100.0) | (t > 100.7)
+    holed = Signal(signal.names, signal.stamps[keep], signal.values[keep])
+    record = make_recording("hole", trial.pose_stamps, trial.pose, holed)
+    for horizon in (1.0, 3.0):
+        got = predict(model, record, horizon)
+        start = got.t - horizon
+        assert not np.any((start < 100.69) & (got.t > 100.02))
+        assert np.any(np.abs(start - 100.7) < 0.2)
+        assert np.any(np.abs(got.t - 99.95) < 0.2)
+
+
 def test_a_horizon_that_does_not_fit_is_one_line(clean_af, af):
     model = make_model(af, TABLE_II["AF"])
     with pytest.raises(RecordingError, match="shorter than the time between poses"):

@@ -286,6 +286,13 @@ Out2 rotate(Vector psi, Matrix rate, bool to_body) {
   return rotated;
 }
 
+Out1 wrap_all(Vector angle) {
+  double* out = nullptr;
+  auto wrapped = fresh<Out1>({angle.shape(0)}, &out);
+  for (std::size_t i = 0; i < angle.shape(0); ++i) out[i] = wrap(angle(i));
+  return wrapped;
+}
+
 Boat make_boat(const Structure& structure, Vector coefficient, int integrator, double step) {
   require(static_cast<int>(coefficient.shape(0)) == structure.n_coefficients,
           "one value a coefficient");
@@ -395,5 +402,6 @@ NB_MODULE(_core, m) {
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,
         "Thruster commands (n x actuators) and the share alpha of each wrench that is given.");
   m.def("curve", &run_curve, "chain"_a, "q"_a, "actuator"_a, "command"_a);
+  m.def("wrap", &wrap_all, "angle"_a, "Angles in (-pi, pi].");
   m.def("rotate", &rotate, "psi"_a, "rate"_a, "to_body"_a);
 }

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.errors import SeatrialError
+from seatrial.identify import DEFAULT_METHOD, METHODS
+from seatrial.predict import DEFAULT_HORIZON
 from seatrial.progress import Progress
 
 if TYPE_CHECKING:
@@ -53,8 +55,13 @@ def _parser() -> argparse.ArgumentParser:
         "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
     )
 
-    inspect = _add(commands, "inspect", _inspect, "rates, gaps, faults, excitation")
-    _recordings(inspect, vehicle_required=True)
+    inspect = _add(
+        commands,
+        "inspect",
+        _inspect,
+        "rates, gaps, faults, excitation; without --vehicle the columns",
+    )
+    _recordings(inspect, vehicle_required=False)
 
     simulate = _add(commands, "simulate", _simulate, "recordings like the paper's S1-S7")
     simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
@@ -67,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     _recordings(identify, vehicle_required=True)
     identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
     identify.add_argument(
-        "--method", choices=["equation-error"], default="equation-error",
+        "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="equation-error is the paper's least squares",
     )  # fmt: skip
     identify.add_argument(
@@ -88,7 +95,11 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("model", type=Path, metavar="MODEL")
         _recordings(command, vehicle_required=False)
         command.add_argument(
-            "--horizon", type=float, default=1.0, metavar="S", help="how far ahead [s] (default: 1)"
+            "--horizon",
+            type=float,
+            default=DEFAULT_HORIZON,
+            metavar="S",
+            help="how far ahead [s] (default: %(default)g)",
         )
         if name == "validate":
             command.add_argument("--json", type=Path, metavar="FILE", help="also write scores.json")
@@ -155,8 +166,13 @@ def _demo(args: argparse.Namespace, progress: Progress) -> None:
 
 def _inspect(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.inspect import inspect_text
+    from seatrial.io.columns import columns_text
     from seatrial.vehicle import load_vehicle
 
+    if args.vehicle is None:
+        for path in args.recordings:
+            print(columns_text(path))
+        return
     vehicle = load_vehicle(args.vehicle)
     for recording in _read(args, vehicle, progress):
         print(inspect_text(recording, vehicle))
@@ -213,6 +229,7 @@ def _roles(given: Sequence[str]) -> dict[str, list[str]]:
 
 def _validate(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.files import dump_json, write_text
+    from seatrial.sanity import concerns
     from seatrial.validate import LEGEND, scores_json, scores_text, validate
 
     model = _load(args)
@@ -220,6 +237,8 @@ def _validate(args: argparse.Namespace, progress: Progress) -> None:
     if args.json is not None:
         write_text(args.json, dump_json(scores_json(scores)))
     print(f"{scores_text(scores)}\n{LEGEND}")
+    for doubt in concerns(model):
+        print(f"  doubt: {doubt}")
 
 
 def _report(args: argparse.Namespace, progress: Progress) -> None:

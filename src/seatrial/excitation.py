@@ -72,10 +72,12 @@ def find_roles(
         if not chosen:
             chosen = [i for i, e in enumerate(found) if e.rms[axis] >= EXCITED]
         if not chosen:
-            largest = max(float(e.largest[axis]) for e in found)
+            most = max(float(e.rms[axis]) for e in found)
+            how = "never" if most == 0 else "hardly"
             raise RecordingError(
-                f"{', '.join(names)}: {label} is never excited (largest command {largest:.3g}); "
-                f"drive a minute of {label} pulses to both sides, or take it out of the structure"
+                f"{', '.join(names)}: {label} is {how} excited (RMS command {most:.2g}, {EXCITED} is "
+                f"the least); drive a minute of {label} pulses to both sides, or take it out of the "
+                "structure"
             )
         roles.append(tuple(chosen))
     return roles[0], roles[1], roles[2]

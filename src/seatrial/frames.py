@@ -32,11 +32,6 @@ def body_velocity(psi: Array, eta_dot: Array) -> Array:
     return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(eta_dot), True)
 
 
-def earth_velocity(psi: Array, nu: Array) -> Array:
-    """eta_dot = R(psi) nu, Eq. (1). psi (n,) [rad]; nu, eta_dot (n, 3)."""
-    return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(nu), False)
-
-
 def frozen_array(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     """A read-only, contiguous copy."""
     array: NDArray[Any] = np.array(values, dtype=dtype, order="C")

@@ -202,12 +202,20 @@ def _from_file(file: ModelFile, path: str) -> Model:
     covariance = file.covariance
     if len(covariance) != n or any(len(row) != n for row in covariance):
         raise ModelError(f"{path}: covariance must be {n} x {n}, as there are {n} coefficients")
+    matrix = np.array(covariance)
+    if not np.allclose(matrix, matrix.T, rtol=1e-6, atol=0) or np.any(np.diag(matrix) < 0):
+        raise ModelError(f"{path}: covariance must be symmetric with variances >= 0")
+    for name, entry in file.coefficients.items():
+        if entry.unit and entry.unit != structure.units[name]:
+            raise ModelError(
+                f"{path}: {name} is in '{entry.unit}'; its term makes it {structure.units[name]}"
+            )
     sign = _signs(structure) if frd else np.ones(n)
     values = np.array([file.coefficients[name].value for name in structure.coefficients])
     return Model(
         vehicle,
         values * sign,
-        np.array(covariance) * np.outer(sign, sign),
+        matrix * np.outer(sign, sign),
         np.array([file.constants[name] for name in vehicle.constants.names]),
         file.integration,
         file.noise,

@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.frames import AXES, Array
 from seatrial.plan import OperatorEntry, Pool
 
@@ -156,14 +157,15 @@ def make_operator(
 
 
 def _earth(psi: float, body: Array) -> Array:
-    c, s = np.cos(psi), np.sin(psi)
-    return np.array([c * body[0] - s * body[1], s * body[0] + c * body[1]])
+    """A body-fixed vector (2,) in earth axes."""
+    return _core.rotate(np.array([psi]), np.array([[body[0], body[1], 0.0]]), False)[0, :2]
 
 
 def _body(psi: float, earth: Array) -> Array:
-    return _earth(-psi, earth)
+    """An earth-fixed vector (2,) in body axes."""
+    return _core.rotate(np.array([psi]), np.array([[earth[0], earth[1], 0.0]]), True)[0, :2]
 
 
 def _turned(angle: float) -> float:
-    """The angle in -pi..pi."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+    """The angle in (-pi, pi]."""
+    return float(_core.wrap(np.array([angle]))[0])

@@ -19,8 +19,8 @@ class PlantEntry(Strict, frozen=True):
     """The truth."""
 
     coefficients: dict[str, float]
+    step: Positive  # [s] of the integration
     chain: list[ChainGroup] = msgspec.field(default_factory=list)
-    step: Positive = 1 / 240  # [s]
 
 
 class Pool(Strict, frozen=True):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import RecordingError
-from seatrial.faults import Stamps
+from seatrial.faults import FaultKind, Stamps
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.noise import pose_noise
@@ -18,7 +18,6 @@ from seatrial.schema import NoiseEntry
 from seatrial.velocity import STENCIL_NOISE, Motion, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
-REACH = 2  # poses on either side that a stencil velocity uses
 
 
 @dataclass(frozen=True)
@@ -88,6 +87,9 @@ def _starts(recording: Recording, moving: Motion, steps: int, horizon: float) ->
     end = start + steps
     usable = moving.valid[start] & moving.valid[end]
     usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period
+    for fault in recording.faults:
+        if fault.kind is FaultKind.SILENT:  # what drove the boat there is not known
+            usable &= (recording.t[end] < fault.start) | (recording.t[start] > fault.end)
     if not usable.any():
         raise RecordingError(
             f"{recording.name}: no two usable velocities {horizon:g} s apart in "

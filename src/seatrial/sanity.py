@@ -39,12 +39,25 @@ def sanity_line(model: Model) -> str:
     if not found:
         return "No command drives any axis of this structure."
     speeds = ", ".join(
-        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}" for s in found
+        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}{_beyond(model, s)}"
+        for s in found
     )
     coasts = ", ".join(
         f"{s.coast:.2f} {'rad' if s.axis == 2 else 'm'} in {AXES[s.axis]}" for s in found
     )
     return f"Top speed {speeds}; from there it coasts {coasts}: is that your boat?"
+
+
+def _beyond(model: Model, found: AxisSanity) -> str:
+    """A remark where the top speed is well above what was recorded."""
+    low, high = model.envelope.speeds.get(SYMBOLS[found.axis], (-np.inf, np.inf))
+    seen = max(abs(low), abs(high))
+    return f" (recorded: up to {seen:.2f})" if abs(found.top_speed) > 1.2 * seen else ""
+
+
+def concerns(model: Model) -> list[str]:
+    """What was noted when the model was made, and what a physicist would frown at; each once."""
+    return list(dict.fromkeys([*model.warnings, *doubts(model)]))
 
 
 def doubts(model: Model) -> list[str]:

@@ -182,7 +182,7 @@ def _observe(
         end = begin + rng.uniform(sensor.drop_outs.shortest, sensor.drop_outs.longest)
         arrived[(t >= begin) & (t < end)] = False
     arrived[0] = True
-    pose[:, 2] = (pose[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    pose[:, 2] = _core.wrap(np.ascontiguousarray(pose[:, 2]))
     return pose, arrived
 
 

@@ -36,6 +36,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     recording: str
     length: float  # [s]
     predictions: int
+    usable: float  # share of its poses that are not left out as faulty
     excited: str | None  # the axis that dominates it, if one does: Table III's pairing
     scores: dict[str, AxisScore]  # by u, v, r
 
@@ -67,6 +68,7 @@ def score(model: Model, recording: Recording, prediction: Prediction) -> Recordi
         recording.name,
         recording.duration,
         len(prediction.t),
+        recording.usable,
         None if dominant is None else AXES[dominant],
         scores,
     )
@@ -90,7 +92,7 @@ def _axis_score(prediction: Prediction, axis: int) -> AxisScore:
 
 def scores_text(scores: Scores) -> str:
     """The scores as a table for the terminal; Table III's pairing is marked."""
-    width = max(9, *(len(r.recording) for r in scores.recordings))
+    width = max(21, *(len(r.recording) for r in scores.recordings))
     lines = [
         f"RMS error {scores.horizon:g} s ahead",
         f"  {'recording':<{width}}       error  unit   constant  ratio   floor  excess",
@@ -100,7 +102,11 @@ def scores_text(scores: Scores) -> str:
             s = row.scores[symbol]
             scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
             mark = "*" if row.excited == AXES[axis] else " "
-            name = row.recording if axis == 0 else ""
+            name = (
+                row.recording,
+                f"  {row.predictions} predictions",
+                f"  {100 * row.usable:.1f} % of poses used",
+            )[axis]
             lines.append(
                 f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
                 f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "

@@ -9,12 +9,13 @@ from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equa
 from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
-from seatrial.sanity import doubts, sanity, sanity_line
+from seatrial.sanity import concerns, sanity, sanity_line
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import STENCIL_NOISE
 
-METHODS = ("equation-error",)
-DEFAULT_METHOD = "equation-error"
+METHODS = (METHOD,)
+DEFAULT_METHOD = METHOD
+SHORTEST = 10.0  # [s] of all recordings together
 
 __all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "caution", "identify", "summary"]
 
@@ -41,12 +42,18 @@ def identify(
         raise IdentificationError(
             f"two recordings have the same name: {', '.join(names)}; rename one"
         )
+    length = sum(r.duration for r in recordings)
+    if length < SHORTEST:
+        raise IdentificationError(
+            f"{', '.join(names)}: {length:.1f} s in all is too short; drive a minute or more in "
+            "every axis"
+        )
     for recording in recordings:
         for sentence in implausible(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
     model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
-    return replace(model, warnings=(*model.warnings, *doubts(model)))
+    return replace(model, warnings=tuple(concerns(model)))
 
 
 def caution(model: Model) -> str:

@@ -108,7 +108,8 @@ def sample_rows(
     if literal:
         k = k[np.isin(k - 2, good)]
     dt = (t[k] - t[k - 1])[:, None]
-    nu_dot = (nu[k] - nu[k - 1]) / dt
+    nu_dot = (nu[k] - nu[k - 1]) / dt  # Eqs. (14)-(16)
+    # the surge acceleration of Eq. (17): as printed one step late
     late = (nu[k - 1] - nu[k - 2]) / (t[k - 1] - t[k - 2])[:, None] if literal else nu_dot
     force = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t[k - 1])
     table = _core.regressors(
@@ -179,18 +180,18 @@ class _Steps:
         """a and B of a = B theta, and the columns Z of the coefficients that are known already."""
         n, size = len(data.nu_dot), len(self.theta)
         columns = np.zeros((n, size))
-        a = data.nu_dot[:, axis].copy()
+        a = data.nu_dot[:, axis].copy()  # (nu_k - nu_k-1) / dt of Eqs. (14)-(17)
         for j, term in enumerate(self.structure.terms):
             if term.axis != axis:
                 continue
             if term.coefficient is None:
-                a -= data.regressors[:, j]
+                a -= data.regressors[:, j]  # v r of Eq. (14), -u r of Eq. (15)
             else:
                 columns[:, self._place(term)] += data.regressors[:, j]
         known = np.isfinite(self.theta)
         known[list(places)] = False
         Z = np.where(known, columns, 0.0)
-        a -= Z[:, known] @ self.theta[known]
+        a -= Z[:, known] @ self.theta[known]  # (N_rr |r| + N_r) r + N_F F_r of Eq. (17)
         return a, columns[:, list(places)], Z
 
     def _carry(self, chosen: Sequence[int], fit: Fit, Z: Array) -> None:

@@ -22,22 +22,20 @@ LENGTH_UNITS = ("m", "cm", "mm")
 def read(path: str | Path, vehicle: Vehicle) -> Recording:
     """A recording in forward-left-up axes. Raises RecordingError, FileError."""
     path = Path(path)
+    if not path.exists():
+        raise FileError(f"{path}: no such file or folder")
     if path.is_dir():
         poses = path / (vehicle.file.pose.file or POSE_FILE)
         commands = path / (vehicle.file.commands.file or COMMAND_FILE)
     elif path.suffix.lower() in (".csv", ".txt", ".tsv"):
         poses = commands = path
-    elif not path.exists():
-        raise FileError(f"{path}: no such file or folder")
     else:
         raise RecordingError(
             f"{path}: expected a .csv table or a folder of them, got '{path.suffix}'"
         )
-    for part in (poses, commands):
+    for part, key in ((poses, "pose"), (commands, "commands")):
         if not part.is_file():
-            raise FileError(
-                f"{part}: no such file; the vehicle file names it, or {POSE_FILE} / {COMMAND_FILE}"
-            )
+            raise FileError(f"{part}: no such file; name it in the vehicle file under {key}: file")
     sources = [Source(p.name, sha256(p)) for p in dict.fromkeys((poses, commands))]
     return _assemble(path, vehicle, Table(poses), Table(commands), sources)
 

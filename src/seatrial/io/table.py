@@ -48,7 +48,9 @@ class Table:
         except (ValueError, UnicodeDecodeError):
             values = self._read_slowly(index)
         if len(values) == 0:
-            raise RecordingError(f"{self.path}: has a header but no rows")
+            raise RecordingError(
+                f"{self.path}: has a header but no rows; was anything recorded while the boat was driven?"
+            )
         return values
 
     def _find(self, name: str) -> int:

@@ -10,6 +10,7 @@ from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
 from seatrial.report.page import page
 from seatrial.report.runs import gather
+from seatrial.sanity import sanity
 
 __all__ = ["report", "write_report"]
 
@@ -20,8 +21,10 @@ def report(
     """The report on a model as HTML text: what it is, and how it predicts `horizon` [s] ahead.
 
     The same model and recordings give the same text. Raises RecordingError where a recording has no
-    stretch as long as the horizon, or where there is no recording.
+    stretch as long as the horizon, or where there is no recording; ModelError where the model is
+    unstable.
     """
+    sanity(model)
     return page(model, gather(model, recordings, horizon), horizon)
 
 

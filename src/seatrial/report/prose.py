@@ -19,9 +19,9 @@ differentiated, so the regressors are noisy too, and that moves the coefficients
 by an amount that no interval here shows. R² is low because accelerations from differentiated poses are mostly
 noise; the predictions below are the measure of the model.</p>"""
 
-RECORDED = """Left-out poses are not used anywhere; no velocity and no prediction reaches over a gap
-or a jump. The scatter plots (a sample of at most $scatter instants) show which speeds met which commands:
-the model knows the boat there, and guesses elsewhere."""
+RECORDED = """Left-out poses are not used anywhere; no velocity reaches over a gap or a jump, and no
+prediction over a stretch without commands. The scatter plots (a sample of at most $scatter instants)
+show which speeds met which commands: the model knows the boat there, and guesses elsewhere."""
 
 PREDICTION = """From every usable pose the model alone is driven for $horizon s by the recorded
 commands; its velocity is drawn beside the one measured at that later instant. The error is measured

@@ -7,12 +7,14 @@ from importlib.metadata import version
 from string import Template
 
 from seatrial.frames import AXES, SYMBOLS, Axes
+from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.report import prose, tables, words
 from seatrial.report.figures import SCATTER
 from seatrial.report.markup import equation, listing, number
 from seatrial.report.runs import WINDOW, Run
 from seatrial.report.words import UNITS, minutes
+from seatrial.sanity import concerns, sanity_line
 
 BUTTONS = (
     ("whole", "whole run"),
@@ -25,13 +27,13 @@ BUTTONS = (
 def verdict(model: Model, runs: Sequence[Run], horizon: float) -> str:
     """Title, verdict, warnings, what to do next; `horizon` in s."""
     said = "".join(f"<p>{escape(line)}</p>" for line in words.verdict(model, runs, horizon))
-    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in model.warnings)
+    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in concerns(model))
     todo = [escape(text) for text in words.advice(model, runs)]
     return f"""<header><h1>{escape(model.name)}</h1>
 <p class="subtitle">Dynamic model, identified and put to the test</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
 <div class="said">{said}</div>
-<p class="sanity">{escape(words.sanity(model))}</p>
+<p class="sanity">{escape(sanity_line(model))}</p>
 {warned}
 <h3>What to do next</h3>
 {listing(todo, "advice") if todo else prose.ALL_WELL}</section>"""
@@ -43,7 +45,7 @@ def model(model: Model) -> str:
     named = listing([equation(structure, axis) for axis in range(3)], "equations")
     valued = listing([equation(structure, axis, model.values) for axis in range(3)], "equations")
     other = prose.OTHER_AXES if model.vehicle.axes is Axes.FRD else ""
-    remark = prose.LEAST_SQUARES if model.estimator.method == "equation-error" else ""
+    remark = prose.LEAST_SQUARES if model.estimator.method == METHOD else ""
     found = f"<h3>How they were found</h3>{tables.steps(model)}" if model.estimator.steps else ""
     return f"""<section id="model"><h2>Model</h2>
 {named}

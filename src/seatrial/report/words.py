@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from seatrial.errors import ModelError
 from seatrial.excitation import EXCITED
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.identify import caution
@@ -13,7 +12,6 @@ from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.report.markup import number
 from seatrial.report.runs import Run
-from seatrial.sanity import sanity_line
 
 TOLD_APART = 2.0  # standard errors that a coefficient must be away from 0
 GOOD_RATIO = 0.8  # above this share of the constant-velocity error an axis needs work
@@ -121,14 +119,6 @@ def verdict(model: Model, runs: Sequence[Run], horizon: float) -> list[str]:
 
 def _names(runs: Sequence[Run]) -> str:
     return joined([r.recording.name for r in runs])
-
-
-def sanity(model: Model) -> str:
-    """Top speeds and coasting; or why there are none."""
-    try:
-        return sanity_line(model)
-    except ModelError as error:
-        return str(error)
 
 
 def advice(model: Model, runs: Sequence[Run]) -> list[str]:
