@@ -1,49 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Python's view of the core: arrays in, arrays out. No formula lives here.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <limits>
-#include <memory>
-#include <stdexcept>
 #include <tuple>
 #include <vector>
 
+#include "arrays.hpp"
 #include "seatrial/frames.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 
-namespace nb = nanobind;
 using namespace nb::literals;
 using namespace seatrial;
 
 namespace {
-
-using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Indices = nb::ndarray<const int, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using IndexTable = nb::ndarray<const int, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Out1 = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
-using Out2 = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
-using Out3 = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
-
-void require(bool condition, const char* message) {
-  if (!condition) throw std::invalid_argument(message);
-}
-
-/// A fresh numpy array that owns its memory.
-template <class Out, std::size_t N>
-Out fresh(const std::size_t (&shape)[N], double** data) {
-  std::size_t size = 1;
-  for (const std::size_t extent : shape) size *= extent;
-  auto owned = std::make_unique<double[]>(size == 0 ? 1 : size);
-  *data = owned.get();
-  nb::capsule owner(owned.release(), [](void* p) noexcept { delete[] static_cast<double*>(p); });
-  return Out(*data, N, shape, owner);
-}
 
 using TermRow = std::tuple<int, int, double, int, std::vector<int>>;
 
