@@ -12,7 +12,12 @@ import seatrial
 from seatrial.plan import load_plan
 from seatrial.simulate import Trial, simulate
 
-settings.register_profile("seatrial", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "seatrial",
+    derandomize="CI" in os.environ,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("seatrial")
 
 ROOT = Path(__file__).resolve().parents[1]
