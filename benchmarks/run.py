@@ -98,11 +98,15 @@ def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     base = median(lambda: core(euler))
     row("core, forward Euler (thrusters included)", base)
     row(
-        "NumPy, vectorised by hand (forces given)",
+        "NumPy, vectorised by hand (forces given, no positions)",
         median(lambda: numpy_euler(euler, nu, F, dt)),
         base,
     )
-    row("Python loop (forces given)", median(lambda: python_euler(euler, nu, F, dt), 3), base)
+    row(
+        "Python loop (forces given, no positions)",
+        median(lambda: python_euler(euler, nu, F, dt), 3),
+        base,
+    )
     fine = replace(truth, integration=Integration("runge-kutta", 1 / 60))
     row(
         "core, Runge-Kutta at 60 Hz with breaks, dead zone and lag",
