@@ -112,6 +112,32 @@ def test_start_and_end_cut_the_recording(pool, tmp_path, capsys):
     assert entry["start"] == pytest.approx(100, abs=0.1)
 
 
+def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
+    text = (pool / "vehicle-AF.yaml").read_text()
+    swapped = text.replace("F_u: F_u, F_v: F_v", "F_u: F_v, F_v: F_u")
+    assert swapped != text
+    (tmp_path / "v.yaml").write_text(swapped)
+    trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
+    code, out, _ = run(
+        capsys, "identify", *trials, "--vehicle", tmp_path / "v.yaml", "-o", tmp_path / "m.yaml"
+    )
+    assert code == 0
+    assert "F_u does not visibly drive surge. Are two inputs swapped" in out
+    assert "F_v does not visibly drive sway" in out
+
+
+def test_the_terminal_says_which_axes_and_what_the_file_negates(tmp_path, capsys):
+    ship = [CSE1 / "csv" / "CSE1_data_random_run1.csv", "--vehicle", CSE1 / "vehicle.yaml"]
+    code, out, _ = run(capsys, "identify", *ship, "-o", tmp_path / "m.yaml")
+    assert code == 0
+    assert "in forward-left-up axes:" in out
+    model = seatrial.load(tmp_path / "m.yaml")
+    written = yaml.safe_load((tmp_path / "m.yaml").read_text())["coefficients"]
+    negated = [n for n, v in model.values.items() if v * written[n]["value"] < 0]
+    assert negated == ["N_ud", "N_uu"]
+    assert "The file is in forward-right-down axes: N_ud, N_uu negated." in out
+
+
 def test_roles_can_be_given(pool, tmp_path, capsys):
     code, _, _ = run(
         capsys, "identify", pool / "S1-AF", pool / "S2-AF", pool / "S3-AF", pool / "S7-AF",

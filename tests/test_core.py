@@ -37,15 +37,22 @@ def recording(seed: int = 0, rate: float = 15.0, seconds: float = 6.0):
     )
 
 
-def reference(model, record, x0, times):
-    """The same boat in plain Python: SciPy's integrator between command changes."""
-    c = model.values
+S = np.array([[-1, -1, 1, 1], [1, -1, 1, -1], [1, -1, -1, 1]])  # Table I
+
+
+def thrust_targets(model, record):
+    """When each thruster's target changes, to what, and the lag; the chain in plain NumPy."""
     latency, ahead, behind, ratio, power, lag = model.constants
-    S = np.array([[-1, -1, 1, 1], [1, -1, 1, -1], [1, -1, -1, 1]])
-    t_c = record.seconds(record.commands.stamps) + latency
     f = record.commands.values @ S / 2
     w = np.where(f >= 0, (f - ahead) / (1 - ahead), (-f - behind) / (1 - behind))
     target = np.where(w > 0, np.where(f >= 0, 1, -ratio) * np.abs(w) ** power, 0.0)
+    return record.seconds(record.commands.stamps) + latency, target, lag
+
+
+def reference(model, record, x0, times):
+    """The same boat in plain Python: SciPy's integrator between command changes."""
+    c = model.values
+    t_c, target, lag = thrust_targets(model, record)
 
     def rate(t, state, goal):
         psi, u, v, r = state[2:6]
@@ -100,12 +107,7 @@ def test_forces_along_a_recording_equal_the_closed_form(model):
     t = np.linspace(-1, 7, 500)
     got = model.trace(record).forces(t)
     # by brute force: a fine exact recursion from before the first command
-    latency, ahead, behind, ratio, power, lag = model.constants
-    S = np.array([[-1, -1, 1, 1], [1, -1, 1, -1], [1, -1, -1, 1]])
-    t_c = record.seconds(record.commands.stamps) + latency
-    f = record.commands.values @ S / 2
-    w = np.where(f >= 0, (f - ahead) / (1 - ahead), (-f - behind) / (1 - behind))
-    target = np.where(w > 0, np.where(f >= 0, 1, -ratio) * np.abs(w) ** power, 0.0)
+    t_c, target, lag = thrust_targets(model, record)
     for i, now in enumerate(t):
         level = target[0]
         for k, begin in enumerate(t_c):

@@ -64,3 +64,16 @@ def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
     values = {"X_u": -1, "X_F": 1, "X_rd": 2, "Y_v": -1, "Y_F": 1, "N_r": -1, "N_F": 1, "N_ud": 0.5}
     with pytest.raises(ModelError, match="unstable"):
         sanity(make_model(vehicle, values))
+
+
+def test_a_thrust_gain_that_is_negative_or_not_there_is_a_doubt(mp):
+    from dataclasses import replace
+
+    model = make_model(mp, TABLE_II["AF"] | {"Y_F": -0.2})
+    (doubt,) = doubts(model)
+    assert "F_v drives sway backwards. Turn its sign round" in doubt
+    odd = replace(make_model(mp, TABLE_II["AF"]), covariance=np.eye(11))
+    assert [d.split(":")[1].split(". Are")[0] for d in doubts(odd)] == [
+        " F_u does not visibly drive surge", " F_v does not visibly drive sway",
+        " F_r does not visibly drive yaw",
+    ]  # fmt: skip

@@ -7,7 +7,7 @@ from conftest import TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.errors import RecordingError
+from seatrial.errors import ModelError, RecordingError
 from seatrial.identify import equation_error
 from seatrial.plan import load_plan
 from seatrial.predict import predict
@@ -113,6 +113,12 @@ def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
         assert not np.any((start < 100.69) & (got.t > 100.02))
         assert np.any(np.abs(start - 100.7) < 0.2)
         assert np.any(np.abs(got.t - 99.95) < 0.2)
+
+
+def test_a_model_that_runs_away_from_some_starts_gives_no_score(af, clean_af):
+    model = make_model(af, TABLE_II["AF"] | {"X_u": 400.0, "X_uu": 0.0})
+    with pytest.raises(ModelError, match=r"runs away from \d+ of \d+ starts within 1 s"):
+        predict(model, clean_af["S4"].recording)
 
 
 def test_a_horizon_that_does_not_fit_is_one_line(clean_af, af):

@@ -3,8 +3,10 @@
 #include "seatrial/plant.hpp"
 #include "seatrial/tangents.hpp"
 
-/// Surge speed after 1 s at full command of a boat with u_dot = -u + F; NaN where refused.
-double drive_without_exceptions() {
+namespace {
+
+/// u_dot = coefficient u + F.
+seatrial::Structure drag_and_force() {
   using namespace seatrial;  // NOLINT(google-build-using-namespace)
   Structure s;
   s.n_terms = 2;
@@ -15,12 +17,26 @@ double drive_without_exceptions() {
   s.terms[0].factors[0] = kU;
   s.terms[1].n_factors = 1;
   s.terms[1].factors[0] = kForce0;
-  if (check(s) != StructureFault::kOk) return std::nan("");
-  Chain c;
+  return s;
+}
+
+seatrial::Chain one_thruster() {
+  seatrial::Chain c;
   c.allocation.n_commands = 1;
   c.allocation.n_actuators = 1;
   c.n_forces = 1;
   c.mix[0][0] = 1.0;
+  return c;
+}
+
+}  // namespace
+
+/// Surge speed after 1 s at full command of a boat with u_dot = -u + F; NaN where refused.
+double drive_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  const Structure s = drag_and_force();
+  if (check(s) != StructureFault::kOk) return std::nan("");
+  const Chain c = one_thruster();
   const double coefficient = -1.0;
   const double q = 0.0;
   static Plant plant(s, &coefficient, c, &q, 0.01);
@@ -34,20 +50,8 @@ double drive_without_exceptions() {
 /// The same by the step with tangents; `slope` is d u / d coefficient.
 double drive_with_tangents(double* slope) {
   using namespace seatrial;  // NOLINT(google-build-using-namespace)
-  Structure s;
-  s.n_terms = 2;
-  s.n_coefficients = 1;
-  s.n_forces = 1;
-  s.terms[0].coefficient = 0;
-  s.terms[0].n_factors = 1;
-  s.terms[0].factors[0] = kU;
-  s.terms[1].n_factors = 1;
-  s.terms[1].factors[0] = kForce0;
-  Chain c;
-  c.allocation.n_commands = 1;
-  c.allocation.n_actuators = 1;
-  c.n_forces = 1;
-  c.mix[0][0] = 1.0;
+  const Structure s = drag_and_force();
+  const Chain c = one_thruster();
   Columns columns;
   columns.n_coefficients = 1;
   const double coefficient = -1.0;

@@ -10,13 +10,13 @@ from seatrial.excitation import EXCITED, excitation
 from seatrial.frames import AXES
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
+from seatrial.sanity import ABSURD_SPEED
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
 SHORT = 30.0  # [s] a recording below it says little
 UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
 SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
-ABSURD_SPEED = 15.0  # [m/s] no small boat keeps it up
 ABSURD_TURN = 6.0  # [rad/s]
 STILL = 0.002  # [m/s], [rad/s]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.errors import RecordingError
+from seatrial.errors import ModelError, RecordingError
 from seatrial.faults import FaultKind, Stamps
 from seatrial.frames import Array
 from seatrial.model import Model
@@ -49,7 +49,8 @@ def predict(
     """Predict from every usable pose: the recorded commands drive the model for `horizon` [s].
 
     Starts and references are the stencil's velocities unless `velocities` are given (the truth of
-    a simulated trial). Raises RecordingError where there is no stretch as long as the horizon.
+    a simulated trial). Raises RecordingError where there is no stretch as long as the horizon, and
+    ModelError where the model runs away.
     """
     if not 0 < horizon < np.inf:
         raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
@@ -67,6 +68,12 @@ def predict(
         model.boat, trace, recording.t, start.astype(np.int32), np.ascontiguousarray(x0), steps,
         threads=os.cpu_count() or 1, tangents=velocities is None,
     )  # fmt: skip
+    lost = int((~np.isfinite(states).all(axis=1)).sum())
+    if lost:
+        raise ModelError(
+            f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
+            f"{horizon:g} s; it can't be used at these speeds: identify from faster driving"
+        )
     end = start + steps
     floor = np.zeros(3) if velocities is not None else _floor(model, recording, slopes)
     return Prediction(
@@ -113,6 +120,5 @@ def _floor(model: Model, recording: Recording, slopes: Array) -> Array:
     own = _own_noise(model, recording)
     noise = spread * np.array([own.position, own.position, own.heading])
     phi = slopes[:, 3:, 3:6]  # d nu(end) / d nu(start)
-    phi = phi[np.isfinite(phi).all(axis=(1, 2))]
-    carried = np.mean(np.einsum("nij,j->ni", phi**2, noise**2), axis=0) if len(phi) else 0.0
+    carried = np.mean(np.einsum("nij,j->ni", phi**2, noise**2), axis=0)
     return np.asarray(np.sqrt(noise**2 + carried))

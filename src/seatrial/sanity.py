@@ -14,6 +14,7 @@ from seatrial.vehicle import WRENCH
 
 RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
 STILL = 0.02  # share of the top speed at which a boat counts as stopped
+TOLD_APART = 2.0  # standard errors that a value must be away from 0 to count as not 0
 ABSURD_SPEED = 10.0  # [m/s], [rad/s] no small boat goes faster
 
 
@@ -62,30 +63,44 @@ def concerns(model: Model) -> list[str]:
 
 def doubts(model: Model) -> list[str]:
     """What a physicist would frown at, one sentence each."""
+    return [*_odd_drag(model), *_odd_thrust(model)]
+
+
+def _odd_drag(model: Model) -> list[str]:
     found = []
     for axis, symbol in enumerate(SYMBOLS):
         own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}
         for name, kind in own.items():
-            value = model.values.get(name)
-            if value is not None and value > 0:
-                error = model.standard_errors[name]
+            value = model.values.get(name, 0.0)
+            if value > 0:
                 found.append(
-                    f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} {AXES[axis]} drag that "
-                    "drives the boat. Pose noise does that to the paper's method; or these speeds "
-                    "don't tell the two drag terms apart: drive faster and slower, or drop one."
+                    f"{name} = {value:.3g} ± {model.standard_errors[name]:.2g} is positive: {kind} "
+                    f"{AXES[axis]} drag that drives the boat. Pose noise does that to the paper's "
+                    "method; or these speeds don't tell the two drag terms apart: drive faster and "
+                    "slower, or drop one."
                 )
-    for axis, force in enumerate(WRENCH):
-        gains = [
-            t.coefficient
-            for t in model.structure.terms
-            if t.axis == axis and t.factors == (force,) and t.coefficient
-        ]
-        for name in gains:
-            if model.values[name] < -2 * model.standard_errors[name]:
-                found.append(
-                    f"{name} = {model.values[name]:.3g} is negative: {force} drives {AXES[axis]} "
-                    f"backwards. Is its sign right (inputs: {force}: sign: -1), and are the axes?"
-                )
+    return found
+
+
+def _odd_thrust(model: Model) -> list[str]:
+    """Gains of F_u in surge, F_v in sway and F_r in yaw that are negative or not there."""
+    found = []
+    for term in model.structure.terms:
+        force, name = WRENCH[term.axis], term.coefficient
+        if name is None or term.factors != (force,) or term.acceleration is not None:
+            continue
+        value, error = model.values[name], model.standard_errors[name]
+        what = f"{name} = {value:.3g} ± {error:.2g}"
+        if value < -TOLD_APART * error:
+            found.append(
+                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Turn its sign "
+                f"round in the vehicle file (inputs: {force}: sign), or check the axes."
+            )
+        elif value < TOLD_APART * error:
+            found.append(
+                f"{what}: {force} does not visibly drive {AXES[term.axis]}. Are two inputs swapped "
+                "in the vehicle file, or are the commands of another time?"
+            )
     return found
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from seatrial.errors import IdentificationError, RecordingError
+from seatrial.frames import Axes
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.inspect import implausible
 from seatrial.model import Model
@@ -76,4 +77,10 @@ def summary(model: Model) -> str:
     ]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     lines += [caution(model)] if model.estimator.method == METHOD else []
-    return "\n".join([f"{model.name}, {model.estimator.method}:", *lines, sanity_line(model)])
+    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes:"
+    flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
+    if model.vehicle.axes is not Axes.FLU and flipped:
+        lines.append(
+            f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
+        )
+    return "\n".join([head, *lines, sanity_line(model)])

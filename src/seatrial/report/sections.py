@@ -14,7 +14,7 @@ from seatrial.report.figures import SCATTER
 from seatrial.report.markup import equation, listing, number
 from seatrial.report.runs import WINDOW, Run
 from seatrial.report.words import UNITS, minutes
-from seatrial.sanity import concerns, sanity_line
+from seatrial.sanity import TOLD_APART, concerns, sanity_line
 
 BUTTONS = (
     ("whole", "whole run"),
@@ -52,7 +52,7 @@ def model(model: Model) -> str:
 <p>With numbers (SI units, forces in command units):</p>
 {valued}
 <h3>Coefficients</h3>
-<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(words.TOLD_APART)}</p>
+<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(TOLD_APART)}</p>
 {tables.coefficients(model)}
 {found}{remark}</section>"""
 

@@ -12,8 +12,8 @@ from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.report.markup import number
 from seatrial.report.runs import Run
+from seatrial.sanity import TOLD_APART
 
-TOLD_APART = 2.0  # standard errors that a coefficient must be away from 0
 GOOD_RATIO = 0.8  # above this share of the constant-velocity error an axis needs work
 AT_FLOOR = 1.1  # an RMS below this many floors says no more about the model
 MANY_MASKED = 0.1  # share of the poses left out that deserves a look at the sensor
