@@ -14,7 +14,7 @@ from seatrial.model import Model, save
 from seatrial.plan import load_plan
 from seatrial.recording import Recording
 from seatrial.report import write_report
-from seatrial.sanity import sanity_line
+from seatrial.sanity import concerns, sanity_line
 from seatrial.simulate import SUFFIX, plant_model, simulate
 from seatrial.validate import LEGEND, Scores, scores_json, scores_text, validate
 from seatrial.vehicle import Vehicle, load_vehicle
@@ -107,5 +107,7 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording],
     save(model, out / "model.yaml")
     write_text(out / "scores.json", dump_json(scores_json(scores)))
     write_report(model, recordings, out / "report.html")
+    for doubt in concerns(model):
+        say(f"  doubt: {doubt}")
     say(f"  {sanity_line(model)}")
     say(f"  -> {out / 'report.html'}\n")
