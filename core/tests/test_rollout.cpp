@@ -6,7 +6,6 @@
 
 using namespace seatrial;
 using boats::Random;
-using boats::Script;
 using boats::Worst;
 using problems::driven;
 using problems::Problem;
