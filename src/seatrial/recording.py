@@ -58,6 +58,7 @@ class Recording:
     name: str
     stamps: Stamps  # (n,) of the poses [ns], rising
     eta: Array  # (n, 3) x, y [m], psi [rad] unwrapped
+    raw: Array  # (n, 3) the same before anything was made of it: heading as it was read
     valid: Mask  # (n,) poses that may be used
     segment: NDArray[np.int64]  # (n,) number of the stretch between gaps and jumps
     commands: Signal
@@ -70,6 +71,7 @@ class Recording:
         for name, dtype in (
             ("stamps", np.int64),
             ("eta", np.float64),
+            ("raw", np.float64),
             ("valid", np.bool_),
             ("segment", np.int64),
         ):
@@ -140,6 +142,7 @@ class Recording:
             self,
             stamps=self.stamps[keep],
             eta=self.eta[keep],
+            raw=self.raw[keep],
             valid=self.valid[keep],
             segment=self.segment[keep],
             commands=self.commands.cut(begin, stop),
@@ -180,7 +183,7 @@ def make_recording(
             faults.append(Fault(FaultKind.SILENT, float(begin), until, int(inside.sum())))
     kept = found.in_order
     return Recording(
-        name, stamps[kept], found.eta[kept], (found.valid & ~silent)[kept], found.segment[kept], commands, scales,
+        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~silent)[kept], found.segment[kept], commands, scales,
         tuple(sorted(faults, key=lambda f: f.start)), tuple(sources),
     )  # fmt: skip
 
