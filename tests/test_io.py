@@ -118,9 +118,9 @@ def test_missing_and_foreign_files_say_what_was_expected(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(SeatrialError, match=r"poses\.csv: no such file"):
         seatrial.read(tmp_path / "empty", vehicle())
-    (tmp_path / "a.bag").write_bytes(b"#ROSBAG")
-    with pytest.raises(SeatrialError, match=r"expected a \.csv table"):
-        seatrial.read(tmp_path / "a.bag", vehicle())
+    (tmp_path / "a.png").write_bytes(b"PNG")
+    with pytest.raises(SeatrialError, match=r"expected a bag .*, a \.csv table"):
+        seatrial.read(tmp_path / "a.png", vehicle())
     path = folder(tmp_path / "run")
     (path / "poses.csv").write_bytes(bytes(range(256)) * 10)
     with pytest.raises(SeatrialError, match=r"not a CSV text file|no column"):

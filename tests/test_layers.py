@@ -13,7 +13,7 @@ ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
     {"files", "frames", "progress", "schema", "statistics"},
-    {"faults"},
+    {"faults", "streams"},
     {"allocation", "plan", "recording", "structure"},
     {"noise", "vehicle", "velocity"},
     {"model"},
@@ -24,7 +24,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"cli"},
 ]  # fmt: skip
 LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}
-EDGES = {"plotly", "rosbags", "casadi", "scipy", "matplotlib", "pandas"}
+EDGES = {"plotly", "rosbags", "lz4", "apsw", "backports", "casadi", "scipy", "matplotlib", "pandas"}
 
 
 def _imports(path: Path):

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.frames import Array
-
-Stamps = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from seatrial.frames import Array, Mask, Stamps
+from seatrial.streams import steady
 
 GAP_FACTOR = 2.5  # a gap is longer than this many median periods
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
@@ -36,6 +34,7 @@ class FaultKind(str, Enum):
     JUMP = "jumped for good: not bridged"
     GAP = "no poses: not bridged"
     SILENT = "no commands: left out"
+    NO_NUMBER = "command not a number: left out"
 
 
 @dataclass(frozen=True)
@@ -90,17 +89,21 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     )
 
 
-def silences(name: str, poses: Array, commands: Array) -> list[tuple[float, float]]:
+def silences(
+    name: str, poses: Array, commands: Array, timeout: float | None = None
+) -> list[tuple[float, float]]:
     """Stretches [s] in which no command is known. poses, commands: their times [s].
 
     Before the first command; in holes of a steady log, and after its end. A log that is written
-    only on changes has no holes: silence means that nothing changed. Raises RecordingError where
-    poses and commands do not overlap.
+    only on changes has no holes: silence means that nothing changed. With a `timeout` [s] a command
+    is in force for so long, and then none is known, in any log. Raises RecordingError where poses
+    and commands do not overlap.
     """
     steps = np.diff(commands)
     period = float(np.median(steps)) if len(steps) else np.inf
-    steady = len(steps) >= 20 and float(np.percentile(steps, 90)) < 2 * period
-    hole = max(SILENCE * period, SHORTEST_SILENCE) if steady else np.inf
+    hole = max(SILENCE * period, SHORTEST_SILENCE) if steady(steps) else np.inf
+    if timeout is not None:
+        hole = period = timeout
     if commands[0] > poses.max() or commands[-1] + hole < poses[0]:
         raise RecordingError(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "

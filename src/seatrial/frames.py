@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from seatrial import _core
 
 Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]  # [ns]
+Mask = NDArray[np.bool_]
 
 AXES = ("surge", "sway", "yaw")
 SYMBOLS = ("u", "v", "r")

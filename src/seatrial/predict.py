@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import FaultKind, Stamps
-from seatrial.frames import Array
+from seatrial.faults import FaultKind
+from seatrial.frames import Array, Stamps
 from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording

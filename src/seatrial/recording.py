@@ -4,13 +4,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import Fault, FaultKind, Mask, Stamps, examine, silences
-from seatrial.frames import Array, frozen_array
+from seatrial.faults import Fault, FaultKind, examine, silences
+from seatrial.files import sha256
+from seatrial.frames import Array, Mask, Stamps, frozen_array
+from seatrial.streams import Stream
 
 
 @dataclass(frozen=True)
@@ -47,8 +50,17 @@ class Signal:
 class Source:
     """The file that something came from."""
 
-    name: str
-    sha256: str
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """Its name, without folders."""
+        return self.path.name
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of its bytes; a large bag takes seconds, so only when asked for."""
+        return sha256(self.path)
 
 
 @dataclass(frozen=True)
@@ -65,6 +77,8 @@ class Recording:
     scales: Signal | None
     faults: tuple[Fault, ...] = ()
     sources: tuple[Source, ...] = ()
+    streams: tuple[Stream, ...] = ()  # how its signals arrived
+    remarks: tuple[str, ...] = ()  # what was lost when it was salvaged
     offset: float = 0.0  # [s] that `cut` took from its start
 
     def __post_init__(self) -> None:
@@ -160,11 +174,15 @@ def make_recording(
     *,
     scales: Signal | None = None,
     marked_valid: Mask | None = None,
+    timeout: float | None = None,
     sources: Sequence[Source] = (),
+    streams: Sequence[Stream] = (),
+    remarks: Sequence[str] = (),
 ) -> Recording:
     """A recording from raw poses: heading unwrapped, faults found and masked.
 
-    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up.
+    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. After `timeout` seconds of
+    silence, and while a command is not a number, it is not known what the thrusters do.
     """
     if len(stamps) < 2:
         raise RecordingError(
@@ -172,20 +190,39 @@ def make_recording(
         )
     found = examine(name, stamps, eta, marked_valid)
     t = (stamps - stamps[0]).astype(float) * 1e-9
-    silent = np.zeros(len(t), dtype=bool)
+    driven, unknown = _known(commands)
+    hidden = np.zeros(len(t), dtype=bool)
     faults = list(found.faults)
-    if len(commands.stamps):
-        held = (commands.stamps - stamps[0]).astype(float) * 1e-9
-        for begin, end in silences(name, t, held):
+    if len(driven.stamps):
+        held = (driven.stamps - stamps[0]).astype(float) * 1e-9
+        holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, timeout)]
+        odd = (unknown - stamps[0]).astype(float) * 1e-9
+        holes += [(FaultKind.NO_NUMBER, *s) for s in odd.tolist() if s[0] < t[-1] and s[1] > 0]
+        for kind, begin, end in holes:
             inside = (t >= begin) & (t < end)
-            silent |= inside
+            hidden |= inside
             until = float(min(end, t[-1]))
-            faults.append(Fault(FaultKind.SILENT, float(begin), until, int(inside.sum())))
+            faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
     kept = found.in_order
     return Recording(
-        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~silent)[kept], found.segment[kept], commands, scales,
-        tuple(sorted(faults, key=lambda f: f.start)), tuple(sources),
+        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
+        found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
+        tuple(sources), tuple(streams), tuple(remarks),
     )  # fmt: skip
+
+
+def _known(commands: Signal) -> tuple[Signal, Stamps]:
+    """The rows that are numbers, and the stretches (k, 2) [ns] from others to the next of them."""
+    good = np.asarray(np.isfinite(commands.values).all(axis=1))
+    if good.all():
+        return commands, np.zeros((0, 2), dtype=np.int64)
+    rows = np.flatnonzero(~good)
+    first = rows[np.diff(rows, prepend=-2) > 1]
+    later = np.append(np.flatnonzero(good), len(good))
+    after = later[np.searchsorted(later, first)]
+    ends = np.append(commands.stamps, np.iinfo(np.int64).max // 2)[after]
+    known = Signal(commands.names, commands.stamps[good], commands.values[good])
+    return known, np.column_stack([commands.stamps[first], ends])
 
 
 def rising(stamps: Stamps) -> Mask:

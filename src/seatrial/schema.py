@@ -7,6 +7,7 @@ import msgspec
 
 VEHICLE_FORMAT = "vehicle 1"
 Number = float | int
+Clock = Literal["header", "bag"]  # stamps of the messages, or of their arrival in the bag
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 
@@ -16,9 +17,15 @@ class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defau
 
 
 class Column(Strict, frozen=True):
-    """One column of a table: value = sign (raw - offset) / scale, in `unit`."""
+    """A number out of each row or message: value = sign (raw - offset) / scale, in `unit`.
 
-    column: str
+    `column` counts in tables, `field` in bags; one vehicle file may serve both.
+    """
+
+    column: str = ""  # of a table
+    field: str = ""  # of a message: axes[1], wrench.force.x
+    index: Annotated[int, msgspec.Meta(ge=0)] | None = None  # into the field: axes, 1
+    topic: str = ""  # where it is not the signal's own
     unit: Literal["m", "mm", "cm", "rad", "deg", "s", "ms", "us", "ns", "-"] | None = None
     sign: Literal[1, -1] = 1
     scale: Positive = 1.0
@@ -26,28 +33,34 @@ class Column(Strict, frozen=True):
 
 
 class PoseSource(Strict, frozen=True):
-    """Where the pose comes from."""
+    """Where the pose comes from: columns of a table, a topic of a bag, or either."""
 
-    stamp: str | Column
-    x: str | Column
-    y: str | Column
-    psi: str | Column
+    stamp: str | Column = Column()
+    x: str | Column = Column()  # in a bag, x, y and psi are found in the usual messages
+    y: str | Column = Column()
+    psi: str | Column = Column()
     file: str | None = None  # of a folder recording
     valid: str | None = None  # column that is 0 where the pose is not to be used
+    topic: str | None = None  # of a bag
+    parent: str | None = None  # frames of a tf, or of messages from several
+    child: str | None = None
+    clock: Clock = "header"
 
 
 class CommandSource(Strict, frozen=True):
     """Where the commands come from: a name for each input."""
 
-    stamp: str | Column
     inputs: dict[str, str | Column]
-    file: str | None = None
+    stamp: str | Column = Column()
+    file: str | None = None  # of a folder recording
+    topic: str | None = None  # of a bag
+    clock: Clock = "header"
 
 
 class ScaleSource(Strict, frozen=True):
     """A known signal that scales thrust, for instance propeller speed."""
 
-    column: str | Column
+    column: str | Column  # in a bag, its field; the topic is the commands' or its own
     reference: Positive  # value at which the scale is 1
 
 
@@ -113,6 +126,7 @@ class VehicleFile(Strict, frozen=True):
     pose: PoseSource
     commands: CommandSource
     structure: str | dict[str, list[str]]
+    command_timeout: Positive | None = None  # [s] without a command after which none is in force
     scales: dict[str, ScaleSource] = {}
     thrusters: dict[str, ThrusterEntry] = {}
     forces: dict[str, ForceEntry] = {}

@@ -11,8 +11,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.allocation import Scheme
 from seatrial.errors import ModelError, VehicleError
-from seatrial.faults import Mask, Stamps
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
 from seatrial.operators import make_operator
 from seatrial.plan import PlanFile, PoseSensor, TrialEntry

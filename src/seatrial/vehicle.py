@@ -272,8 +272,8 @@ def vehicle_from(content: dict[str, Any], source: str) -> Vehicle:
 
 
 def as_column(entry: str | Column) -> Column:
-    """The long form of a column."""
-    return Column(entry) if isinstance(entry, str) else entry
+    """The long form of a column: a bare name is a table's column and a message's field."""
+    return Column(column=entry, field=entry) if isinstance(entry, str) else entry
 
 
 def _stage_values(group: ChainGroup) -> dict[str, float]:

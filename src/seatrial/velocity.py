@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.faults import Mask
-from seatrial.frames import Array, body_velocity, frozen_array
+from seatrial.frames import Array, Mask, body_velocity, frozen_array
 from seatrial.recording import Recording
 
 UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated

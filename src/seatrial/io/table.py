@@ -15,6 +15,8 @@ from seatrial.frames import Array
 from seatrial.schema import Column
 
 TO_SI = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180, "-": 1.0}
+ANGLE_UNITS = ("rad", "deg")
+LENGTH_UNITS = ("m", "cm", "mm")
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 
 
@@ -94,6 +96,12 @@ class Table:
                 f"{self.path} line {line}: column '{self.names[i]}' has '{row[i][:40]}', "
                 f"expected a number{hint}"
             ) from None
+
+
+def checked_unit(column: Column, where: str) -> None:
+    """Raise RecordingError where a command has a unit of time."""
+    if column.unit is not None and column.unit not in TO_SI:
+        raise RecordingError(f"{where} has unit '{column.unit}'; use {', '.join(TO_SI)}")
 
 
 def scaled(raw: Array, column: Column) -> Array:

@@ -6,9 +6,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from seatrial.faults import Stamps
 from seatrial.files import dump_yaml, write_text
-from seatrial.frames import POSE_SIGNS, Array, Axes
+from seatrial.frames import POSE_SIGNS, Array, Axes, Stamps
 from seatrial.io.read import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS, TO_SI
 from seatrial.model import Model, save

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""What every bag offers: its topics, and their messages as bytes, in the order of the file."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+
+from seatrial.errors import RecordingError
+from seatrial.io.definitions import standard_definitions
+from seatrial.io.wire import Wire, WireError, parse_definition, short_type
+
+Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
+SALVAGE = "--salvage reads what is left"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of a bag."""
+
+    name: str
+    type_name: str  # as ROS 2 writes it: geometry_msgs/msg/PoseStamped
+    messages: int
+    definition: str = ""  # text that came with the bag
+    idl: bool = False  # the text is IDL
+    cdr: bool = True  # ROS 2; False: ROS 1
+    publishers: int = 1
+
+    @property
+    def type(self) -> str:
+        """The type as people write it."""
+        return short_type(self.type_name)
+
+    @cached_property
+    def wire(self) -> Wire:
+        """How its messages are laid out. Raises WireError."""
+        if self.definition:
+            known = parse_definition(self.definition, self.type_name, idl=self.idl)
+        else:
+            known = standard_definitions()
+        if self.type_name not in known:
+            raise WireError(
+                f"the bag brings no definition of {self.type}, and it is not a common type; record "
+                "it as .mcap, which brings its definitions"
+            )
+        return Wire(self.type_name, known, self.cdr)
+
+
+class Bag(ABC):
+    """A bag opened for reading; a context manager."""
+
+    path: Path
+    kind: str  # in words
+    topics: dict[str, Topic]
+    files: tuple[Path, ...]
+    remarks: tuple[str, ...] = ()  # what was lost when it was salvaged
+
+    @abstractmethod
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics, in the order of the file. Raises RecordingError."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the files."""
+
+    def __enter__(self) -> "Bag":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def topic(self, name: str, where: str) -> Topic:
+        """A topic that must be there and have messages."""
+        found = self.topics.get(name) or self.topics.get(f"/{name}")
+        if found is not None and found.messages > 0:
+            return found
+        listed = "; ".join(
+            f"{t.name} ({t.type}, {t.messages})" for t in sorted(self.topics.values(), key=_order)
+        )
+        if found is not None:
+            raise RecordingError(
+                f"{self.path}: topic {name} has no messages ({where}); was its publisher running? "
+                f"The topics are {listed}"
+            )
+        near = get_close_matches(name, self.topics, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise RecordingError(
+            f"{self.path}: no topic {name} ({where}); {hint}"
+            + (f"The topics are {listed}" if listed else "The bag has none")
+        )
+
+
+def _order(topic: Topic) -> tuple[bool, str]:
+    return topic.messages == 0, topic.name
+
+
+def merged_topics(found: Collection[Topic]) -> dict[str, Topic]:
+    """Topics of several connections or files as one table."""
+    merged: dict[str, Topic] = {}
+    for topic in found:
+        before = merged.get(topic.name)
+        if before is None:
+            merged[topic.name] = topic
+            continue
+        if before.type_name != topic.type_name:
+            raise RecordingError(
+                f"topic {topic.name} carries {before.type} and {topic.type}; record one type a topic"
+            )
+        merged[topic.name] = Topic(
+            topic.name, topic.type_name, before.messages + topic.messages,
+            before.definition or topic.definition, before.idl, before.cdr,
+            max(before.publishers, topic.publishers),
+        )  # fmt: skip
+    return merged

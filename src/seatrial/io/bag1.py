@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: MIT
+"""ROS 1 bags, format 2.0 (http://wiki.ros.org/Bags/Format/2.0), chunk by chunk.
+
+Read here rather than through rosbags, whose reader makes an index entry for every message of
+every topic: a ten-hour recording would not fit into bounded memory, nor a short one open fast
+(`benchmarks/bags.py`). Its tests compare with rosbags and with ROS 1 itself.
+"""
+
+import mmap
+import re
+import struct
+from bz2 import BZ2Decompressor
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from seatrial.errors import RecordingError
+from seatrial.io.bag import SALVAGE, Bag, Message, Topic, merged_topics
+
+MAGIC = b"#ROSBAG V2.0\n"
+MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
+LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag makes them of 768 KiB plus one message
+LARGEST_HEADER = 1 << 20  # [bytes]
+CHUNK_MARK = b"\x04\0\0\0op=\x05"
+MARK_REACH = 64  # [bytes] a chunk's header begins at most this long before its mark
+Buffer = mmap.mmap | bytes
+_u32 = struct.Struct("<I").unpack_from
+_u64 = struct.Struct("<Q").unpack_from
+_time = struct.Struct("<II").unpack_from
+
+
+class DamagedError(Exception):
+    """A record that can't be read."""
+
+
+class Record(NamedTuple):
+    """A record: where its header's values stand, and its data."""
+
+    source: Buffer
+    fields: dict[bytes, tuple[int, int]]
+    begin: int
+    end: int
+
+    @property
+    def kind(self) -> int:
+        """The record's op."""
+        begin, end = self.fields.get(b"op", (0, 0))
+        return self.source[begin] if end - begin == 1 else 0
+
+    def u32(self, name: bytes) -> int:
+        """A field of four bytes."""
+        return int(_u32(self.source, self._sized(name, 4))[0])
+
+    def u64(self, name: bytes) -> int:
+        """A field of eight bytes."""
+        return int(_u64(self.source, self._sized(name, 8))[0])
+
+    def text(self, name: bytes) -> str:
+        """A field of text."""
+        if name not in self.fields:
+            raise DamagedError(f"no field {name.decode()}")
+        begin, end = self.fields[name]
+        return self.source[begin:end].decode("utf-8", "replace")
+
+    def _sized(self, name: bytes, size: int) -> int:
+        begin, end = self.fields.get(name, (0, 0))
+        if end - begin != size:
+            raise DamagedError(f"field {name.decode()} is missing or of the wrong size")
+        return begin
+
+
+class Ros1Bag(Bag):
+    """One .bag file. Raises RecordingError."""
+
+    kind = "ROS 1 bag"
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path, self.files = path, (path,)
+        self._salvage = salvage
+        self._connections: dict[int, Topic] = {}
+        self._counts: Counter[int] = Counter()
+        self._chunks: list[tuple[int, frozenset[int] | None]] = []  # position, connections in it
+        self._data = _mapped(path)
+        try:
+            self._open()
+            self.topics = merged_topics(
+                [replace(t, messages=self._counts[i]) for i, t in self._connections.items()]
+            )
+        except RecordingError as error:
+            self.close()
+            raise RecordingError(f"{path}: {error}") from None
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._data.close()
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics, chunk by chunk."""
+        wanted = {i: t.name for i, t in self._connections.items() if t.name in names}
+        for position, present in self._chunks:
+            if present is not None and not present & wanted.keys():
+                continue
+            try:
+                for connection, stamp, begin, end, chunk in self._chunk_messages(position):
+                    if connection in wanted:
+                        yield wanted[connection], stamp, chunk[begin:end]
+            except DamagedError as error:
+                if not self._salvage:
+                    raise RecordingError(
+                        f"{self.path}: damaged at byte {position} ({error}); {SALVAGE}"
+                    ) from None
+
+    def _open(self) -> None:
+        try:
+            self._read_index()
+        except DamagedError as error:
+            if not self._salvage:
+                raise RecordingError(
+                    f"the bag is not whole ({error}): was the recording cut off? {SALVAGE}"
+                ) from None
+            self._scan(str(error))
+
+    def _read_index(self) -> None:
+        """Connections and chunks from the index at the file's end."""
+        head = _record(self._data, len(MAGIC), len(self._data))
+        if head.kind != BAG_HEADER:
+            raise DamagedError("no bag header")
+        if b"encryptor" in head.fields and head.text(b"encryptor"):
+            raise RecordingError("the bag is encrypted; decrypt it with rosbag decrypt")
+        at = head.u64(b"index_pos")
+        if at == 0:
+            raise DamagedError("it has no index")
+        if at > len(self._data):
+            raise DamagedError(f"{len(self._data)} of at least {at} bytes are there")
+        for _ in range(head.u32(b"conn_count")):
+            record = _record(self._data, at, len(self._data))
+            self._add_connection(record)
+            at = record.end
+        for _ in range(head.u32(b"chunk_count")):
+            record = _record(self._data, at, len(self._data))
+            self._add_chunk(record)
+            at = record.end
+
+    def _add_connection(self, record: Record) -> None:
+        if record.kind != CONNECTION:
+            raise DamagedError("a connection is missing from the index")
+        inner = Record(record.source, _fields(record.source, record.begin, record.end), 0, 0)
+        name = "/".join(part for part in record.text(b"topic").split("/") if part)
+        package, _, kind = inner.text(b"type").partition("/")
+        self._connections[record.u32(b"conn")] = Topic(
+            f"/{name}", f"{package}/msg/{kind.removeprefix('msg/')}", 0,
+            inner.text(b"message_definition") or "# empty", cdr=False,
+        )  # fmt: skip
+
+    def _add_chunk(self, record: Record) -> None:
+        if record.kind != CHUNK_INFO:
+            raise DamagedError("a chunk is missing from the index")
+        pairs = self._data[record.begin : record.end]
+        if len(pairs) != 8 * record.u32(b"count"):
+            raise DamagedError("a chunk's entry in the index has the wrong size")
+        counts = dict(struct.iter_unpack("<II", pairs))
+        self._counts.update(counts)
+        self._chunks.append((record.u64(b"chunk_pos"), frozenset(counts)))
+
+    def _scan(self, reason: str) -> None:
+        """Connections and chunks from the records themselves, where the index is not whole."""
+        self._connections.clear()
+        self._counts.clear()
+        self._chunks.clear()
+        at, lost = len(MAGIC), 0
+        while at < len(self._data):
+            try:
+                record = _record(self._data, at, len(self._data))
+            except DamagedError:
+                lost += 1
+                at = self._next_chunk(at + 1)
+                continue
+            if record.kind == CHUNK:
+                lost += self._scan_chunk(at)
+            elif record.kind == CONNECTION:
+                self._add_connection(record)
+            at = record.end
+        self.remarks = (
+            f"salvaged ({reason}): {sum(self._counts.values())} messages in {len(self._chunks)} chunks"
+            + (f", {lost} unreadable stretches left out" if lost else ""),
+        )
+
+    def _scan_chunk(self, position: int) -> int:
+        """1 if a part of the chunk can't be read."""
+        self._chunks.append((position, None))
+        try:
+            for connection, *_ in self._chunk_messages(position, learn=True):
+                self._counts[connection] += 1
+        except DamagedError:
+            return 1
+        return 0
+
+    def _next_chunk(self, at: int) -> int:
+        """Where the next record begins that is a chunk; the file's end if there is none."""
+        mark = self._data.find(CHUNK_MARK, at)
+        while mark >= 0:
+            for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
+                try:
+                    if _record(self._data, begin, len(self._data)).kind == CHUNK:
+                        return begin
+                except DamagedError:
+                    continue
+            mark = self._data.find(CHUNK_MARK, mark + 1)
+        return len(self._data)
+
+    def _chunk_messages(
+        self, position: int, *, learn: bool = False
+    ) -> Iterator[tuple[int, int, int, int, bytes]]:
+        """Connection, time, begin and end in the chunk of each message, and the chunk."""
+        chunk = self._chunk(position)
+        at, end = 0, len(chunk)
+        layouts: dict[int, tuple[int, int, int]] = {}  # by length of header: op, conn, time
+        while at < end:
+            if at + 8 > end:
+                raise DamagedError("a record is cut off")
+            (length,) = _u32(chunk, at)
+            begin = at + 8 + length
+            layout = layouts.get(length)
+            if layout is None or begin > end or chunk[at + layout[0]] != MESSAGE:
+                record = _record(chunk, at, end)
+                if record.kind == MESSAGE:
+                    layout = layouts[length] = (
+                        record.fields[b"op"][0] - at,
+                        record._sized(b"conn", 4) - at,
+                        record._sized(b"time", 8) - at,
+                    )
+                else:
+                    if learn and record.kind == CONNECTION:
+                        self._add_connection(record)
+                    at = record.end
+                    continue
+            stop = begin + _u32(chunk, begin - 4)[0]
+            if stop > end:
+                raise DamagedError("a message is cut off")
+            seconds, nanoseconds = _time(chunk, at + layout[2])
+            yield _u32(chunk, at + layout[1])[0], seconds * 10**9 + nanoseconds, begin, stop, chunk
+            at = stop
+
+    def _chunk(self, position: int) -> bytes:
+        record = _record(self._data, position, len(self._data))
+        if record.kind != CHUNK:
+            raise DamagedError("no chunk there")
+        size, how = record.u32(b"size"), record.text(b"compression")
+        if size > LARGEST_CHUNK:
+            raise DamagedError(f"a chunk of {size} bytes")
+        raw = self._data[record.begin : record.end]
+        content = _decompressed(raw, how, size)
+        if len(content) != size:
+            raise DamagedError(f"a chunk has {len(content)} of {size} bytes")
+        return content
+
+
+def _mapped(path: Path) -> mmap.mmap:
+    """The file in memory, as far as it is looked at."""
+    try:
+        with path.open("rb") as file:
+            first = file.read(len(MAGIC))
+            if not first:
+                raise RecordingError(f"{path}: is empty; was anything recorded?")
+            if first != MAGIC:
+                old = re.match(rb"#ROSBAG V(\d+\.\d+)", first)
+                hint = (
+                    f"a bag of format {old[1].decode()}; convert it with rosbag migrate"
+                    if old else "not a ROS 1 bag; is it another file, renamed?"
+                )  # fmt: skip
+                raise RecordingError(f"{path}: is {hint}")
+            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except OSError as error:
+        raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
+
+
+def _record(source: Buffer, at: int, end: int) -> Record:
+    """The record at a position. Raises DamagedError."""
+    if at + 8 > end:
+        raise DamagedError("a record is cut off")
+    (length,) = _u32(source, at)
+    begin = at + 8 + length
+    if length > LARGEST_HEADER or begin > end:
+        raise DamagedError("a record's header is cut off")
+    stop = begin + _u32(source, begin - 4)[0]
+    if stop > end:
+        raise DamagedError("a record is cut off")
+    return Record(source, _fields(source, at + 4, begin - 4), begin, stop)
+
+
+def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
+    """name=value fields: where each value begins and ends."""
+    found: dict[bytes, tuple[int, int]] = {}
+    while at < end:
+        if at + 4 > end:
+            raise DamagedError("a header's field is cut off")
+        stop = at + 4 + _u32(source, at)[0]
+        if stop > end:
+            raise DamagedError("a header's field is cut off")
+        name, sign, _ = source[at + 4 : min(stop, at + 68)].partition(b"=")
+        if not sign:
+            raise DamagedError("a header's field has no name")
+        found[name] = (at + 5 + len(name), stop)
+        at = stop
+    return found
+
+
+def _decompressed(raw: bytes, how: str, size: int) -> bytes:
+    """A chunk's content; never more than it says it has."""
+    if how == "none":
+        return raw
+    try:
+        if how == "bz2":
+            return BZ2Decompressor().decompress(raw, max_length=size)
+        if how == "lz4":
+            from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+
+            return bytes(LZ4FrameDecompressor().decompress(raw, max_length=size))
+    except (OSError, EOFError, RuntimeError, ValueError) as error:
+        raise DamagedError(f"a chunk can't be decompressed: {error}") from None
+    raise RecordingError(f"a chunk is compressed with '{how}'; expected none, bz2 or lz4")

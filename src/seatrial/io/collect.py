@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+"""Numbers from the topics of a bag, in one pass and in bounded memory."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.errors import RecordingError
+from seatrial.frames import Array, Stamps
+from seatrial.io.bag import SALVAGE, Bag, Topic
+from seatrial.io.wire import Shape, Wire, WireError
+
+BATCH = 8192  # messages decoded at once
+BATCH_BYTES = 16 << 20
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Messages of one topic as columns, in the order of the file."""
+
+    topic: Topic
+    arrival: Stamps  # (n,) [ns] by the recorder's clock
+    header: Stamps | None  # (n,) [ns]; None: no header
+    values: Array  # (n, paths)
+    texts: dict[str, list[str]]  # by path: n texts
+    dropped: int = 0  # messages that could not be read
+
+
+@dataclass
+class Collector:
+    """Gathers the wanted fields of one topic's messages."""
+
+    topic: Topic
+    paths: tuple[str, ...]
+    source: str  # for messages to people
+    text_paths: tuple[str, ...] = ()
+    salvage: bool = False
+    _raw: list[bytes] = field(default_factory=list)
+    _arrival: list[int] = field(default_factory=list)
+    _bytes: int = 0
+    _done: list[Samples] = field(default_factory=list)
+    _dropped: int = 0
+
+    def __post_init__(self) -> None:
+        try:
+            self.wire: Wire = self.topic.wire
+        except WireError as error:
+            raise RecordingError(f"{self.source}: topic {self.topic.name}: {error}") from None
+        for path in self.paths:
+            self.wire.require(path, f"{self.source}: topic {self.topic.name}")
+        self._stamped = self.wire.stamped
+
+    def add(self, arrival: int, raw: bytes) -> None:
+        """One more message."""
+        self._raw.append(raw)
+        self._arrival.append(arrival)
+        self._bytes += len(raw)
+        if len(self._raw) >= BATCH or self._bytes >= BATCH_BYTES:
+            self._flush()
+
+    def samples(self) -> Samples:
+        """All that was gathered."""
+        self._flush()
+        parts = self._done
+        return Samples(
+            self.topic,
+            np.concatenate([p.arrival for p in parts] or [np.zeros(0, np.int64)]),
+            np.concatenate([p.header for p in parts if p.header is not None])
+            if self._stamped and parts else None,
+            np.concatenate([p.values for p in parts] or [np.zeros((0, len(self.paths)))]),
+            {t: [x for p in parts for x in p.texts[t]] for t in self.text_paths},
+            self._dropped,
+        )  # fmt: skip
+
+    def _flush(self) -> None:
+        if not self._raw:
+            return
+        arrival = np.array(self._arrival, dtype=np.int64)
+        raw, self._raw, self._arrival, self._bytes = self._raw, [], [], 0
+        try:
+            shapes = list(self.wire.shapes(raw))
+        except WireError as error:
+            if not self.salvage:
+                raise RecordingError(
+                    f"{self.source}: a message on {self.topic.name} {error}; {SALVAGE}"
+                ) from None
+            good = [i for i, message in enumerate(raw) if self._readable(message)]
+            self._dropped += len(raw) - len(good)
+            raw, arrival = [raw[i] for i in good], arrival[good]
+            shapes = list(self.wire.shapes(raw))
+        if raw:
+            self._done.append(self._decoded(shapes, arrival))
+
+    def _readable(self, message: bytes) -> bool:
+        try:
+            return bool(list(self.wire.shapes([message])))
+        except WireError:
+            return False
+
+    def _decoded(self, shapes: Sequence[Shape], arrival: Stamps) -> Samples:
+        n = len(arrival)
+        values = np.full((n, len(self.paths)), np.nan)
+        header = np.zeros(n, dtype=np.int64) if self._stamped else None
+        texts: dict[str, NDArray[np.object_]] = {
+            path: np.full(n, "", dtype=object) for path in self.text_paths
+        }
+        for shape in shapes:
+            for column, path in enumerate(self.paths):
+                values[shape.rows, column] = self._numbers(shape, path)
+            for path, found in texts.items():
+                found[shape.rows] = shape.texts(path)
+            if header is not None:
+                seconds = shape.integers("header.stamp.sec")
+                nanoseconds = shape.integers("header.stamp.nanosec")
+                if seconds is not None and nanoseconds is not None:
+                    header[shape.rows] = seconds * 10**9 + nanoseconds
+        return Samples(
+            self.topic, arrival, header, values, {p: t.tolist() for p, t in texts.items()}
+        )
+
+    def _numbers(self, shape: Shape, path: str) -> Array:
+        found = shape.numbers(path)
+        if found is not None:
+            return found
+        array = path.rpartition("[")[0]
+        leaf = shape.leaves.get(array)
+        has = f"{leaf.count} values" if leaf is not None else "fewer elements"
+        raise RecordingError(
+            f"{self.source}: topic {self.topic.name}: '{path}' was asked for, but {array or path} has "
+            f"{has} in {len(shape.rows)} messages; count from 0"
+        )
+
+
+def collect(bag: Bag, collectors: Sequence[Collector]) -> list[Samples]:
+    """Fill collectors in one pass through the bag; a topic may have several."""
+    by_topic: dict[str, list[Collector]] = {}
+    for collector in collectors:
+        by_topic.setdefault(collector.topic.name, []).append(collector)
+    for topic, arrival, raw in bag.messages(by_topic.keys()):
+        for collector in by_topic[topic]:
+            collector.add(arrival, raw)
+    return [collector.samples() for collector in collectors]

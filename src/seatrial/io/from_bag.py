@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""A recording from a bag: which message field is which signal, and by which clock."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.errors import RecordingError
+from seatrial.frames import Array
+from seatrial.io.bag import Bag, Topic
+from seatrial.io.bags import open_bag
+from seatrial.io.collect import Collector, Samples, collect
+from seatrial.io.poses import chosen_stamps, pose_fields, poses_from_tf, raw_poses
+from seatrial.io.table import checked_unit, scaled
+from seatrial.recording import Recording, Signal, Source, make_recording, rising
+from seatrial.schema import Column
+from seatrial.streams import Stream, describe
+from seatrial.vehicle import Vehicle, as_column
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Columns of a signal that come from one topic."""
+
+    topic: Topic
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+
+    def collector(self, source: str, *, salvage: bool) -> Collector:
+        """Gathers them."""
+        return Collector(self.topic, tuple(map(field_path, self.columns)), source, salvage=salvage)
+
+
+def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recording:
+    """A recording in forward-left-up axes. Raises RecordingError, FileError."""
+    with open_bag(path, salvage=salvage) as bag:
+        commands = _parts(bag, vehicle, vehicle.file.commands.inputs, "commands: inputs")
+        known = {name: scale.column for name, scale in vehicle.file.scales.items()}
+        scales = _parts(bag, vehicle, known, "scales")
+        fields = pose_fields(bag, vehicle)
+        wanted = [part.collector(str(path), salvage=salvage) for part in (*commands, *scales)]
+        if fields is not None:
+            wanted.append(fields.collector(str(path), salvage=salvage))
+        samples = collect(bag, wanted)
+        poses = (
+            poses_from_tf(bag, vehicle, salvage=salvage)
+            if fields is None
+            else raw_poses(fields, samples.pop(), vehicle, str(path))
+        )
+        driven, streams = _signal(vehicle, commands, samples[: len(commands)], "commands")
+        factors, more = _signal(vehicle, scales, samples[len(commands) :], "scales")
+    lost = [f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped]
+    return make_recording(
+        recording_name(path), poses.stamps, poses.eta,
+        Signal(vehicle.inputs, driven.stamps, driven.values * vehicle.input_signs),
+        scales=_finite(factors) if scales else None, timeout=vehicle.file.command_timeout,
+        sources=[Source(file) for file in bag.files], streams=(poses.stream, *streams, *more),
+        remarks=(*bag.remarks, *lost),
+    )  # fmt: skip
+
+
+def recording_name(path: Path) -> str:
+    """A recording's name: the file's or folder's, without what marks it as a bag."""
+    full = path.resolve()
+    return full.name if full.is_dir() else full.name.removesuffix(".active").rpartition(".")[0]
+
+
+def field_path(column: Column) -> str:
+    """The path to a column's field in a message."""
+    return column.field if column.index is None else f"{column.field}[{column.index}]"
+
+
+def _parts(
+    bag: Bag, vehicle: Vehicle, entries: Mapping[str, str | Column], where: str
+) -> list[_Part]:
+    """The columns by topic."""
+    found: dict[str, dict[str, Column]] = {}
+    for name, entry in entries.items():
+        column = as_column(entry)
+        topic = column.topic or vehicle.file.commands.topic
+        if topic is None or not column.field:
+            lacks = "topic" if topic is None else "field"
+            raise RecordingError(
+                f"{vehicle.source}: {where}: {name} has no {lacks}; name one for bags, or let "
+                f"'seatrial init {bag.path}' write a vehicle file"
+            )
+        checked_unit(column, f"{vehicle.source}: {where}: {name}")
+        found.setdefault(bag.topic(topic, f"{where}: {name}").name, {})[name] = column
+    return [
+        _Part(bag.topics[topic], tuple(part), tuple(part.values())) for topic, part in found.items()
+    ]
+
+
+def _signal(
+    vehicle: Vehicle, parts: Sequence[_Part], samples: Sequence[Samples], role: str
+) -> tuple[Signal, list[Stream]]:
+    """One signal out of the topics' columns: each value holds until its topic's next."""
+    signals, streams = [], []
+    for part, found in zip(parts, samples, strict=True):
+        stamps, clock = chosen_stamps(found, vehicle.file.commands.clock)
+        values = [scaled(found.values[:, i], column) for i, column in enumerate(part.columns)]
+        keep = rising(stamps)
+        signals.append(Signal(part.names, stamps[keep], np.column_stack(values)[keep]))
+        streams.append(
+            describe(
+                role, part.topic.name, part.topic.type, clock=clock, stamps=stamps,
+                arrival=found.arrival, publishers=part.topic.publishers,
+            )
+        )  # fmt: skip
+    names = vehicle.inputs if role == "commands" else vehicle.scales
+    return _merged(signals, names), streams
+
+
+def _merged(signals: Sequence[Signal], names: tuple[str, ...]) -> Signal:
+    """Signals as one, in the order of `names`, from where all are known."""
+    if not signals:
+        return Signal((), np.zeros(0, np.int64), np.zeros((0, 0)))
+    begin = max((s.stamps[0] for s in signals if len(s.stamps)), default=0)
+    stamps = np.unique(np.concatenate([s.stamps for s in signals]))
+    stamps = stamps[stamps >= begin]
+    columns: dict[str, Array] = {}
+    for signal in signals:
+        row = np.searchsorted(signal.stamps, stamps, side="right") - 1
+        columns.update(zip(signal.names, signal.values[row].T, strict=True))
+    return Signal(names, stamps, np.column_stack([columns[name] for name in names]))
+
+
+def _finite(signal: Signal) -> Signal:
+    """Rows that are numbers; the others hold what was before."""
+    good = np.isfinite(signal.values).all(axis=1)
+    return Signal(signal.names, signal.stamps[good], signal.values[good])

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""The pose of one frame in another from the transforms in a bag, static ones composed."""
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.errors import RecordingError
+from seatrial.frames import Array, Stamps
+from seatrial.io.bag import SALVAGE, Bag, Topic
+from seatrial.io.wire import Shape, WireError
+
+TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+BATCH = 4096  # messages decoded at once
+NUMBERS = (
+    "translation.x", "translation.y", "translation.z",
+    "rotation.x", "rotation.y", "rotation.z", "rotation.w",
+)  # fmt: skip
+Edge = tuple[str, str]  # parent, child
+
+
+@dataclass(frozen=True)
+class Transforms:
+    """One edge of the tree over time: the child's pose in the parent."""
+
+    stamps: Stamps  # (n,) [ns]
+    arrival: Stamps  # (n,) [ns]
+    values: Array  # (n, 7) position [m], quaternion x y z w
+
+
+def is_tf(topic: Topic) -> bool:
+    """Whether a topic carries transforms."""
+    return topic.type_name in TYPES
+
+
+def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> Transforms:
+    """The pose of `child` in `parent`, at the stamps of the moving transform nearest the child."""
+    names = [t.name for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
+    fixed = {t for t in names if t.endswith("_static")}
+    edges = {
+        (edge, topic in fixed) for topic, batch in _batches(bag, names) for edge in
+        _edges(bag, topic, batch, salvage=salvage)
+    }  # fmt: skip
+    path = _path(bag, {edge for edge, _ in edges}, parent.lstrip("/"), child.lstrip("/"))
+    wanted = {edge for edge, _ in path}
+    found = _collect(bag, names, wanted, salvage=salvage)
+    static = {edge for edge, is_fixed in edges if is_fixed}
+    moving = [edge for edge, _ in path if edge not in static]
+    if not moving:
+        raise RecordingError(
+            f"{bag.path}: the transforms from {parent} to {child} are all static; name frames that move"
+        )
+    base = found[moving[-1]]
+    pose = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(base.stamps), 1))
+    for edge, forward in path:
+        step = found[edge]
+        at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
+        pose = _composed(pose, at if forward else _inverse(at))
+    return Transforms(base.stamps, base.arrival, pose)
+
+
+def yaw(quaternion: Array) -> Array:
+    """Heading (n,) [rad] of quaternions (n, 4) x y z w of any length; NaN for zero ones."""
+    x, y, z, w = quaternion.T
+    heading = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return np.where(np.sum(quaternion**2, axis=1) > 0.0, heading, np.nan)
+
+
+def _batches(bag: Bag, names: Iterable[str]) -> Iterator[tuple[str, list[tuple[int, bytes]]]]:
+    waiting: dict[str, list[tuple[int, bytes]]] = {}
+    for topic, arrival, raw in bag.messages(set(names)):
+        batch = waiting.setdefault(topic, [])
+        batch.append((arrival, raw))
+        if len(batch) >= BATCH:
+            yield topic, waiting.pop(topic)
+    yield from waiting.items()
+
+
+def _shapes(
+    bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: bool
+) -> Iterator[Shape]:
+    try:
+        yield from bag.topics[topic].wire.shapes([raw for _, raw in batch])
+    except WireError as error:
+        if not salvage:
+            raise RecordingError(f"{bag.path}: a message on {topic} {error}; {SALVAGE}") from None
+
+
+def _frames(shape: Shape) -> Iterator[tuple[int, list[Edge]]]:
+    """For every transform in the messages: its number, and parent and child in each."""
+    number = 0
+    while f"transforms[{number}].child_frame_id" in shape.leaves:
+        parents = shape.texts(f"transforms[{number}].header.frame_id") or []
+        children = shape.texts(f"transforms[{number}].child_frame_id") or []
+        yield (
+            number,
+            [(p.lstrip("/"), c.lstrip("/")) for p, c in zip(parents, children, strict=True)],
+        )
+        number += 1
+
+
+def _edges(bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: bool) -> set[Edge]:
+    return {
+        edge
+        for shape in _shapes(bag, topic, batch, salvage=salvage)
+        for _, edges in _frames(shape)
+        for edge in edges
+    }
+
+
+def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edge, bool]]:
+    """Edges from parent to child, and whether each is gone along from its own parent."""
+    came: dict[str, tuple[Edge, bool, str]] = {}
+    waiting = deque([parent])
+    while waiting:
+        frame = waiting.popleft()
+        for edge in sorted(edges):
+            for begin, end, forward in ((*edge, True), (edge[1], edge[0], False)):
+                if begin == frame and end != parent and end not in came:
+                    came[end] = (edge, forward, frame)
+                    waiting.append(end)
+    if child not in came:
+        listed = ", ".join(f"{p} -> {c}" for p, c in sorted(edges)) or "none"
+        raise RecordingError(
+            f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}"
+        )
+    path: list[tuple[Edge, bool]] = []
+    frame = child
+    while frame != parent:
+        edge, forward, frame = came[frame]
+        path.append((edge, forward))
+    return path[::-1]
+
+
+def _collect(
+    bag: Bag, names: Iterable[str], wanted: set[Edge], *, salvage: bool
+) -> dict[Edge, Transforms]:
+    parts: dict[Edge, list[Transforms]] = {edge: [] for edge in wanted}
+    for topic, batch in _batches(bag, names):
+        arrival = np.array([a for a, _ in batch], dtype=np.int64)
+        for shape in _shapes(bag, topic, batch, salvage=salvage):
+            for number, edges in _frames(shape):
+                for edge in wanted.intersection(edges):
+                    mine = np.array([e == edge for e in edges])
+                    stamps, values = _numbers(shape, f"transforms[{number}]")
+                    parts[edge].append(
+                        Transforms(stamps[mine], arrival[shape.rows][mine], values[mine])
+                    )
+    return {edge: _joined(found) for edge, found in parts.items()}
+
+
+def _numbers(shape: Shape, path: str) -> tuple[Stamps, Array]:
+    columns = [shape.numbers(f"{path}.transform.{number}") for number in NUMBERS]
+    seconds = shape.integers(f"{path}.header.stamp.sec")
+    nanoseconds = shape.integers(f"{path}.header.stamp.nanosec")
+    if seconds is None or nanoseconds is None:
+        raise RecordingError(f"{path} has no header")
+    values = np.column_stack([c for c in columns if c is not None])
+    return seconds * 10**9 + nanoseconds, values
+
+
+def _joined(parts: list[Transforms]) -> Transforms:
+    """All parts, in the order in which they arrived."""
+    arrival = np.concatenate([p.arrival for p in parts])
+    order = np.argsort(arrival, kind="stable")
+    return Transforms(
+        np.concatenate([p.stamps for p in parts])[order], arrival[order],
+        np.concatenate([p.values for p in parts])[order],
+    )  # fmt: skip
+
+
+def _held(step: Transforms, n: int) -> Array:
+    """A static transform: what was said last."""
+    return np.tile(step.values[-1], (n, 1))
+
+
+def _interpolated(step: Transforms, at: Stamps) -> Array:
+    """Between the two nearest, as tf2 does; NaN before the first and after the last."""
+    stamps, first = np.unique(step.stamps, return_index=True)
+    values = step.values[first]
+    if len(stamps) < 2:
+        return np.where((at == stamps[0])[:, None], values[0], np.nan)
+    right = np.clip(np.searchsorted(stamps, at, side="left"), 1, len(stamps) - 1)
+    share = ((at - stamps[right - 1]) / (stamps[right] - stamps[right - 1]))[:, None]
+    a, b = values[right - 1], values[right].copy()
+    b[:, 3:] *= np.where(np.sum(a[:, 3:] * b[:, 3:], axis=1) < 0, -1.0, 1.0)[:, None]
+    inside = (share >= 0) & (share <= 1)
+    return np.where(inside, a + share * (b - a), np.nan)
+
+
+def _composed(a: Array, b: Array) -> Array:
+    """Poses (n, 7) a then b: T_a T_b."""
+    return np.column_stack([a[:, :3] + _rotated(a[:, 3:], b[:, :3]), _product(a[:, 3:], b[:, 3:])])
+
+
+def _inverse(a: Array) -> Array:
+    q = _unit(a[:, 3:]) * [-1.0, -1.0, -1.0, 1.0]
+    return np.column_stack([-_rotated(q, a[:, :3]), q])
+
+
+def _unit(q: Array) -> Array:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def _product(a: Array, b: Array) -> NDArray[np.float64]:
+    ax, ay, az, aw = a.T
+    bx, by, bz, bw = b.T
+    return np.column_stack(
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ]
+    )
+
+
+def _rotated(q: Array, vector: Array) -> Array:
+    """Vectors (n, 3) turned by quaternions (n, 4)."""
+    unit = _unit(q)
+    axis = 2.0 * np.cross(unit[:, :3], vector)
+    return np.asarray(vector + unit[:, 3:] * axis + np.cross(unit[:, :3], axis))
