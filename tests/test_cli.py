@@ -114,7 +114,8 @@ def test_start_and_end_cut_the_recording(pool, tmp_path, capsys):
 
 def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
     text = (pool / "vehicle-AF.yaml").read_text()
-    swapped = text.replace("F_u: F_u, F_v: F_v", "F_u: F_v, F_v: F_u")
+    swapped = text.replace("column: F_u", "column: F").replace("column: F_v", "column: F_u")
+    swapped = swapped.replace("column: F,", "column: F_v,")
     assert swapped != text
     (tmp_path / "v.yaml").write_text(swapped)
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]

@@ -109,7 +109,7 @@ def vehicle_content():
         (lambda c: c.update(chain=[{"lag": float("inf")}]), r"chain\[0\].lag: inf is not a finite"),
         (lambda c: c.update(chain=[{"latency": 1e9}]), "chain"),
         (lambda c: c["pose"].update(yaw="psi"), "unknown key 'yaw' in pose"),
-        (lambda c: c["pose"].pop("x"), "key 'x' is missing in pose"),
+        (lambda c: c["commands"].pop("inputs"), "key 'inputs' is missing in commands"),
         (lambda c: c["pose"].update(x={"column": "x", "unit": "furlong"}), "pose.x"),
         (lambda c: c["thrusters"]["F_1"].update(x="left"), "thrusters"),
         (lambda c: c.update(chain=[{"lag": -1.0}]), "chain"),

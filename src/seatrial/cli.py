@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from seatrial.vehicle import Vehicle
 
 DONE, MISTAKE = 0, 1
+BAG_FORMATS = ("bag", "mcap", "db3")
 Command = Callable[[argparse.Namespace, Progress], None]
 
 
@@ -68,6 +69,10 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument(
+        "--format", choices=("csv", *BAG_FORMATS), default="csv",
+        help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
+    )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
     identify = _add(commands, "identify", _identify, "a model from recordings")
@@ -194,7 +199,7 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> None:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
-            print(f"  {write_trial(trial, args.out)}")
+            print(f"  {write_trial(trial, args.out, args.format)}")
 
 
 def _identify(args: argparse.Namespace, progress: Progress) -> None:

@@ -21,6 +21,7 @@ from seatrial.vehicle import WRENCH, Vehicle
 from seatrial.velocity import Motion
 
 SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
+TRANSPORT = 0.002  # [s] from a message's making to its arrival at the recorder
 LEAD = 0.5  # [s] the joypad is recorded before the first pose and after the last
 OVERSHOOT = 0.3  # [m] past the wall at which a trial is given up
 
@@ -35,6 +36,8 @@ class Trial:
     pose: Array  # (n, 3) as the SLAM gave them, heading wrapped
     command_stamps: Stamps  # (m,) [ns] by the joypad's clock
     command: Array  # (m, inputs)
+    pose_arrival: Stamps  # (n,) [ns] by the recorder's clock, which is the poses'
+    command_arrival: Stamps  # (m,) [ns]
     truth_t: Array  # (k,) [s] true times of all pose ticks
     truth: Array  # (k, 6) x, y, psi, u, v, r
     truth_force: Array  # (k, forces) generalised forces after the actuator chain
@@ -109,6 +112,8 @@ def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
         pose[arrived],
         _nanoseconds(joypad_t + plan.joypad.clock_offset),
         command,
+        _nanoseconds(truth_t + TRANSPORT)[arrived],
+        _nanoseconds(joypad_t + TRANSPORT),
         truth_t,
         truth,
         force,

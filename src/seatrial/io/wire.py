@@ -87,6 +87,14 @@ class Shape:
             for raw in map(bytes, block)
         ]
 
+    def place(self, path: str) -> tuple[int, str]:
+        """Where a number stands, and its numpy type. Raises KeyError."""
+        found = self._find(path)
+        if found is None:
+            raise KeyError(path)
+        leaf, item = found
+        return leaf.offset + item * np.dtype(leaf.dtype).itemsize, leaf.dtype
+
     def _find(self, path: str) -> tuple[Leaf, int] | None:
         leaf = self.leaves.get(path)
         if leaf is not None:
@@ -140,7 +148,7 @@ class Wire:
         for part in parts:
             kind = self._step(kind, part, seen, where)
             seen += part if part.startswith("[") else f".{part}" if seen else part
-        tag, detail = _desc(kind)
+        tag, detail = described(kind)
         if tag != "base" or detail not in PRIMITIVES:
             raise RecordingError(f"{where}: '{path}' is not a number; {self._inside(kind, seen)}")
 
@@ -148,18 +156,18 @@ class Wire:
     def stamped(self) -> bool:
         """Whether its messages begin with a header."""
         fields = dict(self.definitions[self.type_name][1])
-        return "header" in fields and _desc(fields["header"]) == ("name", "std_msgs/msg/Header")
+        return "header" in fields and described(fields["header"]) == ("name", "std_msgs/msg/Header")
 
     def has_text(self, name: str) -> bool:
         """Whether the path leads to a text."""
         kind: Kind = _root(self.type_name)
         for part in name.split("."):
-            tag, detail = _desc(kind)
+            tag, detail = described(kind)
             fields = dict(self.definitions[detail][1]) if tag == "name" else {}
             if part not in fields:
                 return False
             kind = fields[part]
-        return _desc(kind) == ("base", "string")
+        return described(kind) == ("base", "string")
 
     def paths(self) -> list[str]:
         """Every number in messages of this type, sequences as name[]; for people."""
@@ -167,7 +175,7 @@ class Wire:
 
     def _step(self, kind: Kind, part: str, seen: str, where: str) -> Kind:
         """The kind of a field's part, or of an element."""
-        tag, detail = _desc(kind)
+        tag, detail = described(kind)
         if part.startswith("[") and tag == "many":
             return cast("Kind", detail[0])
         fields = dict(self.definitions[detail][1]) if tag == "name" else {}
@@ -189,7 +197,7 @@ def _root(type_name: str) -> Kind:
     return (NAME, type_name)
 
 
-def _desc(kind: Kind) -> tuple[str, Any]:
+def described(kind: Kind) -> tuple[str, Any]:
     """A field's kind: ("base", primitive), ("name", type), ("many", (element, n, is sequence))."""
     tag, detail = int(kind[0]), kind[1]
     if tag == BASE:
@@ -200,7 +208,7 @@ def _desc(kind: Kind) -> tuple[str, Any]:
 
 
 def _numbers(kind: Kind, seen: str, definitions: "Typesdict", depth: int) -> list[str]:
-    tag, detail = _desc(kind)
+    tag, detail = described(kind)
     if tag == "base":
         return [seen] if detail in PRIMITIVES else []
     if tag == "many":
@@ -244,7 +252,7 @@ class _Walk:
             self._field(kind, f"{path}.{field}" if path else field, depth)
 
     def _field(self, kind: Kind, path: str, depth: int) -> None:
-        tag, detail = _desc(kind)
+        tag, detail = described(kind)
         if tag == "name":
             self._message(detail, path, depth + 1)
         elif tag == "base":
@@ -254,7 +262,7 @@ class _Walk:
             self._many(element, self._length() if is_sequence else size, path, depth)
 
     def _many(self, element: Kind, count: int, path: str, depth: int) -> None:
-        tag, detail = _desc(element)
+        tag, detail = described(element)
         if tag == "base" and detail in PRIMITIVES:
             self._leaf(PRIMITIVES[detail], count, path)
             return

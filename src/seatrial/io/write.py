@@ -1,53 +1,119 @@
 # SPDX-License-Identifier: MIT
-"""Simulated trials as files: CSV folders as a robot would leave them, the truth beside them."""
+"""Simulated trials as files, as a robot would leave them: tables or bags, the truth beside."""
 
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
+from seatrial.errors import RecordingError
 from seatrial.files import dump_yaml, write_text
 from seatrial.frames import POSE_SIGNS, Array, Axes, Stamps
+from seatrial.io.from_bag import field_path
+from seatrial.io.poses import pose_columns
 from seatrial.io.read import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS, TO_SI
+from seatrial.io.write_bag import BagTopic, message_for, write_bag
 from seatrial.model import Model, save
 from seatrial.plan import PlanFile
 from seatrial.schema import Column
 from seatrial.simulate import SUFFIX, Trial
 from seatrial.vehicle import Vehicle, as_column
 
+EPOCH = 1_700_000_000 * 10**9  # [ns] ROS has no time before 1970: a trial's zero in its bag
 TRUTH = "truth"  # folder of what a real boat would not tell
 
 
-def write_trial(trial: Trial, out: Path) -> Path:
-    """One trial as a folder recording below `out`; its truth in `out`/truth. Returns the folder."""
-    vehicle, folder = trial.vehicle, out / trial.name
-    frd = vehicle.axes is Axes.FRD
-    spec, commands = vehicle.file.pose, vehicle.file.commands
-    pose = trial.pose * POSE_SIGNS if frd else trial.pose
-    columns = [as_column(c) for c in (spec.stamp, spec.x, spec.y, spec.psi)]
-    rows = np.column_stack(
-        [_raw_stamps(trial.pose_stamps, columns[0])]
-        + [_raw(pose[:, i], columns[i + 1]) for i in range(3)]
+def write_trial(trial: Trial, out: Path, kind: str = "csv") -> Path:
+    """One trial below `out`: a folder of tables or a bag; its truth in `out`/truth. Returns it."""
+    recording = (
+        _write_tables(trial, out / trial.name)
+        if kind == "csv"
+        else _write_trial_bag(trial, out / f"{trial.name}.{kind}")
     )
-    _write_table(folder / (spec.file or POSE_FILE), [c.column for c in columns], rows)
-    inputs = [as_column(c) for c in commands.inputs.values()]
+    _write_truth(trial, out / TRUTH / f"{trial.name}.csv")
+    return recording
+
+
+def _write_tables(trial: Trial, folder: Path) -> Path:
+    spec, commands = trial.vehicle.file.pose, trial.vehicle.file.commands
+    stamp, *columns = (as_column(c) for c in (spec.stamp, spec.x, spec.y, spec.psi))
+    rows = np.column_stack([_raw_stamps(trial.pose_stamps, stamp), _raw_pose(trial)])
+    _write_table(
+        folder / (spec.file or POSE_FILE), [stamp.column, *(c.column for c in columns)], rows
+    )
     stamp = as_column(commands.stamp)
-    values = trial.command * vehicle.input_signs
-    rows = np.column_stack(
-        [_raw_stamps(trial.command_stamps, stamp)]
-        + [_raw(values[:, i], c) for i, c in enumerate(inputs)]
-    )
+    inputs = [as_column(c) for c in commands.inputs.values()]
+    rows = np.column_stack([_raw_stamps(trial.command_stamps, stamp), _raw_commands(trial)])
     _write_table(
         folder / (commands.file or COMMAND_FILE), [stamp.column, *(c.column for c in inputs)], rows
     )
+    return folder
+
+
+def _write_trial_bag(trial: Trial, path: Path) -> Path:
+    """Poses as PoseStamped, commands as the message that their fields belong to."""
+    source = trial.vehicle.source
+    topic = trial.vehicle.file.pose.topic
+    if topic is None:
+        raise RecordingError(f"{source}: pose: no topic to write to; name one")
+    pose = _raw_pose(trial)
+    topics = [
+        BagTopic(
+            topic, "geometry_msgs/msg/PoseStamped", trial.pose_arrival + EPOCH,
+            trial.pose_stamps + EPOCH,
+            {
+                "pose.position.x": pose[:, 0], "pose.position.y": pose[:, 1],
+                "pose.orientation.z": np.sin(pose[:, 2] / 2),
+                "pose.orientation.w": np.cos(pose[:, 2] / 2),
+            },
+            {"header.frame_id": "map"},
+        )
+    ]  # fmt: skip
+    raw = _raw_commands(trial)
+    for name, columns in _by_topic(trial.vehicle).items():
+        paths = {field_path(column): raw[:, i] for i, column in columns}
+        kind = message_for(next(iter(paths)), f"{source}: commands: inputs")
+        topics.append(
+            BagTopic(name, kind, trial.command_arrival + EPOCH, trial.command_stamps + EPOCH, paths)
+        )
+    return write_bag(path, topics)
+
+
+def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
+    found: dict[str, list[tuple[int, Column]]] = {}
+    for i, (name, entry) in enumerate(vehicle.file.commands.inputs.items()):
+        column = as_column(entry)
+        topic = column.topic or vehicle.file.commands.topic
+        if not topic or not column.field:
+            raise RecordingError(
+                f"{vehicle.source}: commands: inputs: {name} has no topic and field"
+            )
+        found.setdefault(topic, []).append((i, column))
+    return found
+
+
+def _raw_pose(trial: Trial) -> Array:
+    """x, y, psi (n, 3) as the vehicle file has them."""
+    pose = trial.pose * POSE_SIGNS if trial.vehicle.axes is Axes.FRD else trial.pose
+    return np.column_stack([_raw(pose[:, i], c) for i, c in enumerate(pose_columns(trial.vehicle))])
+
+
+def _raw_commands(trial: Trial) -> Array:
+    """Commands (m, inputs) as the vehicle file has them."""
+    values = trial.command * trial.vehicle.input_signs
+    inputs = trial.vehicle.file.commands.inputs.values()
+    return np.column_stack([_raw(values[:, i], as_column(c)) for i, c in enumerate(inputs)])
+
+
+def _write_truth(trial: Trial, path: Path) -> None:
+    vehicle = trial.vehicle
     names = ["t", "x", "y", "psi", "u", "v", "r", *(f"{f.name}_actual" for f in vehicle.forces)]
     truth = np.column_stack([trial.truth_t, trial.truth, trial.truth_force])
-    if frd:
+    if vehicle.axes is Axes.FRD:
         truth[:, [2, 3, 5, 6]] *= -1.0
         truth[:, 7:] *= [-1.0 if f.axis > 0 else 1.0 for f in vehicle.forces]
-    _write_table(out / TRUTH / f"{trial.name}.csv", names, truth)
-    return folder
+    _write_table(path, names, truth)
 
 
 def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> Path:
