@@ -220,8 +220,8 @@ def spoiled(pool):
             "structure: {surge: [X_a * u, X_b * u, X_F * F_u], sway: [Y_F * F_v], yaw: [N_F * F_r]}",
         ),
         "key": ("axes:", "axis: up\naxes:"),
-        "unit": ("x: x", "x: {column: x, unit: rad}"),
-        "furlong": ("x: x", "x: {column: x, unit: furlong}"),
+        "unit": ("{column: x}", "{column: x, unit: rad}"),
+        "furlong": ("{column: x}", "{column: x, unit: furlong}"),
     }
     for name, (old, new) in spoil.items():
         assert old in vehicle

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
 from seatrial.frames import Array, Mask, Stamps
-from seatrial.streams import steady
+from seatrial.streams import longest_rising, steady
 
+TWO_PLACES_SHARE = 0.12  # of the steps leap where two sources of poses are mixed,
+TWO_PLACES_STEPS = 20.0  # by this many usual steps,
+TWO_PLACES_BACK = 0.7  # each opposite to the one before (cosine),
+TWO_PLACES_APART = 0.05  # [m] and by this much
 GAP_FACTOR = 2.5  # a gap is longer than this many median periods
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
 JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
@@ -28,7 +32,7 @@ class FaultKind(str, Enum):
 
     MARKED = "marked bad in the recording: left out"
     NOT_FINITE = "not a number: left out"
-    STAMP = "stamp not after the one before: left out"
+    STAMP = "stamp out of order: left out"
     FROZEN = "frozen while the boat moved: left out"
     EXCURSION = "jumped away and back: left out"
     JUMP = "jumped for good: not bridged"
@@ -51,6 +55,7 @@ class Fault:
 class Findings:
     """Poses with their faults masked."""
 
+    t: Array  # (n,) [s] from the first stamp in order; those out of order between their neighbours
     eta: Array  # (n, 3) heading unwrapped over the usable samples
     valid: Mask  # (n,) poses that may be used
     segment: NDArray[np.int64]  # (n,) number of the stretch between gaps and jumps
@@ -60,9 +65,10 @@ class Findings:
 
 def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) -> Findings:
     """Find what is wrong with poses (n, 3) at stamps (n,) [ns]. Raises RecordingError if all is."""
-    t = (stamps - stamps[0]).astype(float) * 1e-9
     bad = _plain_faults(stamps, eta, marked_valid)
+    t = _times(stamps, ~bad[FaultKind.STAMP])
     good = _left(name, bad, t)
+    _refuse_two_places(name, eta[good])
     bad[FaultKind.FROZEN] = _at(len(t), good[_frozen(eta[good])])
     good = _left(name, bad, t)
     whole = np.array(eta, dtype=float)
@@ -81,6 +87,7 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
     faults += [Fault(FaultKind.JUMP, float(b), float(b), 0) for b in breaks]
     return Findings(
+        t,
         whole,
         _at(len(t), _left(name, bad, t)),
         segment,
@@ -118,12 +125,17 @@ def silences(
 
 
 def _plain_faults(stamps: Stamps, eta: Array, marked_valid: Mask | None) -> dict[FaultKind, Mask]:
-    before = np.concatenate([[stamps[0] - 1], np.maximum.accumulate(stamps)[:-1]])
     return {
         FaultKind.MARKED: np.zeros(len(eta), bool) if marked_valid is None else ~marked_valid,
         FaultKind.NOT_FINITE: np.asarray(~np.isfinite(eta).all(axis=1)),
-        FaultKind.STAMP: stamps <= before,
+        FaultKind.STAMP: ~longest_rising(stamps),
     }
+
+
+def _times(stamps: Stamps, in_order: Mask) -> Array:
+    good = np.flatnonzero(in_order)
+    t = (stamps[good] - stamps[good[0]]).astype(float) * 1e-9
+    return np.interp(np.arange(len(stamps)), good, t)
 
 
 def _left(name: str, bad: dict[FaultKind, Mask], t: Array) -> NDArray[np.int64]:
@@ -159,6 +171,28 @@ def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> Mask:
     begins = np.isin(t[first], breaks)
     jumped = begins | np.append(begins[1:], False)
     return np.asarray((jumped & (t[last] - t[first] < ISLAND))[stretch])
+
+
+def _refuse_two_places(name: str, eta: Array) -> None:
+    """Raise RecordingError where the poses leap to and fro all the time between two tracks."""
+    if len(eta) < 20:
+        return
+    one, two = (np.linalg.norm(eta[k:, :2] - eta[:-k, :2], axis=1) for k in (1, 2))
+    # along one track the steps that do not leap are alike, be they between neighbours or not
+    usual = float(min(np.percentile(one, 25), np.percentile(two, 25)))
+    leaps = one > max(TWO_PLACES_APART, TWO_PLACES_STEPS * usual)
+    if leaps.mean() < TWO_PLACES_SHARE:
+        return
+    leap = np.diff(eta[:, :2], axis=0)[leaps]
+    back = -np.sum(leap[1:] * leap[:-1], axis=1) / (one[leaps][1:] * one[leaps][:-1])
+    if float(np.median(back)) < TWO_PLACES_BACK:  # a fast boat's steps follow each other
+        return
+    apart = float(np.median(one[leaps]))
+    raise RecordingError(
+        f"{name}: {100 * leaps.mean():.0f} % of the steps between poses leap by about {apart:.2g} m to "
+        "and fro: are two robots, or two sources of poses, on one topic or in one table? Record them "
+        "apart, or name the frame (pose: parent, child)"
+    )
 
 
 def _frozen(eta: Array) -> Mask:

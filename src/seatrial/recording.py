@@ -13,7 +13,7 @@ from seatrial.errors import RecordingError
 from seatrial.faults import Fault, FaultKind, examine, silences
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
-from seatrial.streams import Stream
+from seatrial.streams import Stream, longest_rising
 
 
 @dataclass(frozen=True)
@@ -189,14 +189,15 @@ def make_recording(
             f"{name}: {len(stamps)} poses; at least a few seconds of them are needed"
         )
     found = examine(name, stamps, eta, marked_valid)
-    t = (stamps - stamps[0]).astype(float) * 1e-9
+    t = found.t
+    origin = stamps[found.in_order][0]
     driven, unknown = _known(commands)
     hidden = np.zeros(len(t), dtype=bool)
     faults = list(found.faults)
     if len(driven.stamps):
-        held = (driven.stamps - stamps[0]).astype(float) * 1e-9
+        held = (driven.stamps - origin).astype(float) * 1e-9
         holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, timeout)]
-        odd = (unknown - stamps[0]).astype(float) * 1e-9
+        odd = (unknown - origin).astype(float) * 1e-9
         holes += [(FaultKind.NO_NUMBER, *s) for s in odd.tolist() if s[0] < t[-1] and s[1] > 0]
         for kind, begin, end in holes:
             inside = (t >= begin) & (t < end)
@@ -226,8 +227,8 @@ def _known(commands: Signal) -> tuple[Signal, Stamps]:
 
 
 def rising(stamps: Stamps) -> Mask:
-    """Rows that are not before an earlier one; of rows with one stamp, the last."""
-    index = np.flatnonzero(stamps >= np.maximum.accumulate(stamps))
+    """Rows in the order of their stamps, as many as there can be; of one stamp, the last."""
+    index = np.flatnonzero(longest_rising(stamps, strict=False))
     last = np.append(np.diff(stamps[index]) > 0, True)
     keep = np.zeros(len(stamps), dtype=bool)
     keep[index[last]] = True

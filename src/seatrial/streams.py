@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """How a signal arrived: its rate and gaps, and what its clock has to do with the recorder's."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from seatrial.frames import Array, Stamps
+from seatrial.frames import Array, Mask, Stamps
 
 BLOCKS = 40  # that a recording is cut into to look for steps of its clock
 LEAST_BLOCK = 10  # messages
@@ -84,6 +85,34 @@ def steady(steps: Array) -> bool:
     if len(steps) < 20:
         return False
     return bool(np.percentile(steps, 90) < 2.0 * np.median(steps))
+
+
+def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
+    """The most stamps (n,) that can be kept so that those kept rise.
+
+    One stamp far ahead of its time is left out, rather than all that follow it.
+    """
+    steps = np.diff(stamps)
+    if np.all(steps > 0 if strict else steps >= 0):
+        return np.ones(len(stamps), dtype=bool)
+    place = bisect_left if strict else bisect_right
+    ends: list[int] = []  # smallest last stamp of a rising choice of each length
+    last: list[int] = []  # where that stamp is
+    before = np.full(len(stamps), -1, dtype=np.int64)
+    for i, stamp in enumerate(stamps.tolist()):
+        length = place(ends, stamp)
+        before[i] = last[length - 1] if length else -1
+        if length == len(ends):
+            ends.append(stamp)
+            last.append(i)
+        else:
+            ends[length], last[length] = stamp, i
+    keep = np.zeros(len(stamps), dtype=bool)
+    i = last[-1]
+    while i >= 0:
+        keep[i] = True
+        i = int(before[i])
+    return keep
 
 
 def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
