@@ -60,9 +60,10 @@ def _parser() -> argparse.ArgumentParser:
         commands,
         "inspect",
         _inspect,
-        "rates, gaps, faults, excitation; without --vehicle the columns",
+        "rates, gaps, faults, clocks, excitation, signs; without --vehicle the topics or columns",
     )
     _recordings(inspect, vehicle_required=False)
+    inspect.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
 
     simulate = _add(commands, "simulate", _simulate, "recordings like the paper's S1-S7")
     simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
@@ -136,6 +137,9 @@ def _recordings(command: argparse.ArgumentParser, *, vehicle_required: bool) -> 
     command.add_argument(
         "--start", type=float, metavar="S", help="use each recording from here [s]"
     )
+    command.add_argument(
+        "--salvage", action="store_true", help="read what is left of a damaged bag"
+    )
     command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
 
 
@@ -144,7 +148,7 @@ def _read(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "
 
     found = []
     for path in progress.over(args.recordings, "reading", len(args.recordings)):
-        recording = read(path, vehicle)
+        recording = read(path, vehicle, salvage=args.salvage)
         if args.start is not None or args.end is not None:
             recording = recording.cut(args.start, args.end)
         found.append(recording)
@@ -170,17 +174,25 @@ def _demo(args: argparse.Namespace, progress: Progress) -> None:
 
 
 def _inspect(args: argparse.Namespace, progress: Progress) -> None:
-    from seatrial.inspect import inspect_text
-    from seatrial.io.columns import columns_text
-    from seatrial.vehicle import load_vehicle
+    from seatrial.files import dump_json, write_text
 
     if args.vehicle is None:
-        for path in args.recordings:
-            print(columns_text(path))
-        return
-    vehicle = load_vehicle(args.vehicle)
-    for recording in _read(args, vehicle, progress):
-        print(inspect_text(recording, vehicle))
+        from seatrial.io.look import look
+
+        found = [look(path, salvage=args.salvage) for path in args.recordings]
+        text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
+    else:
+        from seatrial.inspect import inspect, inspection_json
+        from seatrial.inspect.text import inspection_text
+        from seatrial.vehicle import load_vehicle
+
+        vehicle = load_vehicle(args.vehicle)
+        inspection = inspect(_read(args, vehicle, progress), vehicle)
+        progress.clear()
+        text, content = inspection_text(inspection), inspection_json(inspection)
+    if args.json is not None:
+        write_text(args.json, dump_json(content))
+    print(text)
 
 
 def _simulate(args: argparse.Namespace, progress: Progress) -> None:

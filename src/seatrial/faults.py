@@ -135,7 +135,7 @@ def _plain_faults(stamps: Stamps, eta: Array, marked_valid: Mask | None) -> dict
 def _times(stamps: Stamps, in_order: Mask) -> Array:
     good = np.flatnonzero(in_order)
     t = (stamps[good] - stamps[good[0]]).astype(float) * 1e-9
-    return np.interp(np.arange(len(stamps)), good, t)
+    return np.asarray(np.interp(np.arange(len(stamps)), good, t))
 
 
 def _left(name: str, bad: dict[FaultKind, Mask], t: Array) -> NDArray[np.int64]:

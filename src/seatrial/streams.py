@@ -34,6 +34,17 @@ class Delay:
     step: float  # [s] largest sudden change; 0: none
     step_at: float  # [s] from the first message
 
+    def __str__(self) -> str:
+        """Least and most, in words."""
+        low, high = (round(1e3 * x) for x in (self.least, self.most))
+        if low < 0:
+            return (
+                f"{-high} to {-low} ms after arrival"
+                if high < 0
+                else f"{low} to {high} ms off arrival"
+            )
+        return f"{low} to {high} ms before arrival"
+
 
 @dataclass(frozen=True)
 class Stream:

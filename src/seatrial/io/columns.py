@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What columns a table has: the first look, before there is a vehicle file."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from seatrial.errors import FileError
@@ -12,34 +16,84 @@ from seatrial.io.table import Table
 EPOCHS = ((1e17, "ns", 1e9), (1e14, "us", 1e6), (1e11, "ms", 1e3), (0.0, "s", 1.0))
 
 
-def columns_text(path: Path) -> str:
-    """Name and range of every numeric column of a table, or of the tables in a folder."""
+@dataclass(frozen=True)
+class ColumnView:
+    """The numbers of one column."""
+
+    name: str
+    least: float | None  # None: no numbers
+    most: float | None
+    empty: int
+    unit: str  # of time, where it rises all the way; else nothing
+    rate: float  # [Hz] then
+    changes: bool
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        if self.least is None:
+            return "no numbers"
+        text = f"{self.least:.6g} to {self.most:.6g}" + (
+            f", {self.empty} empty" if self.empty else ""
+        )
+        if self.unit:
+            return f"{text}; rises all the way: stamps in {self.unit}? {self.rate:.4g} Hz"
+        return text if self.changes else f"{text}; never changes"
+
+
+@dataclass(frozen=True)
+class TableView:
+    """The columns of one table."""
+
+    path: str
+    rows: int
+    columns: tuple[ColumnView, ...]
+
+
+def look_at_columns(path: Path) -> list[TableView]:
+    """Every numeric column of a table, or of the tables in a folder."""
+    if not path.exists():
+        raise FileError(f"{path}: no such file or folder")
     tables = sorted(path.glob("*.csv")) if path.is_dir() else [path]
     if not tables:
-        raise FileError(f"{path}: no .csv file in this folder")
-    return "\n".join(_table_text(Table(table)) for table in tables)
+        raise FileError(f"{path}: no .csv file and no bag in this folder")
+    return [_view(Table(table)) for table in tables]
 
 
-def _table_text(table: Table) -> str:
+def columns_text(tables: Sequence[TableView]) -> str:
+    """Name and range of every column."""
+    lines = []
+    for table in tables:
+        width = max(len(column.name) for column in table.columns)
+        lines.append(f"{table.path}: {table.rows} rows")
+        lines += [f"  {column.name:<{width}}  {column.text}" for column in table.columns]
+    where = Path(tables[0].path).parent if len(tables) > 1 else tables[0].path
+    return "\n".join(
+        [*lines, f"  => seatrial init {where} -o vehicle.yaml writes a vehicle file to start from"]
+    )
+
+
+def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
+    """The same for programs."""
+    return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
+
+
+def _view(table: Table) -> TableView:
     values = table.columns(table.names)
-    width = max(len(name) for name in table.names)
-    lines = [f"{table.path}: {len(values)} rows"]
-    for name, column in zip(table.names, values.T, strict=True):
-        lines.append(f"  {name:<{width}}  {_column_text(column)}")
-    return "\n".join([*lines, "  => name them in a vehicle file, and pass it with --vehicle"])
+    columns = zip(table.names, values.T, strict=True)
+    return TableView(str(table.path), len(values), tuple(_column(n, c) for n, c in columns))
 
 
-def _column_text(column: Array) -> str:
+def _column(name: str, column: Array) -> ColumnView:
     given = column[np.isfinite(column)]
     if len(given) == 0:
-        return "no numbers"
-    text = f"{given.min():.6g} to {given.max():.6g}"
-    missing = len(column) - len(given)
-    text += f", {missing} empty" if missing else ""
+        return ColumnView(name, None, None, len(column), "", 0.0, changes=False)
     steps = np.diff(given)
+    unit, rate = "", 0.0
     if len(steps) > 2 and np.all(steps >= 0) and np.median(steps) > 0:
         unit, scale = next((u, s) for least, u, s in EPOCHS if given.max() >= least)
-        text += f"; rises all the way: stamps in {unit}? {scale / float(np.median(steps)):.4g} Hz"
-    elif len(np.unique(given)) == 1:
-        text += "; never changes"
-    return text
+        rate = scale / float(np.median(steps))
+    return ColumnView(
+        name, float(given.min()), float(given.max()), len(column) - len(given), unit, rate,
+        changes=len(np.unique(given)) > 1,
+    )  # fmt: skip

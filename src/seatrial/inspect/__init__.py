@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""What is in recordings, and what is wrong with them."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from seatrial.errors import RecordingError
+from seatrial.inspect.clocks import clock_verdicts
+from seatrial.inspect.coverage import AxisCoverage, InputUse, coverage, input_use
+from seatrial.inspect.verdicts import implausible, jitter, verdicts
+from seatrial.noise import pose_noise
+from seatrial.recording import Recording
+from seatrial.schema import NoiseEntry
+from seatrial.signs import SignReport, check_signs
+from seatrial.streams import Stream
+from seatrial.vehicle import Vehicle
+
+__all__ = ["Inspection", "RecordingView", "implausible", "inspect", "inspection_json"]
+
+GOOD = "good for identification"
+
+
+@dataclass(frozen=True)
+class FaultSummary:
+    """All faults of one kind."""
+
+    kind: str
+    count: int
+    longest: float  # [s]
+    longest_at: float  # [s] from the recording's start
+
+
+@dataclass(frozen=True)
+class RecordingView:
+    """One recording, looked at."""
+
+    name: str
+    duration: float  # [s]
+    poses: int
+    rate: float  # [Hz]
+    jitter: float  # [s]
+    usable: float  # share of the poses
+    noise: NoiseEntry | None
+    streams: tuple[Stream, ...]
+    faults: tuple[FaultSummary, ...]
+    axes: tuple[AxisCoverage, ...]
+    inputs: tuple[InputUse, ...]
+    verdicts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Some recordings of one vehicle, and what they say together about its file."""
+
+    vehicle: Vehicle
+    recordings: tuple[RecordingView, ...]
+    signs: SignReport
+
+
+def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
+    """Rates, gaps, faults, clocks, excitation; and whether units, signs and order are right."""
+    views = tuple(_view(recording, vehicle) for recording in recordings)
+    return Inspection(vehicle, views, check_signs(recordings, vehicle))
+
+
+def inspection_json(found: Inspection) -> dict[str, Any]:
+    """The same for programs."""
+    signs = found.signs
+    return {
+        "vehicle": found.vehicle.name,
+        "axes": found.vehicle.axes.value,
+        "recordings": msgspec.to_builtins(found.recordings),
+        "signs": {
+            "findings": [{"kind": f.kind.value, "text": f.text} for f in signs.findings],
+            "seen": list(signs.text),
+            "gains": msgspec.to_builtins(signs.table),
+        },
+    }
+
+
+def _view(recording: Recording, vehicle: Vehicle) -> RecordingView:
+    found, axes = coverage(vehicle, recording)
+    inputs = input_use(recording)
+    said = verdicts(recording, found, inputs) or [GOOD]
+    said += clock_verdicts(recording.streams)
+    try:
+        noise = pose_noise(recording)
+    except RecordingError:
+        noise = None
+    return RecordingView(
+        recording.name, recording.duration, len(recording.t), 1 / recording.period,
+        jitter(recording), recording.usable, noise, recording.streams, tuple(_faults(recording)),
+        tuple(axes), tuple(inputs), tuple(said),
+    )  # fmt: skip
+
+
+def _faults(recording: Recording) -> list[FaultSummary]:
+    counts = Counter(fault.kind for fault in recording.faults)
+    found = []
+    for kind, count in counts.items():
+        worst = max((f for f in recording.faults if f.kind is kind), key=lambda f: f.end - f.start)
+        found.append(FaultSummary(kind.value, count, worst.end - worst.start, worst.start))
+    return found

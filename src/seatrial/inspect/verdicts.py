@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""What to do about a recording, one sentence each."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.excitation import EXCITED, Excitation
+from seatrial.frames import AXES
+from seatrial.inspect.coverage import InputUse
+from seatrial.recording import Recording
+from seatrial.sanity import ABSURD_SPEED
+from seatrial.velocity import motion
+
+SHORT = 30.0  # [s] a recording below it says little
+UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
+SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
+ABSURD_TURN = 6.0  # [rad/s]
+STILL = 0.002  # [m/s], [rad/s]
+FEW = 5  # different values; one size each way and rest are three
+COARSE = 0.02  # resolution of a command, as a share of its range
+AT_LIMIT = 0.5  # share of the driven time
+
+
+def verdicts(recording: Recording, found: Excitation, inputs: Sequence[InputUse]) -> list[str]:
+    """What to do about it, one sentence each."""
+    said = list(recording.remarks) + implausible(recording)
+    if recording.duration < SHORT:
+        said.append(f"{recording.duration:.0f} s is short: drive a few minutes")
+    if recording.usable < 0.9:
+        said.append(
+            f"{100 * (1 - recording.usable):.0f} % of the poses are unusable: see the faults"
+        )
+    off = jitter(recording)
+    if off > UNEVEN_STAMPS * recording.period:
+        said.append(
+            f"stamps are off an even rhythm by {1e3 * off:.1f} ms; are they rounded, or arrival "
+            "times? Velocities suffer: record the sensor's own stamps"
+        )
+    said += _drive(found) + [sentence for use in inputs for sentence in _input(use)]
+    return said
+
+
+def jitter(recording: Recording) -> float:
+    """Standard deviation of the steps between poses that follow each other [s]."""
+    steps = np.diff(recording.t)
+    return float(np.std(steps[steps < 1.5 * recording.period]))
+
+
+def _drive(found: Excitation) -> list[str]:
+    said = []
+    if found.dominant is not None:
+        said.append(f"drives {AXES[found.dominant]} nearly alone: identifies that axis")
+    for axis, label in enumerate(AXES):
+        if found.rms[axis] < EXCITED:
+            said.append(f"{label} is not excited: take it from another recording")
+        elif not found.both_signs[axis] and found.dominant in (axis, None):
+            said.append(f"{label} is driven mostly to one side: drive both")
+    return said
+
+
+def _input(use: InputUse) -> list[str]:
+    if use.never_moves:
+        return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
+    said = []
+    if use.levels <= FEW:
+        said.append(
+            f"{use.name} has only {use.levels} different values: drive at more than one size of command"
+        )
+    elif use.resolution > COARSE * (use.most - use.least):
+        said.append(f"{use.name} moves in coarse steps of {use.resolution:.3g}: is it rounded?")
+    if use.at_limit > AT_LIMIT and use.levels > 3:
+        said.append(
+            f"{use.name} is at its limit for {100 * use.at_limit:.0f} % of the time that it is used: "
+            "drive at part of the stick, too"
+        )
+    return said
+
+
+def implausible(recording: Recording) -> list[str]:
+    """Units that can't be right for a small boat, one sentence each."""
+    said = []
+    rate = 1.0 / recording.period
+    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
+        said.append(
+            f"poses at {rate:.3g} Hz: is the stamp's unit right (s, ms, us, ns)? "
+            "Name it in the vehicle file"
+        )
+    moving = motion(recording)
+    if not moving.valid.any():
+        return said
+    speed = np.hypot(moving.nu[moving.valid, 0], moving.nu[moving.valid, 1])
+    fast, turn = (float(np.percentile(a, 90)) for a in (speed, np.abs(moving.nu[moving.valid, 2])))
+    if fast > ABSURD_SPEED:
+        said.append(f"speeds of {fast:.3g} m/s: are x and y in mm or cm? Name the unit")
+    if turn > ABSURD_TURN:
+        said.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? Name the unit deg")
+    if fast < STILL and turn < STILL:
+        said.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it about")
+    return said
