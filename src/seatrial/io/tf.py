@@ -38,12 +38,8 @@ def is_tf(topic: Topic) -> bool:
 
 def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> Transforms:
     """The pose of `child` in `parent`, at the stamps of the moving transform nearest the child."""
-    names = [t.name for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
-    fixed = {t for t in names if t.endswith("_static")}
-    edges = {
-        (edge, topic in fixed) for topic, batch in _batches(bag, names) for edge in
-        _edges(bag, topic, batch, salvage=salvage)
-    }  # fmt: skip
+    names = _topics(bag, name)
+    edges = frame_edges(bag, name, salvage=salvage)
     path = _path(bag, {edge for edge, _ in edges}, parent.lstrip("/"), child.lstrip("/"))
     wanted = {edge for edge, _ in path}
     found = _collect(bag, names, wanted, salvage=salvage)
@@ -60,6 +56,20 @@ def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> T
         at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
         pose = _composed(pose, at if forward else _inverse(at))
     return Transforms(base.stamps, base.arrival, pose)
+
+
+def frame_edges(bag: Bag, name: str, *, salvage: bool) -> set[tuple[Edge, bool]]:
+    """Parent and child of every transform, and whether it is static."""
+    return {
+        (edge, topic.endswith("_static"))
+        for topic, batch in _batches(bag, _topics(bag, name))
+        for edge in _edges(bag, topic, batch, salvage=salvage)
+    }
+
+
+def _topics(bag: Bag, name: str) -> list[str]:
+    """The topic and the static one that goes with it."""
+    return [t.name for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
 
 
 def yaw(quaternion: Array) -> Array:
