@@ -65,6 +65,25 @@ def _parser() -> argparse.ArgumentParser:
     _recordings(inspect, vehicle_required=False)
     inspect.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
 
+    init = _add(commands, "init", _init, "a vehicle file to start from, proposed from a recording")
+    init.add_argument("recording", type=Path, metavar="RECORDING")
+    init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
+    init.add_argument("--name", help="the boat's name (default: the recording's)")
+    init.add_argument(
+        "--axes",
+        choices=("forward-left-up", "forward-right-down"),
+        default="forward-left-up",
+        help="of the recording (default: %(default)s)",
+    )
+    init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
+    init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    init.add_argument(
+        "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
+    )
+    init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
+    init.add_argument("--salvage", action="store_true", help="read what is left of a damaged bag")
+    init.add_argument("--force", action="store_true", help="write over an existing file")
+
     simulate = _add(commands, "simulate", _simulate, "recordings like the paper's S1-S7")
     simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
     simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
@@ -193,6 +212,36 @@ def _inspect(args: argparse.Namespace, progress: Progress) -> None:
     if args.json is not None:
         write_text(args.json, dump_json(content))
     print(text)
+
+
+def _init(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.errors import FileError
+    from seatrial.files import write_text
+    from seatrial.init import Choices, init
+
+    if args.out.exists() and not args.force:
+        raise FileError(
+            f"{args.out}: exists already; give another name, or --force to write over it"
+        )
+    choices = Choices(args.name, args.axes, args.pose, args.commands, args.parent, args.child)
+    ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
+    progress.say("looking")
+    proposal = init(args.recording, choices, ask, salvage=args.salvage)
+    write_text(args.out, proposal.text)
+    progress.clear()
+    print(proposal.text, end="")
+    print(f"wrote {args.out}; next: seatrial inspect {args.recording} --vehicle {args.out}")
+
+
+def _ask(question: str, options: Sequence[str]) -> str:
+    """Let the user choose by number; enter is the first."""
+    print(question)
+    for i, option in enumerate(options, 1):
+        print(f"  {i}  {option}")
+    while True:
+        answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+        if answer.isdecimal() and 1 <= int(answer) <= len(options):
+            return options[int(answer) - 1]
 
 
 def _simulate(args: argparse.Namespace, progress: Progress) -> None:

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""Which channel drives what, and by how much: asked of the data."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.errors import RecordingError
+from seatrial.frames import AXES, Array
+from seatrial.init.sources import Sources
+from seatrial.io.read import read
+from seatrial.recording import Recording
+from seatrial.signs import Assignment, Gain, SignReport, check_signs, propose_inputs
+from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
+
+SEEN = 8.0  # t from which on a channel is said to drive an axis,
+SHARE = 0.3  # with at least this share of the effect of the strongest there
+MOST_CHANNELS = 12  # those that vary most
+PWM = (900.0, 2100.0)  # [us]
+PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us]
+NEARLY_ONE = 1.05
+Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The inputs, and what is known of each."""
+
+    inputs: dict[str, dict[str, Any]]  # by name: the column
+    remarks: dict[str, str]  # by name: what was seen
+    forces: dict[str, dict[str, Any]]  # empty: the inputs are F_u, F_v, F_r
+    undriven: tuple[str, ...]  # axes that nothing is seen to drive
+    pose: dict[str, Any]  # as found, units put right
+    findings: tuple[str, ...]  # what was put right
+    on_change: bool
+
+
+@dataclass(frozen=True)
+class Channels:
+    """What each channel does to each axis, in the axes of the file."""
+
+    names: tuple[str, ...]
+    columns: dict[str, dict[str, Any]]  # with offset and scale
+    t: Array  # (3, n)
+    gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
+    spread: Array  # (n,) standard deviation of the command
+    assigned: tuple[Assignment, ...]
+
+    @property
+    def clear(self) -> NDArray[np.bool_]:
+        """Channels (3, n) that drive an axis visibly, and not only by the way."""
+        seen = np.where(np.abs(self.t) > SEEN, np.abs(self.gains) * self.spread, 0.0)
+        return np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
+
+    @property
+    def shared(self) -> bool:
+        """Whether several channels drive an axis together: thrusters rather than sticks."""
+        together = bool((self.clear.sum(axis=1) > 1).any())
+        return together and not all(a.trusted for a in self.assigned)
+
+
+def find_drive(sources: Sources, *, salvage: bool) -> Drive:
+    """Inputs, signs, scales and units from the recording itself."""
+    recording = read(
+        sources.path, _draft(sources, sources.pose, [*sources.channels]), salvage=salvage
+    )
+    names = _varied(recording)
+    pose, said, report = _units(sources, names, salvage=salvage)
+    draft = _draft(sources, pose, names)
+    recording = read(sources.path, draft, salvage=salvage)
+    channels = _channels(sources, recording, report.table)
+    stream = next(s for s in recording.streams if s.role == "commands")
+    inputs, remarks, forces = (_thrusters if channels.shared else _sticks)(channels)
+    driven = {f["axis"] for f in forces.values()} if forces else {
+        AXES[WRENCH.index(name)] for name in inputs
+    }  # fmt: skip
+    undriven = tuple(axis for axis in AXES if axis not in driven)
+    return Drive(inputs, remarks, forces, undriven, pose, tuple(said), stream.on_change)
+
+
+def _units(
+    sources: Sources, names: Sequence[str], *, salvage: bool
+) -> tuple[dict[str, Any], list[str], SignReport]:
+    """The poses' columns with units put right, what was found, and the check that found it."""
+    pose = dict(sources.pose)
+    draft = _draft(sources, pose, names)
+    report = check_signs([read(sources.path, draft, salvage=salvage)], draft)
+    said = []
+    for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
+        if unit is not None:
+            pose[key] = dict(pose.get(key, {})) | {"unit": unit}
+            said.append(f"{key} is in {unit}, by the way that the boat moves")
+    if said:
+        draft = _draft(sources, pose, names)
+        report = check_signs([read(sources.path, draft, salvage=salvage)], draft)
+    return pose, said, report
+
+
+def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> Vehicle:
+    """A vehicle that can read the channels."""
+    content = {
+        "seatrial": "vehicle 1",
+        "name": sources.name,
+        "axes": sources.axes,
+        "pose": dict(pose),
+        "commands": {**sources.commands, "inputs": {n: sources.channels[n] for n in names}},
+        "forces": {"F_u": {"axis": "surge", "of": {names[0]: 1.0}}},
+        "structure": {"surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v"], "yaw": ["N_r * r"]},
+    }
+    return vehicle_from(content, f"the draft for {sources.path}")
+
+
+def _varied(recording: Recording) -> list[str]:
+    """Channels that change, those that change most often first."""
+    values = recording.commands.values
+    changes = (np.diff(values, axis=0) != 0).sum(axis=0)
+    order = np.argsort(-changes, kind="stable")[:MOST_CHANNELS]
+    names = [recording.commands.names[i] for i in np.sort(order) if changes[i] > 0]
+    if not names:
+        raise RecordingError(
+            f"{recording.name}: no command ever changes; record while the boat is driven"
+        )
+    return names
+
+
+def _channels(sources: Sources, recording: Recording, table: Sequence[Gain]) -> Channels:
+    names = recording.commands.names
+    scales = [_scale(recording.commands.values[:, i]) for i in range(len(names))]
+    t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))
+    for gain in table:
+        i = names.index(gain.input)
+        turn = -1.0 if sources.axes == "forward-right-down" and gain.axis > 0 else 1.0
+        t[gain.axis, i] = turn * gain.t
+        gains[gain.axis, i] = turn * gain.value
+    columns = {n: sources.channels[n] | s for n, s in zip(names, scales, strict=True)}
+    assigned = [a for a in propose_inputs(recording, recording.commands) if abs(a.t) > SEEN]
+    sizes = np.array([s.get("scale", 1.0) for s in scales])
+    spread = recording.commands.values.std(axis=0) / sizes
+    return Channels(names, columns, t, gains * sizes, spread, tuple(assigned))
+
+
+def _scale(values: Array) -> dict[str, float]:
+    """Offset and scale with which full command is 1."""
+    least, most = float(values.min()), float(values.max())
+    if PWM[0] <= least and most <= PWM[1]:
+        return {"offset": PWM_CENTRE, "scale": PWM_SPAN}
+    largest = max(abs(least), abs(most))
+    if largest <= NEARLY_ONE:
+        return {}
+    decade = 10.0 ** np.floor(np.log10(largest))
+    return {"scale": float(np.ceil(largest / NEARLY_ONE / decade) * decade)}
+
+
+def _thrusters(found: Channels) -> Parts:
+    """Each channel an input; forces as sums of them, weighted by the gains seen."""
+    forces: dict[str, dict[str, Any]] = {}
+    for axis, clear in enumerate(found.clear):
+        mine = np.where(clear, found.gains[axis], 0.0)
+        if clear.any():
+            weights = mine / np.abs(mine).sum()
+            of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
+            forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
+    used = {name for force in forces.values() for name in force["of"]}
+    inputs = {n: found.columns[n] for n in found.names if n in used}
+    return inputs, {n: _seen(found.t[:, found.names.index(n)]) for n in inputs}, forces
+
+
+def _sticks(found: Channels) -> Parts:
+    """One channel an axis."""
+    inputs: dict[str, dict[str, Any]] = {}
+    remarks: dict[str, str] = {}
+    for a in sorted(found.assigned, key=lambda a: a.axis):
+        positive = found.t[a.axis, found.names.index(a.channel)] > 0
+        inputs[WRENCH[a.axis]] = found.columns[a.channel] | ({} if positive else {"sign": -1})
+        doubt = "" if a.trusted else "; check: another channel moves it nearly as clearly"
+        remarks[WRENCH[a.axis]] = f"seen to move {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
+    return inputs, remarks, {}
+
+
+def _seen(t: Array) -> str:
+    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if abs(t[i]) > SEEN]
+    return f"seen to move {', '.join(parts)}" if parts else "not seen to move anything"
