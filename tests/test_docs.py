@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import seatrial
 from seatrial.files import read_yaml
+from seatrial.io.write import EPOCH
+from seatrial.io.write_bag import BagTopic, write_bag
 from seatrial.plan import PlanFile, _merged, load_plan
 from seatrial.vehicle import vehicle_from
 
@@ -53,6 +56,32 @@ def test_the_documented_vehicle_file_is_valid_but_for_its_alternatives(tmp_path)
     assert vehicle.constants.names == (
         "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power",
     )  # fmt: skip
+
+
+def test_the_documented_vehicle_file_for_bags_reads_a_bag(tmp_path):
+    content = load(blocks(ROOT / "docs" / "vehicle.md", "yaml")[1], tmp_path)
+    vehicle = vehicle_from(content, "vehicle.md")
+    n = 200
+    stamps = np.arange(n) * 50_000_000 + EPOCH
+    wave = np.sin(np.arange(n) / 20)
+    write_bag(
+        tmp_path / "a.bag",
+        [
+            BagTopic(
+                "/slam/pose", "geometry_msgs/msg/PoseStamped", stamps, stamps,
+                {"pose.position.x": wave, "pose.orientation.w": np.ones(n)},
+            ),
+            BagTopic("/joy", "sensor_msgs/msg/Joy", stamps, stamps, {"axes[0]": wave, "axes[1]": wave}),
+            BagTopic(
+                "/mavros/rc/out", "mavros_msgs/msg/RCOut", stamps, stamps,
+                {"channels[3]": 1500 + 400 * wave},
+            ),
+        ],
+    )  # fmt: skip
+    record = seatrial.read(tmp_path / "a.bag", vehicle)
+    np.testing.assert_allclose(record.commands.values[:, 0], wave, atol=1e-7)
+    np.testing.assert_allclose(record.commands.values[:, 1], -wave, atol=1e-7)
+    np.testing.assert_allclose(record.commands.values[:, 2], wave, atol=0.5 / 400 + 1e-9)
 
 
 def test_the_documented_plan_is_valid(tmp_path):
