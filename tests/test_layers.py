@@ -20,6 +20,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"excitation", "operators", "predict", "sanity"},
     {"identify", "inspect", "simulate", "validate"},
     {"io", "report"},
+    {"init"},
     {"demo"},
     {"cli"},
 ]  # fmt: skip

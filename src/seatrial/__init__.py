@@ -3,6 +3,8 @@
 
 from seatrial.errors import SeatrialError
 from seatrial.identify import EquationErrorSettings, identify
+from seatrial.init import init
+from seatrial.inspect import inspect
 from seatrial.io import read
 from seatrial.model import Model, load, save
 from seatrial.predict import Prediction, predict
@@ -21,6 +23,8 @@ __all__ = [
     "SeatrialError",
     "Vehicle",
     "identify",
+    "init",
+    "inspect",
     "load",
     "load_vehicle",
     "motion",

@@ -8,6 +8,9 @@ from pathlib import Path
 from seatrial.errors import FileError
 from seatrial.files import dump_json, write_text
 from seatrial.identify import identify
+from seatrial.init import Choices, init
+from seatrial.inspect import inspect
+from seatrial.inspect.text import inspection_text
 from seatrial.io import read
 from seatrial.io.write import write_setting, write_trial
 from seatrial.model import Model, save
@@ -51,13 +54,15 @@ def _ship(out: Path, say: Say, note: Say) -> None:
     """C/S Enterprise I: identified on two runs, tested on the third."""
     data = bundled_data() / "cse1"
     say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
+    bags = {n: data / "mcap" / f"{n}.mcap" for n in (*TRAINED_ON, TESTED_ON)}
+    _look(bags, load_vehicle(data / "vehicle.yaml"), out, say, note)
     for file, label in (
         ("vehicle.yaml", "the paper's structure"),
         ("coupled.yaml", "with coupled terms and delay"),
     ):
         note(f"CSE1, {label}")
         vehicle = load_vehicle(data / file)
-        runs = {n: read(data / "csv" / f"{n}.csv", vehicle) for n in (*TRAINED_ON, TESTED_ON)}
+        runs = {name: read(bag, vehicle) for name, bag in bags.items()}
         model = identify([runs[n] for n in TRAINED_ON], vehicle)
         scores = validate(model, [runs[TESTED_ON]])
         say(f" {label}: {scores_text(scores)}")
@@ -68,6 +73,20 @@ def _ship(out: Path, say: Say, note: Say) -> None:
             [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)],
             say,
         )
+
+
+def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Say) -> None:
+    """What `inspect` and `init` make of the bags."""
+    note("CSE1, inspect")
+    found = inspect([read(bag, vehicle) for bag in bags.values()], vehicle)
+    write_text(out / "inspect.txt", inspection_text(found) + "\n")
+    wrong = [finding.text for finding in found.signs.findings]
+    for sentence in wrong or ["nothing against the vehicle file's units, signs and order"]:
+        say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
+    note("CSE1, init")
+    proposal = init(bags[TRAINED_ON[0]], Choices(name="cse1", axes="forward-right-down"))
+    write_text(out / "proposed.yaml", proposal.text)
+    say(f" init: what the bag alone says of the ship  -> {out / 'proposed.yaml'}\n")
 
 
 def _trials(out: Path, say: Say, note: Say) -> None:
