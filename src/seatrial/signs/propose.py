@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Which channel of an unlabelled joypad moves which axis: a start for a vehicle file."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.frames import Array
+from seatrial.recording import Recording, Signal
+from seatrial.signs.gains import enough, gains, read_run
+
+SEEN = 8.0  # t from which on a channel may be given an axis,
+ALONE = 0.5  # and the largest t of another channel there, as a share
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """The channel that moves an axis."""
+
+    axis: int
+    channel: str
+    sign: int  # 1: positive values push forward or to the left (forward-left-up)
+    t: float
+    trusted: bool  # it is clear, and no other channel moves the axis nearly as clearly
+
+
+def propose_inputs(recording: Recording, channels: Signal) -> tuple[Assignment, ...]:
+    """For each axis the channel that moves it, clearest first, none twice; () if nothing can be told.
+
+    Offsets and scales of the channels do not matter (PWM may be given as it is).
+    """
+    varied = np.flatnonzero((channels.values != channels.values[:1]).any(axis=0))
+    used = Signal(
+        tuple(channels.names[i] for i in varied), channels.stamps, channels.values[:, varied]
+    )
+    run = read_run(recording, used)
+    if not used.names or not enough([run]):
+        return ()
+    t = np.array([g.t for g in gains([run])])  # (3, channels)
+    return tuple(_assigned(used.names, t))
+
+
+def _assigned(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:
+    """Axis by axis, the clearest first."""
+    left = np.abs(t)
+    for _ in range(min(t.shape)):
+        axis, best = (int(i) for i in np.unravel_index(int(np.argmax(left)), t.shape))
+        others = np.delete(np.abs(t[axis]), best)
+        clear = abs(t[axis, best]) > SEEN
+        alone = float(others.max(initial=0.0)) < ALONE * abs(t[axis, best])
+        sign = 1 if t[axis, best] > 0 else -1
+        yield Assignment(axis, names[best], sign, float(t[axis, best]), bool(clear and alone))
+        left[axis], left[:, best] = -1.0, -1.0

@@ -1,0 +1,362 @@
+# SPDX-License-Identifier: MIT
+"""Units, signs and order put wrong in files of good recordings: found every time, never cried wolf."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import combinations
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import CSE1
+
+import seatrial
+from seatrial.allocation import Scheme, inverse_for, thruster_matrix
+from seatrial.frames import POSE_SIGNS, Axes
+from seatrial.plan import load_plan, with_seed
+from seatrial.recording import Recording, Signal, make_recording
+from seatrial.schema import AllocationEntry
+from seatrial.signs import Repair, Wrong, check_signs, mended, propose_inputs
+from seatrial.signs.repair import ANGLES, LENGTHS
+from seatrial.simulate import simulate
+from seatrial.vehicle import Vehicle, as_column
+
+UNITS = {**LENGTHS, **ANGLES, None: 1.0}
+OTHER = {"mm": "m", "deg": "rad", None: None}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A good recording's columns as its file has them."""
+
+    recording: Recording
+    columns: dict[str, np.ndarray]
+    marked: np.ndarray
+
+    def read(self, vehicle: Vehicle) -> Recording:
+        """As the vehicle file says, right or wrong."""
+        record = self.recording
+        commands = Signal(vehicle.inputs, record.commands.stamps, self.inputs(vehicle))
+        return make_recording(
+            record.name, record.stamps, self.poses(vehicle), commands,
+            scales=record.scales, marked_valid=self.marked,
+        )  # fmt: skip
+
+    def poses(self, vehicle: Vehicle) -> np.ndarray:
+        pose, signs = vehicle.file.pose, POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        return np.column_stack([self._column(e) for e in (pose.x, pose.y, pose.psi)]) * signs
+
+    def inputs(self, vehicle: Vehicle) -> np.ndarray:
+        columns = [self._column(e) for e in vehicle.file.commands.inputs.values()]
+        return np.column_stack(columns) * vehicle.input_signs
+
+    def _column(self, entry):
+        column = as_column(entry)
+        return column.sign * UNITS[column.unit] * self.columns[column.column]
+
+    def in_units(self, x: float, y: float, psi: float) -> "Table":
+        scaled = {"x": x, "y": y, "psi": psi}
+        columns = {n: c / scaled.get(n, 1.0) for n, c in self.columns.items()}
+        return replace(self, columns=columns)
+
+
+def tabulated(recording: Recording, vehicle: Vehicle, marked=None) -> Table:
+    signs = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+    columns = dict(zip(("x", "y", "psi"), (recording.raw * signs).T, strict=True))
+    values = (recording.commands.values * vehicle.input_signs).T
+    for entry, column in zip(vehicle.file.commands.inputs.values(), values, strict=True):
+        columns[as_column(entry).column] = column
+    usable = np.ones(len(recording.t), dtype=bool) if marked is None else marked
+    return Table(recording, columns, usable)
+
+
+def untouched(vehicle: Vehicle) -> Repair:
+    n = len(vehicle.inputs)
+    return Repair(order=tuple(range(n)), input_signs=(1,) * n)
+
+
+def inputs_edited(vehicle: Vehicle, cycle=(), negated=()) -> Repair:
+    n = len(vehicle.inputs)
+    order = list(range(n))
+    for a, b in zip(cycle, (*cycle[1:], *cycle[:1]), strict=True):
+        order[a] = b
+    return Repair(
+        order=tuple(order), input_signs=tuple(-1 if i in negated else 1 for i in range(n))
+    )
+
+
+def faults(vehicle: Vehicle) -> dict[str, Repair]:
+    """By name what is put wrong in the file."""
+    n, none = len(vehicle.inputs), untouched(vehicle)
+    found = {f"-{vehicle.inputs[i]}": inputs_edited(vehicle, negated=(i,)) for i in range(n)}
+    for i, j in combinations(range(n), 2):
+        found[f"{vehicle.inputs[i]}<>{vehicle.inputs[j]}"] = inputs_edited(vehicle, (i, j))
+    if n == 3:
+        found["cycle"] = inputs_edited(vehicle, (0, 1, 2))
+        found["cycle back"] = inputs_edited(vehicle, (0, 2, 1))
+    found["degrees"] = replace(none, units=(None, None, "deg"))
+    found["millimetres"] = replace(none, units=("mm", "mm", None))
+    found["x in mm"] = replace(none, units=("mm", None, None))
+    found["-x"] = replace(none, pose_signs=(-1, 1, 1))
+    found["-y"] = replace(none, pose_signs=(1, -1, 1))
+    found["-psi"] = replace(none, pose_signs=(1, 1, -1))
+    found["other hand"] = replace(none, pose_signs=(1, -1, -1))
+    found["x<>y"] = replace(none, exchanged=True)
+    one = inputs_edited(vehicle, negated=(1,))
+    found["degrees, negated"] = replace(one, units=(None, None, "deg"))
+    found["millimetres, swapped"] = replace(
+        inputs_edited(vehicle, (0, 1)), units=("mm", "mm", None)
+    )
+    found["-y, negated"] = replace(inputs_edited(vehicle, negated=(0,)), pose_signs=(1, -1, 1))
+    found["degrees, mm, negated"] = replace(one, units=("mm", "mm", "deg"))
+    return found
+
+
+def put_wrong(tables, vehicle, fault):
+    """Tables in the units of the fault, the vehicle file that reads them well, and one that doesn't."""
+    x, y, psi = (1.0 if u is None else UNITS[u] for u in fault.units)
+    good = mended(vehicle, replace(untouched(vehicle), units=fault.units))
+    wrong = mended(good, replace(fault, units=tuple(OTHER[u] for u in fault.units)))
+    return [t.in_units(x, y, psi) for t in tables], good, wrong
+
+
+def read_all(tables, vehicle):
+    return [t.read(vehicle) for t in tables]
+
+
+def assert_found(tables, vehicle, name, fault):
+    """The findings, put right in the wrong file, give the good one back."""
+    given, good, wrong = put_wrong(tables, vehicle, fault)
+    report = check_signs(read_all(given, wrong), wrong)
+    assert report.findings, name
+    repaired = report.mended(wrong)
+    for table in given:
+        np.testing.assert_allclose(table.poses(repaired), table.poses(good), err_msg=name)
+        np.testing.assert_allclose(table.inputs(repaired), table.inputs(good), err_msg=name)
+
+
+def direct(table: Table, mp: Vehicle) -> tuple[Table, Vehicle]:
+    """The same trial with the thrusters' own commands recorded: f = T+ F."""
+    f = table.recording.commands.values @ inverse_for(Scheme.MP, thruster_matrix(mp.thrusters)[0]).T
+    names = tuple(mp.file.thrusters)
+    inputs = msgspec.structs.replace(mp.file.commands, inputs={n: n for n in names})
+    file = msgspec.structs.replace(mp.file, allocation=AllocationEntry(), commands=inputs)
+    columns = {n: table.columns[n] for n in ("x", "y", "psi")} | dict(zip(names, f.T, strict=True))
+    return replace(table, columns=columns), Vehicle(file)
+
+
+@cache
+def simulated(plan: str, trial: str, name: str) -> tuple[Table, Vehicle]:
+    """One trial of a plan, and the vehicle that drove it."""
+    whole, vehicle = load_plan(plan), seatrial.load_vehicle(name)
+    alone = msgspec.structs.replace(whole, trials={trial: whole.trials[trial]})
+    (found,) = simulate(alone, vehicle)
+    return tabulated(found.recording, vehicle), vehicle
+
+
+@pytest.fixture(scope="module")
+def ship(cse1, cse1_vehicle) -> list[Table]:
+    marks = [
+        np.genfromtxt(CSE1 / "csv" / f"CSE1_data_{n}.csv", delimiter=",", names=True)["pose_valid"]
+        for n in cse1
+    ]
+    return [tabulated(r, cse1_vehicle, m > 0.5) for r, m in zip(cse1.values(), marks, strict=True)]
+
+
+@pytest.mark.parametrize(
+    "which",
+    [
+        ("hard", "S1", "mallard-mp"),
+        ("hard", "S6", "mallard-af"),
+        ("paper-like", "S7", "mallard-mp"),
+    ],
+)
+def test_every_fault_in_one_trial_is_found(which):
+    table, vehicle = simulated(*which)
+    for name, fault in faults(vehicle).items():
+        assert_found([table], vehicle, name, fault)
+
+
+def test_every_fault_in_three_trials_together_is_found():
+    chosen = [simulated("hard", trial, "mallard-af") for trial in ("S1", "S2", "S3")]
+    for which, fault in faults(chosen[0][1]).items():
+        assert_found([t for t, _ in chosen], chosen[0][1], which, fault)
+
+
+def test_faults_of_thrusters_that_are_commanded_themselves_are_found(mp):
+    table, vehicle = direct(simulated("hard", "S7", "mallard-mp")[0], mp)
+    for name, fault in faults(vehicle).items():
+        assert_found([table], vehicle, name, fault)
+
+
+def test_faults_in_the_ships_recordings_are_found(ship, cse1_vehicle):
+    harmless = "port_sway<>starboard_sway"  # only their mean enters
+    for name, fault in faults(cse1_vehicle).items():
+        if name != harmless:
+            assert_found(ship[1:], cse1_vehicle, name, fault)
+    given, _, wrong = put_wrong(ship[1:], cse1_vehicle, faults(cse1_vehicle)[harmless])
+    assert not check_signs(read_all(given, wrong), wrong).findings
+
+
+def test_signs_in_a_single_run_of_the_ship_are_found(ship, cse1_vehicle):
+    for name, fault in faults(cse1_vehicle).items():
+        if name.startswith("-") or name in ("degrees", "x<>y", "other hand"):
+            assert_found([ship[0]], cse1_vehicle, name, fault)
+
+
+@pytest.mark.parametrize(
+    ("units", "stated"),
+    [((None, None, "deg"), "rad"), (("mm", "mm", None), "m"), (("cm", "cm", None), "m")],
+)
+def test_a_unit_that_should_not_have_been_stated_is_found(ship, cse1_vehicle, units, stated):
+    table, mallard = simulated("hard", "S4", "mallard-mp")
+    for tables, vehicle in (([table], mallard), (ship, cse1_vehicle)):
+        wrong = mended(vehicle, replace(untouched(vehicle), units=units))
+        report = check_signs(read_all(tables, wrong), wrong)
+        assert [u for u in report.repair.units if u] == [stated for u in units if u]
+        assert not check_signs(read_all(tables, report.mended(wrong)), vehicle).findings
+
+
+def test_good_trials_of_any_seed_are_not_cried_at(mp, af):
+    for plan, vehicle, seed in (("hard", mp, 7), ("paper-like", af, 8)):
+        for trial in simulate(with_seed(load_plan(plan), seed), vehicle):
+            record = trial.recording
+            assert not check_signs([record], vehicle).findings, trial.name
+            assert not check_signs([record.cut(0.0, 60.0)], vehicle).findings, trial.name
+
+
+def test_pieces_of_the_ships_recordings_are_not_cried_at(cse1, cse1_vehicle):
+    for record in cse1.values():
+        assert not check_signs([record], cse1_vehicle).findings
+        for length in (60.0, 120.0):
+            for start in np.arange(0.0, record.duration - length, length / 2):
+                piece = record.cut(float(start), float(start + length))
+                assert not check_signs([piece], cse1_vehicle).findings, (record.name, start)
+
+
+def test_units_that_are_stated_rightly_are_not_cried_at():
+    table, vehicle = simulated("hard", "S4", "mallard-mp")
+    stated = mended(vehicle, replace(untouched(vehicle), units=("mm", "mm", "deg")))
+    assert not check_signs(
+        [table.in_units(0.001, 0.001, np.pi / 180).read(stated)], stated
+    ).findings
+
+
+def test_findings_name_the_line_to_change():
+    table, vehicle = simulated("hard", "S7", "mallard-mp")
+    said = {}
+    for name, fault in faults(vehicle).items():
+        given, _, wrong = put_wrong([table], vehicle, fault)
+        said[name] = check_signs(read_all(given, wrong), wrong).findings
+    (found,) = said["-F_v"]
+    assert found.kind is Wrong.NEGATED
+    assert found.text.startswith("F_v moves sway to the right (t ")
+    assert found.text.endswith("set sign: 1 at commands: inputs: F_v")
+    (found,) = said["F_u<>F_v"]
+    assert found.kind is Wrong.PERMUTED
+    assert found.text.startswith("F_u and F_v are swapped: F_u moves sway")
+    assert found.text.endswith("(F_u: F_u, F_v: F_v)")
+    assert said["degrees"][0].text.endswith("set unit: deg at pose: psi")
+    assert said["millimetres"][0].text.endswith("set unit: mm at pose: x and pose: y")
+    assert said["-y"][0].text.endswith("set sign: 1 at pose: y")
+    assert "exchange their entries under pose (x: x, y: y)" in said["x<>y"][0].text
+    assert [f.kind for f in said["other hand"]] == [Wrong.HANDED]
+    assert [f.kind for f in said["degrees, negated"]] == [Wrong.ANGLE, Wrong.NEGATED]
+
+
+def test_commands_of_the_other_hand_are_one_finding():
+    """F_v and F_r reversed is the same as y and psi reversed: one sentence for both."""
+    table, vehicle = simulated("hard", "S7", "mallard-mp")
+    wrong = mended(vehicle, inputs_edited(vehicle, negated=(1, 2)))
+    (found,) = check_signs([table.read(wrong)], wrong).findings
+    assert found.kind is Wrong.HANDED
+    assert "forward-right-down" in found.text
+
+
+def test_gains_are_those_of_the_simulated_plant(af):
+    """Independent truth: X_F, Y_F, N_F of the plan, less what the thrusters' dead zone takes."""
+    report = check_signs(
+        [simulated("clean", n, "mallard-af")[0].recording for n in ("S1", "S2", "S3")], af
+    )
+    gains = {(g.input, g.axis): g.value for g in report.table}
+    truth = load_plan("clean").plant.coefficients
+    for (name, axis), coefficient in {
+        ("F_u", 0): "X_F",
+        ("F_v", 1): "Y_F",
+        ("F_r", 2): "N_F",
+    }.items():
+        assert gains[name, axis] == pytest.approx(truth[coefficient], rel=0.1)
+    assert abs(gains["F_u", 1]) < 0.01
+    assert report.text[0].startswith("F_u moves surge forward (t ")
+
+
+def test_what_could_not_be_checked_is_said(mp):
+    """A recording in which only surge is ever driven tells nothing of sway and yaw."""
+    record = simulated("clean", "S1", "mallard-mp")[0].recording
+    values = np.array(record.commands.values) * [1.0, 0.0, 0.0]
+    quiet = make_recording(
+        "S1", record.stamps, record.raw, Signal(mp.inputs, record.commands.stamps, values)
+    )
+    report = check_signs([quiet], mp)
+    assert not report.findings
+    for name in ("F_v", "F_r"):
+        assert f"{name}: hardly excited, its sign is not checked" in report.text
+    short = record.cut(0.0, 8.0)
+    assert check_signs([short], mp).text[0].startswith("too short")
+
+
+def test_an_unlabelled_joypad_is_assigned():
+    """Channels of a PWM receiver in some order, one reversed, one a switch, one never moved."""
+    record = simulated("paper-like", "S7", "mallard-mp")[0].recording
+    F = record.commands.values
+    rng = np.random.default_rng(4)
+    switch = np.repeat(rng.integers(0, 2, len(F) // 500 + 1), 500)[: len(F)]
+    values = np.column_stack(
+        [
+            1500 + 400 * F[:, 2],
+            switch,
+            1500 - 400 * F[:, 0],
+            np.full(len(F), 7.0),
+            1500 + 400 * F[:, 1],
+        ]
+    )
+    names = tuple(f"axes[{i}]" for i in range(5))
+    found = propose_inputs(record, Signal(names, record.commands.stamps, values))
+    assert {(a.axis, a.channel, a.sign) for a in found} == {
+        (0, "axes[2]", -1), (1, "axes[4]", 1), (2, "axes[0]", 1),
+    }  # fmt: skip
+    assert all(a.trusted for a in found)
+
+
+def test_more_inputs_than_can_be_enumerated_are_searched_edit_by_edit(mp):
+    """Six thrusters, two of them doubled: found without going through all 46080 readings."""
+    table, four = direct(simulated("paper-like", "S7", "mallard-mp")[0], mp)
+    thrusters = dict(four.file.thrusters)
+    extra = {"F_5": "F_1", "F_6": "F_4"}
+    columns = dict(table.columns)
+    rng = np.random.default_rng(5)
+    for new, old in extra.items():
+        thrusters[new] = thrusters[old]
+        share = 0.5 + 0.3 * np.repeat(rng.uniform(-1, 1, len(columns[old]) // 300 + 1), 300)
+        columns[new] = columns[old] * share[: len(columns[old])]
+        columns[old] = columns[old] - columns[new]
+    inputs = msgspec.structs.replace(four.file.commands, inputs={n: n for n in thrusters})
+    vehicle = Vehicle(msgspec.structs.replace(four.file, thrusters=thrusters, commands=inputs))
+    given = replace(table, columns=columns)
+    assert not check_signs([given.read(vehicle)], vehicle).findings
+    for fault in (inputs_edited(vehicle, negated=(2,)), inputs_edited(vehicle, (1, 3))):
+        assert_found([given], vehicle, "six", fault)
+
+
+def test_a_boat_that_never_moved_or_was_never_driven_is_not_cried_at(mp):
+    record = simulated("clean", "S1", "mallard-mp")[0].recording
+    still, silent = np.zeros_like(record.raw), np.zeros_like(record.commands.values)
+    for raw, values in ((still, record.commands.values), (still, silent), (record.raw, silent)):
+        signal = Signal(mp.inputs, record.commands.stamps, values)
+        resting = make_recording("S1", record.stamps, raw, signal)
+        report = check_signs([resting], mp)
+        assert not report.findings
+        if not raw.any():
+            stated = mended(mp, replace(untouched(mp), units=("mm", "mm", "deg")))
+            assert not check_signs([resting], stated).findings
+        assert sum("not checked" in line for line in report.text) == 3
