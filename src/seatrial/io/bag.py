@@ -2,18 +2,20 @@
 """What every bag offers: its topics, and their messages as bytes, in the order of the file."""
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 
 from seatrial.errors import RecordingError
 from seatrial.io.definitions import standard_definitions
-from seatrial.io.wire import Wire, WireError, parse_definition, short_type
+from seatrial.io.wire import Wire, WireError, parse_definition, plain, short_type
 
 Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
 SALVAGE = "--salvage reads what is left"
+LATEST = (1 << 63) - 1  # [ns] of a stamp
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class Topic:
     idl: bool = False  # the text is IDL
     cdr: bool = True  # ROS 2; False: ROS 1
     publishers: int = 1
+    others: tuple[str, ...] = ()  # types that its name carries besides
 
     @property
     def type(self) -> str:
@@ -71,9 +74,28 @@ class Bag(ABC):
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def check(self, name: str, count: int) -> None:
+        """Raise RecordingError if fewer messages were read of a topic than the bag should have."""
+        if count < self.topics[name].messages:
+            raise RecordingError(
+                f"{self.path}: the bag is damaged: {count} of {self.topics[name].messages} messages "
+                f"on {name} are there; {SALVAGE}"
+            )
+
+    def check_all(self) -> None:
+        """Read everything once. Raises RecordingError where that can't be done."""
+        counts = Counter(name for name, _, _ in self.messages(self.topics.keys()))
+        for name in self.topics:
+            self.check(name, counts[name])
+
     def topic(self, name: str, where: str) -> Topic:
         """A topic that must be there and have messages."""
         found = self.topics.get(name) or self.topics.get(f"/{name}")
+        if found is not None and found.others:
+            raise RecordingError(
+                f"{self.path}: topic {name} carries {found.type} and "
+                f"{', '.join(map(short_type, found.others))} ({where}); record one type a topic"
+            )
         if found is not None and found.messages > 0:
             return found
         listed = "; ".join(
@@ -99,18 +121,17 @@ def _order(topic: Topic) -> tuple[bool, str]:
 def merged_topics(found: Collection[Topic]) -> dict[str, Topic]:
     """Topics of several connections or files as one table."""
     merged: dict[str, Topic] = {}
-    for topic in found:
+    for each in found:
+        topic = replace(each, name=plain(each.name, 300), type_name=plain(each.type_name, 300))
         before = merged.get(topic.name)
         if before is None:
             merged[topic.name] = topic
             continue
-        if before.type_name != topic.type_name:
-            raise RecordingError(
-                f"topic {topic.name} carries {before.type} and {topic.type}; record one type a topic"
-            )
-        merged[topic.name] = Topic(
-            topic.name, topic.type_name, before.messages + topic.messages,
-            before.definition or topic.definition, before.idl, before.cdr,
-            max(before.publishers, topic.publishers),
-        )  # fmt: skip
+        others = dict.fromkeys((*before.others, topic.type_name))
+        merged[topic.name] = replace(
+            before if before.definition else topic,
+            messages=before.messages + topic.messages,
+            publishers=max(before.publishers, topic.publishers),
+            others=tuple(name for name in others if name != before.type_name),
+        )
     return merged

@@ -12,12 +12,15 @@ import struct
 from bz2 import BZ2Decompressor
 from collections import Counter
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from seatrial.errors import RecordingError
 from seatrial.io.bag import SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.salvage import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
+from seatrial.io.wire import plain
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
@@ -71,6 +74,14 @@ class Record(NamedTuple):
         return begin
 
 
+class Place(NamedTuple):
+    """Where a chunk is."""
+
+    position: int
+    present: frozenset[int] | None  # connections in it; None: not known
+    until: int | None = None  # what lies up to there is read, damaged or not; None: only whole
+
+
 class Ros1Bag(Bag):
     """One .bag file. Raises RecordingError."""
 
@@ -78,19 +89,19 @@ class Ros1Bag(Bag):
 
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path, self.files = path, (path,)
-        self._salvage = salvage
         self._connections: dict[int, Topic] = {}
         self._counts: Counter[int] = Counter()
-        self._chunks: list[tuple[int, frozenset[int] | None]] = []  # position, connections in it
+        self._chunks: list[Place] = []
         self._data = _mapped(path)
         try:
             self._open()
-            self.topics = merged_topics(
-                [replace(t, messages=self._counts[i]) for i, t in self._connections.items()]
-            )
+            if salvage:
+                self.check_all()
         except RecordingError as error:
-            self.close()
-            raise RecordingError(f"{path}: {error}") from None
+            if not salvage:
+                self.close()
+                raise
+            self._scan(str(error).removeprefix(f"{path}: ").partition("; ")[0])
 
     def close(self) -> None:
         """Let go of the file."""
@@ -99,28 +110,32 @@ class Ros1Bag(Bag):
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, chunk by chunk."""
         wanted = {i: t.name for i, t in self._connections.items() if t.name in names}
-        for position, present in self._chunks:
-            if present is not None and not present & wanted.keys():
+        for place in self._chunks:
+            if place.present is not None and not place.present & wanted.keys():
                 continue
             try:
-                for connection, stamp, begin, end, chunk in self._chunk_messages(position):
+                for connection, stamp, begin, end, chunk in self._chunk_messages(place):
                     if connection in wanted:
                         yield wanted[connection], stamp, chunk[begin:end]
             except DamagedError as error:
-                if not self._salvage:
+                if place.until is None:
                     raise RecordingError(
-                        f"{self.path}: damaged at byte {position} ({error}); {SALVAGE}"
+                        f"{self.path}: the bag is damaged at byte {place.position} ({error}); {SALVAGE}"
                     ) from None
 
     def _open(self) -> None:
         try:
             self._read_index()
         except DamagedError as error:
-            if not self._salvage:
-                raise RecordingError(
-                    f"the bag is not whole ({error}): was the recording cut off? {SALVAGE}"
-                ) from None
-            self._scan(str(error))
+            raise RecordingError(
+                f"{self.path}: the bag is not whole ({error}): was the recording cut off? {SALVAGE}"
+            ) from None
+        self.topics = self._merged()
+
+    def _merged(self) -> dict[str, Topic]:
+        return merged_topics(
+            [replace(t, messages=self._counts[i]) for i, t in self._connections.items()]
+        )
 
     def _read_index(self) -> None:
         """Connections and chunks from the index at the file's end."""
@@ -128,7 +143,7 @@ class Ros1Bag(Bag):
         if head.kind != BAG_HEADER:
             raise DamagedError("no bag header")
         if b"encryptor" in head.fields and head.text(b"encryptor"):
-            raise RecordingError("the bag is encrypted; decrypt it with rosbag decrypt")
+            raise RecordingError(f"{self.path}: is encrypted; decrypt it with rosbag decrypt")
         at = head.u64(b"index_pos")
         if at == 0:
             raise DamagedError("it has no index")
@@ -162,40 +177,51 @@ class Ros1Bag(Bag):
             raise DamagedError("a chunk's entry in the index has the wrong size")
         counts = dict(struct.iter_unpack("<II", pairs))
         self._counts.update(counts)
-        self._chunks.append((record.u64(b"chunk_pos"), frozenset(counts)))
+        self._chunks.append(Place(record.u64(b"chunk_pos"), frozenset(counts)))
 
     def _scan(self, reason: str) -> None:
         """Connections and chunks from the records themselves, where the index is not whole."""
         self._connections.clear()
         self._counts.clear()
         self._chunks.clear()
-        at, lost = len(MAGIC), 0
+        lost = 0
+        at, end = self._next_chunk(len(MAGIC)), len(MAGIC)
         while at < len(self._data):
-            try:
-                record = _record(self._data, at, len(self._data))
-            except DamagedError:
-                lost += 1
-                at = self._next_chunk(at + 1)
-                continue
-            if record.kind == CHUNK:
-                lost += self._scan_chunk(at)
-            elif record.kind == CONNECTION:
-                self._add_connection(record)
-            at = record.end
+            end = _record(self._data, at, len(self._data), whole=False).end
+            following = self._next_chunk(at + 1)
+            lost += self._scan_chunk(Place(at, None, following))
+            at = following
+        self._scan_index(end)
+        count = sum(self._counts[i] for i in self._connections)
+        if not count:
+            self.close()
+            raise RecordingError(f"{self.path}: no message could be salvaged ({reason})")
+        self.topics = self._merged()
         self.remarks = (
-            f"salvaged ({reason}): {sum(self._counts.values())} messages in {len(self._chunks)} chunks"
-            + (f", {lost} unreadable stretches left out" if lost else ""),
+            f"salvaged ({reason}): {count} messages in {len(self._chunks)} chunks"
+            + (f", {lost} not whole" if lost else ""),
         )
 
-    def _scan_chunk(self, position: int) -> int:
+    def _scan_chunk(self, place: "Place") -> int:
         """1 if a part of the chunk can't be read."""
-        self._chunks.append((position, None))
+        self._chunks.append(place)
         try:
-            for connection, *_ in self._chunk_messages(position, learn=True):
+            for connection, *_ in self._chunk_messages(place, learn=True):
                 self._counts[connection] += 1
         except DamagedError:
             return 1
         return 0
+
+    def _scan_index(self, at: int) -> None:
+        """Connections that stand after the chunks: those in a chunk may be lost."""
+        try:
+            while at < len(self._data):
+                record = _record(self._data, at, len(self._data))
+                if record.kind == CONNECTION:
+                    self._add_connection(record)
+                at = record.end
+        except DamagedError:
+            return
 
     def _next_chunk(self, at: int) -> int:
         """Where the next record begins that is a chunk; the file's end if there is none."""
@@ -203,7 +229,7 @@ class Ros1Bag(Bag):
         while mark >= 0:
             for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
                 try:
-                    if _record(self._data, begin, len(self._data)).kind == CHUNK:
+                    if _record(self._data, begin, len(self._data), whole=False).kind == CHUNK:
                         return begin
                 except DamagedError:
                     continue
@@ -211,10 +237,10 @@ class Ros1Bag(Bag):
         return len(self._data)
 
     def _chunk_messages(
-        self, position: int, *, learn: bool = False
+        self, place: "Place", *, learn: bool = False
     ) -> Iterator[tuple[int, int, int, int, bytes]]:
         """Connection, time, begin and end in the chunk of each message, and the chunk."""
-        chunk = self._chunk(position)
+        chunk = self._chunk(place.position) if place.until is None else self._part(place)
         at, end = 0, len(chunk)
         layouts: dict[int, tuple[int, int, int]] = {}  # by length of header: op, conn, time
         while at < end:
@@ -233,7 +259,8 @@ class Ros1Bag(Bag):
                     )
                 else:
                     if learn and record.kind == CONNECTION:
-                        self._add_connection(record)
+                        with suppress(DamagedError):
+                            self._add_connection(record)
                     at = record.end
                     continue
             stop = begin + _u32(chunk, begin - 4)[0]
@@ -250,11 +277,17 @@ class Ros1Bag(Bag):
         size, how = record.u32(b"size"), record.text(b"compression")
         if size > LARGEST_CHUNK:
             raise DamagedError(f"a chunk of {size} bytes")
-        raw = self._data[record.begin : record.end]
-        content = _decompressed(raw, how, size)
+        content = _decompressed(self._data[record.begin : record.end], how, size)
         if len(content) != size:
             raise DamagedError(f"a chunk has {len(content)} of {size} bytes")
         return content
+
+    def _part(self, place: "Place") -> bytes:
+        """What is left of a chunk. One that was never finished has no lengths yet."""
+        record = _record(self._data, place.position, len(self._data), whole=False)
+        size = min(record.u32(b"size"), LARGEST_CHUNK) or LARGEST_CHUNK
+        raw = self._data[record.begin : place.until]
+        return _decompressed(raw, record.text(b"compression"), size, part=True)[:size]
 
 
 def _mapped(path: Path) -> mmap.mmap:
@@ -276,8 +309,8 @@ def _mapped(path: Path) -> mmap.mmap:
         raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
 
 
-def _record(source: Buffer, at: int, end: int) -> Record:
-    """The record at a position. Raises DamagedError."""
+def _record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
+    """The record at a position; its data may be cut off if it need not be whole. DamagedError."""
     if at + 8 > end:
         raise DamagedError("a record is cut off")
     (length,) = _u32(source, at)
@@ -285,7 +318,7 @@ def _record(source: Buffer, at: int, end: int) -> Record:
     if length > LARGEST_HEADER or begin > end:
         raise DamagedError("a record's header is cut off")
     stop = begin + _u32(source, begin - 4)[0]
-    if stop > end:
+    if stop > end and whole:
         raise DamagedError("a record is cut off")
     return Record(source, _fields(source, at + 4, begin - 4), begin, stop)
 
@@ -307,17 +340,18 @@ def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
     return found
 
 
-def _decompressed(raw: bytes, how: str, size: int) -> bytes:
-    """A chunk's content; never more than it says it has."""
+def _decompressed(raw: bytes, how: str, size: int, *, part: bool = False) -> bytes:
+    """A chunk's content; never more than it says it has. Raises DamagedError."""
+    packed: Decompressor
     if how == "none":
         return raw
+    if how == "bz2":
+        packed = BZ2Decompressor()
+    elif how == "lz4":
+        packed, size = lz4_decompressor(), min(size, LZ4_RATIO * len(raw) + LZ4_RATIO)
+    else:
+        raise DamagedError(f"a chunk is compressed with '{plain(how)}'; expected none, bz2, lz4")
     try:
-        if how == "bz2":
-            return BZ2Decompressor().decompress(raw, max_length=size)
-        if how == "lz4":
-            from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
-
-            return bytes(LZ4FrameDecompressor().decompress(raw, max_length=size))
-    except (OSError, EOFError, RuntimeError, ValueError) as error:
-        raise DamagedError(f"a chunk can't be decompressed: {error}") from None
-    raise RecordingError(f"a chunk is compressed with '{how}'; expected none, bz2 or lz4")
+        return inflate(packed, raw, size, part=part)
+    except ValueError as error:
+        raise DamagedError(f"a chunk {error}") from None

@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from seatrial.errors import RecordingError
-from seatrial.io.bag import SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.wire import plain
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
@@ -32,19 +33,16 @@ class Ros2Bag(Bag):
             self._reader.open()
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
-        try:
-            self.topics = merged_topics(
-                [
-                    Topic(
-                        c.topic, c.msgtype, c.msgcount, c.msgdef.data,
-                        idl=c.msgdef.format is MessageDefinitionFormat.IDL,
-                    )
-                    for c in self._reader.connections
-                ]
-            )  # fmt: skip
-        except RecordingError as error:
+        said = [(c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections]
+        if any([type(x) for x in entry] != [str, str, int, str] for entry in said):
             self.close()
-            raise RecordingError(f"{path}: {error}") from None
+            raise RecordingError(f"{path}: the bag's list of topics is damaged; {SALVAGE}")
+        self.topics = merged_topics(
+            [
+                Topic(*entry, idl=c.msgdef.format is MessageDefinitionFormat.IDL)
+                for entry, c in zip(said, self._reader.connections, strict=True)
+            ]
+        )
 
     def close(self) -> None:
         """Let go of the files."""
@@ -61,6 +59,11 @@ class Ros2Bag(Bag):
                 return
             except Exception as error:  # noqa: BLE001, RUF100 see _explained
                 raise _explained(self.path, error) from None
+            if type(data) is not bytes or type(stamp) is not int or not 0 <= stamp <= LATEST:
+                raise RecordingError(
+                    f"{self.path}: the bag is damaged (a message on {connection.topic} has no time or "
+                    f"content); {SALVAGE}"
+                )
             yield connection.topic, stamp, data
 
 
@@ -88,7 +91,7 @@ def _explained(path: Path, error: Exception) -> RecordingError:
     known = (ReaderError, SqliteError, *ODD_BYTES)
     if not isinstance(error, known) and type(error).__name__ not in ("ZstdError", "error"):
         raise error
-    said = " ".join(str(error).split())[:200] or type(error).__name__
+    said = plain(str(error), 200) or type(error).__name__
     if "seems to be empty" in said or (path.is_file() and path.stat().st_size == 0):
         return RecordingError(f"{path}: is empty; was anything recorded?")
     if "magic is invalid" in said or "not a database" in said:

@@ -8,7 +8,7 @@ from seatrial.errors import FileError, RecordingError
 from seatrial.io.bag import Bag, Message, merged_topics
 from seatrial.io.bag1 import Ros1Bag
 from seatrial.io.bag2 import METADATA, SUFFIXES, Ros2Bag, by_number, storage_files
-from seatrial.io.salvage import SalvagedDb3, SalvagedMcap
+from seatrial.io.salvage import SalvagedDb3, SalvagedMcap, UnpackedBag
 
 ROS1 = (".bag", ".bag.active")  # the second was not closed by rosbag record
 
@@ -58,7 +58,7 @@ def open_bag(path: Path, *, salvage: bool = False) -> Bag:
 def _open_folder(path: Path, *, salvage: bool) -> Bag:
     if (path / METADATA).exists():
         try:
-            return Ros2Bag(path)
+            return _checked(path) if salvage else Ros2Bag(path)
         except RecordingError:
             if not salvage:
                 raise
@@ -69,11 +69,11 @@ def _open_folder(path: Path, *, salvage: bool) -> Bag:
     try:
         for file in files:
             parts.append(_open_file(file, salvage=salvage))
-        return parts[0] if len(parts) == 1 else SplitBag(path, parts)
     except RecordingError:
         for part in parts:
             part.close()
         raise
+    return parts[0] if len(parts) == 1 else SplitBag(path, parts)
 
 
 def _open_file(path: Path, *, salvage: bool) -> Bag:
@@ -82,21 +82,35 @@ def _open_file(path: Path, *, salvage: bool) -> Bag:
     folder = path.parent
     if (folder / METADATA).exists() and storage_files(folder) == (path,) and not salvage:
         return Ros2Bag(folder)  # its metadata say how it is compressed
+    if path.suffix == ".zstd":
+        return UnpackedBag(path, lambda file: _open_file(file, salvage=salvage), salvage=salvage)
     if path.suffix not in SUFFIXES:
-        raise RecordingError(
-            f"{path}: a compressed file of a ROS 2 bag; give the folder with its {METADATA}"
-        )
-    try:
+        raise RecordingError(f"{path}: expected a .mcap or .db3, got '{path.suffix}'")
+    if not salvage:
         return Ros2Bag(path)
-    except RecordingError:
-        if not salvage:
-            raise
+    try:
+        return _checked(path)
+    except RecordingError as error:
+        if path.stat().st_size == 0:
+            raise error from None
     return SalvagedMcap(path) if path.suffix == ".mcap" else SalvagedDb3(path)
+
+
+def _checked(path: Path) -> Ros2Bag:
+    """A bag that can be read to its end. Raises RecordingError."""
+    bag = Ros2Bag(path)
+    try:
+        bag.check_all()
+    except RecordingError:
+        bag.close()
+        raise
+    return bag
 
 
 def _storage(folder: Path) -> list[Path]:
     """Files of a ROS 2 recording whose metadata were never written."""
-    return sorted((p for s in SUFFIXES for p in folder.glob(f"*{s}")), key=by_number)
+    names = [f"*{suffix}{packed}" for suffix in SUFFIXES for packed in ("", ".zstd")]
+    return sorted((p for name in names for p in folder.glob(name)), key=by_number)
 
 
 def _ros1_files(folder: Path) -> list[Path]:

@@ -42,6 +42,7 @@ class Collector:
     _bytes: int = 0
     _done: list[Samples] = field(default_factory=list)
     _dropped: int = 0
+    _count: int = 0
 
     def __post_init__(self) -> None:
         try:
@@ -60,16 +61,25 @@ class Collector:
         if len(self._raw) >= BATCH or self._bytes >= BATCH_BYTES:
             self._flush()
 
+    @property
+    def count(self) -> int:
+        """Messages so far."""
+        return self._count + len(self._raw)
+
     def samples(self) -> Samples:
         """All that was gathered."""
         self._flush()
         parts = self._done
+        if not parts:
+            raise RecordingError(
+                f"{self.source}: no message on {self.topic.name} could be read; record it again"
+            )
         return Samples(
             self.topic,
-            np.concatenate([p.arrival for p in parts] or [np.zeros(0, np.int64)]),
+            np.concatenate([p.arrival for p in parts]),
             np.concatenate([p.header for p in parts if p.header is not None])
-            if self._stamped and parts else None,
-            np.concatenate([p.values for p in parts] or [np.zeros((0, len(self.paths)))]),
+            if self._stamped else None,
+            np.concatenate([p.values for p in parts]),
             {t: [x for p in parts for x in p.texts[t]] for t in self.text_paths},
             self._dropped,
         )  # fmt: skip
@@ -77,6 +87,7 @@ class Collector:
     def _flush(self) -> None:
         if not self._raw:
             return
+        self._count += len(self._raw)
         arrival = np.array(self._arrival, dtype=np.int64)
         raw, self._raw, self._arrival, self._bytes = self._raw, [], [], 0
         try:
@@ -86,18 +97,12 @@ class Collector:
                 raise RecordingError(
                     f"{self.source}: a message on {self.topic.name} {error}; {SALVAGE}"
                 ) from None
-            good = [i for i, message in enumerate(raw) if self._readable(message)]
+            good = self.wire.readable(raw)
             self._dropped += len(raw) - len(good)
             raw, arrival = [raw[i] for i in good], arrival[good]
             shapes = list(self.wire.shapes(raw))
         if raw:
             self._done.append(self._decoded(shapes, arrival))
-
-    def _readable(self, message: bytes) -> bool:
-        try:
-            return bool(list(self.wire.shapes([message])))
-        except WireError:
-            return False
 
     def _decoded(self, shapes: Sequence[Shape], arrival: Stamps) -> Samples:
         n = len(arrival)
@@ -141,4 +146,6 @@ def collect(bag: Bag, collectors: Sequence[Collector]) -> list[Samples]:
     for topic, arrival, raw in bag.messages(by_topic.keys()):
         for collector in by_topic[topic]:
             collector.add(arrival, raw)
+    for collector in collectors:
+        bag.check(collector.topic.name, collector.count)
     return [collector.samples() for collector in collectors]

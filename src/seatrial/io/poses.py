@@ -12,13 +12,14 @@ from seatrial.io.bag import Bag, Topic
 from seatrial.io.collect import Collector, Samples
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
 from seatrial.io.tf import is_tf, tf_pose, yaw
-from seatrial.io.wire import Wire
+from seatrial.io.wire import Wire, WireError, plain
 from seatrial.schema import Clock as ClockChoice
 from seatrial.schema import Column, PoseSource
 from seatrial.streams import Clock, Stream, describe
 from seatrial.vehicle import Vehicle, as_column
 
 FRAMES = ("header.frame_id", "child_frame_id")
+FARTHEST = 1e9  # [m], [rad] what is farther off is no pose, and its square no number
 STRAY = 0.01  # share of messages from which on a second frame is one to be asked about
 QUATERNION = ("x", "y", "z", "w")
 
@@ -59,7 +60,11 @@ def pose_fields(bag: Bag, vehicle: Vehicle) -> PoseFields | None:
     topic = bag.topic(spec.topic, "pose: topic")
     if is_tf(topic):
         return None
-    found = pose_paths(topic.wire)
+    try:
+        wire = topic.wire
+    except WireError as error:
+        raise RecordingError(f"{bag.path}: topic {topic.name}: {error}") from None
+    found = pose_paths(wire)
     given = [as_column(c).field for c in (spec.x, spec.y, spec.psi)]
     if found is None and not all(given):
         raise RecordingError(
@@ -69,7 +74,7 @@ def pose_fields(bag: Bag, vehicle: Vehicle) -> PoseFields | None:
     x, y, *heading = found or ("", "", "")
     return PoseFields(
         topic, given[0] or x, given[1] or y, (given[2],) if given[2] else tuple(heading),
-        tuple(f for f in FRAMES if topic.wire.has_text(f)),
+        tuple(f for f in FRAMES if wire.has_text(f)),
     )  # fmt: skip
 
 
@@ -126,6 +131,7 @@ def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
     """Raw x, y and heading (n, 3) with the vehicle file's signs and units, forward-left-up."""
     columns = pose_columns(vehicle)
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
+    eta[np.abs(eta) > FARTHEST] = np.nan
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
 
 
@@ -160,7 +166,7 @@ def _of_one_frame(samples: Samples, spec: PoseSource, source: str) -> Mask:
             continue
         frames = [text.lstrip("/") for text in samples.texts[path]]
         counts = Counter(frames)
-        listed = ", ".join(f"'{f}' ({n})" for f, n in counts.most_common(8))
+        listed = ", ".join(f"'{plain(f)}' ({n})" for f, n in counts.most_common(8))
         if name is not None and frames:
             keep &= np.array([frame == name.lstrip("/") for frame in frames])
             if not keep.any():

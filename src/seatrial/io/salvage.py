@@ -1,21 +1,142 @@
 # SPDX-License-Identifier: MIT
 """What is left of damaged ROS 2 bags: files read record by record, unreadable parts left out."""
 
+import mmap
+import re
 import sqlite3
 import struct
+import sys
+import tempfile
 import zlib
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from seatrial.errors import RecordingError
-from seatrial.io.bag import Bag, Message, Topic, merged_topics
+from seatrial.io.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.wire import plain
+
+if TYPE_CHECKING:
+    from backports.zstd import ZstdDecompressor
 
 MAGIC = b"\x89MCAP0\r\n"
-HEADER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x01, 0x03, 0x04, 0x05, 0x06, 0x0F
+SCHEMA, CHANNEL, MESSAGE, CHUNK, LAST_KIND = 0x03, 0x04, 0x05, 0x06, 0x0F
 LARGEST_CHUNK = 1 << 30  # [bytes]
+LARGEST_MESSAGE = 1 << 28  # [bytes] that is looked for in a damaged stretch
+PIECE = 1 << 16  # [bytes] decompressed at once
+LZ4_RATIO = 256  # lz4 packs no tighter
 MESSAGE_HEADER = 22  # [bytes] channel, sequence, log time, publish time
+CHUNK_HEADER = 40  # [bytes] times, size, checksum, length of the compression's name, length
+MOST_STRETCHES = 10_000  # damaged ones that are stepped over
+DAY = 86_400 * 10**9  # [ns]
+ZSTD = b"\x28\xb5\x2f\xfd"  # begins what is compressed; CDR begins with 0
+_candidates = re.compile(rb"[\x05\x06]").finditer
+
+
+class Decompressor(Protocol):
+    """What bz2's, lz4's and zstd's have in common."""
+
+    @property
+    def eof(self) -> bool:
+        """Whether the end was reached."""
+
+    @property
+    def needs_input(self) -> bool:
+        """Whether there is no more to come from what was given."""
+
+    def decompress(self, data: bytes, max_length: int) -> bytes:
+        """The next part."""
+
+
+def inflate(packed: Decompressor, raw: bytes, most: int, *, part: bool = False) -> bytes:
+    """At most `most` bytes out of compressed ones; with `part` those before the damage.
+
+    Raises ValueError.
+    """
+    errors: tuple[type[Exception], ...]
+    errors = (OSError, EOFError, RuntimeError, ValueError, MemoryError, *_zstd_errors())
+    found: list[bytes] = []
+    left = most
+    try:
+        for at in range(0, len(raw), PIECE):
+            given = raw[at : at + PIECE]
+            while left > 0 and not packed.eof and (given or not packed.needs_input):
+                found.append(packed.decompress(given, max_length=left))
+                left -= len(found[-1])
+                given = b""
+    except errors as error:
+        if not part:
+            raise ValueError(f"can't be decompressed: {plain(str(error))}") from None
+    return b"".join(found)
+
+
+def lz4_decompressor() -> Decompressor:
+    """For frames of lz4."""
+    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+
+    made: Decompressor = LZ4FrameDecompressor()
+    return made
+
+
+def zstd_decompressor() -> "ZstdDecompressor":
+    """For frames of zstd."""
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return zstd.ZstdDecompressor()
+
+
+def _zstd_errors() -> tuple[type[Exception], ...]:
+    """What zstd raises, if it is in use."""
+    module = sys.modules.get("compression.zstd") or sys.modules.get("backports.zstd")
+    return () if module is None else (module.ZstdError,)
+
+
+class UnpackedBag(Bag):
+    """A file that was compressed as a whole, unpacked for as long as it is read."""
+
+    def __init__(self, path: Path, opened: Callable[[Path], Bag], *, salvage: bool) -> None:
+        self.path = path
+        self._folder = tempfile.TemporaryDirectory()
+        try:
+            unpacked = Path(self._folder.name) / path.stem
+            self._unpack(unpacked, salvage=salvage)
+            self._bag = opened(unpacked)
+        except RecordingError as error:
+            self._folder.cleanup()
+            raise RecordingError(str(error).replace(f"{self._folder.name}/", "")) from None
+        except OSError:
+            self._folder.cleanup()
+            raise
+        self.kind, self.topics, self.remarks = self._bag.kind, self._bag.topics, self._bag.remarks
+        self.files = (path,)
+
+    def close(self) -> None:
+        """Remove what was unpacked."""
+        self._bag.close()
+        self._folder.cleanup()
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics."""
+        yield from self._bag.messages(names)
+
+    def _unpack(self, target: Path, *, salvage: bool) -> None:
+        """As far as it can be. Raises RecordingError where that is not all of it."""
+        packed = zstd_decompressor()
+        with self.path.open("rb") as source, target.open("wb") as out:
+            for raw in iter(lambda: source.read(PIECE), b""):
+                try:
+                    while raw:
+                        packed = zstd_decompressor() if packed.eof else packed
+                        out.write(packed.decompress(raw))
+                        raw = packed.unused_data if packed.eof else b""  # noqa: PLW2901
+                except _zstd_errors():
+                    break
+        if not packed.eof and not salvage:
+            raise RecordingError(f"{self.path}: the compressed bag is not whole; {SALVAGE}")
 
 
 class SalvagedMcap(Bag):
@@ -25,118 +146,159 @@ class SalvagedMcap(Bag):
 
     def __init__(self, path: Path) -> None:
         self.path, self.files = path, (path,)
-        self._schemas: dict[int, tuple[str, str, str]] = {}  # name, encoding, text
-        self._channels: dict[int, Topic] = {}
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(f"{path}: does not begin like an .mcap; nothing to salvage")
-        counts = Counter(channel for channel, _, _ in self._walk(learn=True))
-        if not counts:
+            self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._schemas: dict[int, tuple[str, str, str]] = {}  # name, encoding, text
+        self._channels: dict[int, tuple[int, str, str]] = {}  # schema, topic, encoding
+        for _ in self._walk(learn=True):
+            pass
+        self._known = {
+            number: Topic(topic, *_schema(self._schemas[schema]))
+            for number, (schema, topic, encoding) in self._channels.items()
+            if schema in self._schemas and encoding == "cdr"
+        }
+        counts = Counter(channel for channel, _, _ in self._walk())
+        found = [replace(t, messages=counts[i]) for i, t in self._known.items()]
+        self.topics = merged_topics(found)
+        count = sum(t.messages for t in found)
+        if not count:
+            self.close()
             raise RecordingError(f"{path}: no message could be salvaged")
-        self.topics = merged_topics(
-            [replace(t, messages=counts[i]) for i, t in self._channels.items()]
-        )
         lost = f", {self._lost} damaged stretches left out" if self._lost else ""
-        self.remarks = (f"salvaged: {counts.total()} messages{lost}",)
+        self.remarks = (f"salvaged: {count} messages{lost}",)
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Let go of the file."""
+        self._data.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, in the order of the file."""
-        wanted = {i: t.name for i, t in self._channels.items() if t.name in names}
-        for channel, stamp, data in self._walk(learn=False):
+        wanted = {i: t.name for i, t in self._known.items() if t.name in names}
+        for channel, stamp, data in self._walk():
             if channel in wanted:
-                yield wanted[channel], stamp, data
+                yield wanted[channel], stamp, _unpacked(data)
 
-    def _walk(self, *, learn: bool) -> Iterator[tuple[int, int, bytes]]:
-        self._lost = 0
-        size = self.path.stat().st_size
-        with self.path.open("rb") as file:
-            file.seek(len(MAGIC))
-            while file.tell() + 9 <= size:
-                kind, length = struct.unpack("<BQ", file.read(9))
-                left = size - file.tell()
-                if kind in (0, DATA_END):
-                    return
-                if kind not in (SCHEMA, CHANNEL, MESSAGE, CHUNK):
-                    file.seek(min(length, left), 1)
-                    continue
-                body = file.read(min(length, left))
-                self._lost += length > left
-                if kind == CHUNK:
-                    yield from self._chunk(body, learn=learn)
-                elif length <= left:
-                    yield from self._record(kind, body, learn=learn)
+    def _walk(self, *, learn: bool = False) -> Iterator[tuple[int, int, bytes]]:
+        """Channel, time and content of every message; or what the channels are, and no message."""
+        self._lost, self._latest = 0, 0
+        at, size = len(MAGIC), len(self._data)
+        while at + 9 <= size:
+            kind, length = struct.unpack_from("<BQ", self._data, at)
+            end = at + 9 + length
+            whole = 0 < kind <= LAST_KIND and end <= size
+            if not whole or (kind == CHUNK and not self._is_chunk(at)):
+                self._lost += 1
+                end = self._next(at + 1, messages=not learn)
+                whole = False
+            if kind == CHUNK:
+                yield from self._chunk(self._data[at + 9 : end], learn=learn, part=not whole)
+            elif whole and kind in (SCHEMA, CHANNEL, MESSAGE) and learn is not (kind == MESSAGE):
+                yield from self._record(kind, self._data[at + 9 : end], learn=learn)
+            at = end
 
-    def _chunk(self, body: bytes, *, learn: bool) -> Iterator[tuple[int, int, bytes]]:
+    def _is_chunk(self, at: int) -> bool:
+        """Whether the lengths in what could be a chunk agree with each other."""
+        if at + 9 + CHUNK_HEADER > len(self._data):
+            return False
+        (length,) = struct.unpack_from("<Q", self._data, at + 1)
+        (name,) = struct.unpack_from("<I", self._data, at + 9 + 28)
+        if name not in (0, 3, 4) or at + 9 + length > len(self._data):
+            return False
+        (packed,) = struct.unpack_from("<Q", self._data, at + 9 + 32 + name)
+        return bool(length == CHUNK_HEADER + name + packed)
+
+    def _is_message(self, at: int) -> bool:
+        """Whether there could be a message of a known channel, of about the right time."""
+        if at + 9 + MESSAGE_HEADER > len(self._data):
+            return False
+        length, channel, _, stamp = struct.unpack_from("<QHIQ", self._data, at + 1)
+        near = abs(stamp - self._latest) < DAY or (self._latest == 0 and stamp <= LATEST)
+        end = at + 9 + length
+        return bool(
+            MESSAGE_HEADER <= length <= LARGEST_MESSAGE and end < len(self._data) and near
+            and channel in self._known and 0 < self._data[end] <= LAST_KIND
+        )  # fmt: skip
+
+    def _next(self, at: int, *, messages: bool) -> int:
+        """Where the next chunk or message begins; the file's end if there is none."""
+        for found in _candidates(self._data, at):
+            begin = found.start()
+            if self._data[begin] == CHUNK:
+                if self._is_chunk(begin):
+                    return begin
+            elif messages and self._is_message(begin):
+                return begin
+        return len(self._data)
+
+    def _chunk(self, body: bytes, *, learn: bool, part: bool) -> Iterator[tuple[int, int, bytes]]:
         try:
-            records = _chunk_records(body)
-        except (struct.error, ValueError, RuntimeError, EOFError):
-            self._lost += 1
+            records = _chunk_records(body, part=part)
+        except (struct.error, ValueError):
+            self._lost += not part
             return
         at = 0
         while at + 9 <= len(records):
             kind, length = struct.unpack_from("<BQ", records, at)
             if at + 9 + length > len(records):
-                self._lost += 1
+                self._lost += not part
                 return
-            yield from self._record(kind, records[at + 9 : at + 9 + length], learn=learn)
+            if kind in (SCHEMA, CHANNEL, MESSAGE) and learn is not (kind == MESSAGE):
+                yield from self._record(kind, records[at + 9 : at + 9 + length], learn=learn)
             at += 9 + length
 
     def _record(self, kind: int, body: bytes, *, learn: bool) -> Iterator[tuple[int, int, bytes]]:
         try:
-            if kind == MESSAGE and len(body) >= MESSAGE_HEADER:
-                channel, _, stamp = struct.unpack_from("<HIQ", body)
-                yield channel, stamp, body[MESSAGE_HEADER:]
-            elif kind == SCHEMA and learn:
+            if kind == MESSAGE and not learn:
+                channel, _, stamp, _ = struct.unpack_from("<HIQQ", body)
+                if stamp <= LATEST:
+                    self._latest = stamp
+                    yield channel, stamp, body[MESSAGE_HEADER:]
+            elif kind == SCHEMA:
                 (number,) = struct.unpack_from("<H", body)
                 name, encoding, text = _texts(body, 2, 3)
-                self._schemas[number] = (name, encoding, text)
-            elif kind == CHANNEL and learn:
+                self._schemas.setdefault(number, (name, encoding, text))
+            elif kind == CHANNEL:
                 number, schema = struct.unpack_from("<HH", body)
-                name, encoding, text = self._schemas[schema]
-                topic = _texts(body, 4, 1)[0]
-                self._channels[number] = Topic(topic, name, 0, text, idl=encoding.endswith("idl"))
-        except (struct.error, ValueError, KeyError):
+                topic, encoding = _texts(body, 4, 2)
+                self._channels.setdefault(number, (schema, topic, encoding))
+        except (struct.error, ValueError):
             self._lost += 1
 
 
-def _chunk_records(body: bytes) -> bytes:
-    """The content of a chunk. Raises ValueError where it is not what it was."""
+def _schema(schema: tuple[str, str, str]) -> tuple[str, int, str, bool]:
+    """Type, no messages yet, definition, and whether it is IDL."""
+    name, encoding, text = schema
+    return name, 0, text, encoding.endswith("idl")
+
+
+def _unpacked(data: bytes) -> bytes:
+    """A message, if it was compressed by itself."""
+    if not data.startswith(ZSTD):
+        return data
+    return inflate(zstd_decompressor(), data, LARGEST_MESSAGE, part=True)
+
+
+def _chunk_records(body: bytes, *, part: bool) -> bytes:
+    """The content of a chunk, or the part that is left. Raises ValueError, struct.error."""
     size, crc = struct.unpack_from("<QI", body, 16)
     how = _texts(body, 28, 1)[0]
-    begin = 32 + len(how) + 8
+    begin = CHUNK_HEADER + len(how)
     (length,) = struct.unpack_from("<Q", body, begin - 8)
     if size > LARGEST_CHUNK:
         raise ValueError(f"a chunk of {size} bytes")
     raw = body[begin : begin + length]
     if how == "":
-        if len(raw) == length and crc and zlib.crc32(raw) != crc:
-            raise ValueError("checksum")
-        return raw
-    if how == "lz4":
-        from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
-
-        content = bytes(LZ4FrameDecompressor().decompress(raw, max_length=size))
+        content = raw
+    elif how == "lz4":
+        most = min(size, LZ4_RATIO * len(raw) + PIECE)
+        content = inflate(lz4_decompressor(), raw, most, part=part)
     else:
-        content = _unpacked_zstd(raw, size)
-    if len(content) != size or (crc and zlib.crc32(content) != crc):
+        content = inflate(zstd_decompressor(), raw, size, part=part)
+    if not part and (len(content) != size or (crc and zlib.crc32(content) != crc)):
         raise ValueError("checksum")
     return content
-
-
-def _unpacked_zstd(raw: bytes, size: int) -> bytes:
-    import sys
-
-    if sys.version_info >= (3, 14):
-        from compression import zstd
-    else:
-        from backports import zstd
-    try:
-        return zstd.ZstdDecompressor().decompress(raw, max_length=size)
-    except zstd.ZstdError as error:
-        raise ValueError(str(error)) from None
 
 
 def _texts(body: bytes, at: int, count: int) -> list[str]:
@@ -159,18 +321,22 @@ class _Row:
 
 
 class SalvagedDb3(Bag):
-    """A .db3 of which some pages are lost: rows from the front, then from the back."""
+    """A .db3 of which some pages are lost: the rows on all others."""
 
     kind = "ROS 2 bag"
 
     def __init__(self, path: Path) -> None:
         self.path, self.files = path, (path,)
+        uri = f"{path.resolve().as_uri()}?immutable=1"
+        self._base = sqlite3.connect(uri, uri=True)
         try:
-            self._base = sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1", uri=True)
             found = self._base.execute("SELECT id, name, type FROM topics").fetchall()
             names = {int(i): (str(name), str(kind)) for i, name, kind in found}
         except (sqlite3.Error, UnicodeDecodeError, ValueError, TypeError) as error:
-            raise RecordingError(f"{path}: its list of topics is lost ({error})") from None
+            self.close()
+            raise RecordingError(
+                f"{path}: its list of topics is lost ({plain(str(error))}); nothing to salvage"
+            ) from None
         texts = self._definitions()
         counts = Counter(row.topic for row in self._rows())
         self._topics = {
@@ -179,10 +345,12 @@ class SalvagedDb3(Bag):
             for i, (name, kind) in names.items()
         }  # fmt: skip
         self.topics = merged_topics(list(self._topics.values()))
-        if not counts:
+        count = sum(t.messages for t in self._topics.values())
+        if not count:
             self.close()
             raise RecordingError(f"{path}: no message could be salvaged")
-        self.remarks = (f"salvaged: {counts.total()} messages",)
+        lost = f", {self._lost} damaged stretches left out" if self._lost else ""
+        self.remarks = (f"salvaged: {count} messages{lost}",)
 
     def close(self) -> None:
         """Let go of the file."""
@@ -193,7 +361,7 @@ class SalvagedDb3(Bag):
         for row in self._rows():
             topic = self._topics.get(row.topic)
             if topic is not None and topic.name in names:
-                yield topic.name, row.stamp, row.data
+                yield topic.name, row.stamp, _unpacked(row.data)
 
     def _definitions(self) -> dict[str, tuple[str, bool]]:
         """Texts by type, and whether they are IDL; none in bags before Iron."""
@@ -205,19 +373,48 @@ class SalvagedDb3(Bag):
         return {str(kind): (str(text), encoding == "ros2idl") for kind, text, encoding in rows}
 
     def _rows(self) -> Iterator[_Row]:
-        last = 0
-        for row in self._until_damaged("ASC", 0):
-            last = row.number
-            yield row
-        yield from reversed(list(self._until_damaged("DESC", last)))
-
-    def _until_damaged(self, order: str, above: int) -> Iterator[_Row]:
+        """All rows that can be read, from the first on."""
+        self._lost, at = 0, -LATEST
         query = (
-            f"SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id {order}"
+            "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid"
         )
+        while self._lost < MOST_STRETCHES:
+            try:
+                for number, topic, stamp, data in self._base.execute(query, (at,)):
+                    if type(number) is not int or number < at:  # pages in a circle
+                        break
+                    at = number + 1
+                    kinds = [type(value) for value in (topic, stamp, data)]
+                    if kinds == [int, int, bytes] and 0 <= stamp <= LATEST:
+                        yield _Row(number, topic, stamp, data)
+                else:
+                    return
+            except (sqlite3.Error, UnicodeDecodeError, OverflowError):
+                pass
+            self._lost += 1
+            at = max(at, 0)
+            step = self._readable_after(at)
+            if step is None:
+                return
+            at += step
+
+    def _readable_after(self, at: int) -> int | None:
+        """How far the next row is that can be read: twice as far each time, then halved back."""
+        far = 1
+        while not self._readable(at + far):
+            far *= 2
+            if at + far > LATEST:
+                return None
+        near = far // 2
+        while far - near > 1:
+            middle = (near + far) // 2
+            near, far = (near, middle) if self._readable(at + middle) else (middle, far)
+        return far
+
+    def _readable(self, number: int) -> bool:
+        query = "SELECT data FROM messages WHERE rowid >= ? ORDER BY rowid LIMIT 1"
         try:
-            for number, topic, stamp, data in self._base.execute(query, (above,)):
-                if isinstance(data, bytes) and isinstance(stamp, int):
-                    yield _Row(number, topic, stamp, data)
+            self._base.execute(query, (number,)).fetchall()
         except (sqlite3.Error, UnicodeDecodeError):
-            return
+            return False
+        return True

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from seatrial.errors import RecordingError
 from seatrial.frames import Array, Stamps
 from seatrial.io.bag import SALVAGE, Bag, Topic
-from seatrial.io.wire import Shape, WireError
+from seatrial.io.wire import Shape, WireError, plain
 
 TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 BATCH = 4096  # messages decoded at once
@@ -19,6 +19,10 @@ NUMBERS = (
     "translation.x", "translation.y", "translation.z",
     "rotation.x", "rotation.y", "rotation.z", "rotation.w",
 )  # fmt: skip
+STAMP = ("header.stamp.sec", "header.stamp.nanosec")
+FRAMES = ("header.frame_id", "child_frame_id")
+MOST_LISTED = 30  # edges in a message
+SMALL = 1e-4  # [rad] between two rotations: a straight line is as good as an arc
 Edge = tuple[str, str]  # parent, child
 
 
@@ -51,10 +55,11 @@ def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> T
         )
     base = found[moving[-1]]
     pose = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(base.stamps), 1))
-    for edge, forward in path:
-        step = found[edge]
-        at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
-        pose = _composed(pose, at if forward else _inverse(at))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no number is left out later
+        for edge, forward in path:
+            step = found[edge]
+            at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
+            pose = _composed(pose, at if forward else _inverse(at))
     return Transforms(base.stamps, base.arrival, pose)
 
 
@@ -69,34 +74,57 @@ def frame_edges(bag: Bag, name: str, *, salvage: bool) -> set[tuple[Edge, bool]]
 
 def _topics(bag: Bag, name: str) -> list[str]:
     """The topic and the static one that goes with it."""
-    return [t.name for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
+    found = [t for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
+    for topic in found:
+        _check_definition(bag, topic)
+    return [topic.name for topic in found]
 
 
 def yaw(quaternion: Array) -> Array:
     """Heading (n,) [rad] of quaternions (n, 4) x y z w of any length; NaN for zero ones."""
-    x, y, z, w = quaternion.T
-    heading = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
-    return np.where(np.sum(quaternion**2, axis=1) > 0.0, heading, np.nan)
+    x, y, z, w = _unit(quaternion).T
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
+
+
+def _check_definition(bag: Bag, topic: Topic) -> None:
+    """Raise RecordingError where a topic's definition is not that of transforms."""
+    where = f"{bag.path}: topic {topic.name}"
+    try:
+        for path in (*STAMP, *(f"transform.{number}" for number in NUMBERS)):
+            topic.wire.require(f"transforms[0].{path}", where)
+    except WireError as error:
+        raise RecordingError(f"{where}: {error}") from None
+    if not all(topic.wire.has_text(f"transforms.{frame}") for frame in FRAMES):
+        raise RecordingError(f"{where}: its transforms do not name their frames")
 
 
 def _batches(bag: Bag, names: Iterable[str]) -> Iterator[tuple[str, list[tuple[int, bytes]]]]:
     waiting: dict[str, list[tuple[int, bytes]]] = {}
-    for topic, arrival, raw in bag.messages(set(names)):
+    counts = dict.fromkeys(names, 0)
+    for topic, arrival, raw in bag.messages(counts.keys()):
         batch = waiting.setdefault(topic, [])
         batch.append((arrival, raw))
+        counts[topic] += 1
         if len(batch) >= BATCH:
             yield topic, waiting.pop(topic)
     yield from waiting.items()
+    for topic, count in counts.items():
+        bag.check(topic, count)
 
 
 def _shapes(
     bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: bool
 ) -> Iterator[Shape]:
+    wire = bag.topics[topic].wire
+    messages = [raw for _, raw in batch]
     try:
-        yield from bag.topics[topic].wire.shapes([raw for _, raw in batch])
+        yield from list(wire.shapes(messages))
     except WireError as error:
         if not salvage:
             raise RecordingError(f"{bag.path}: a message on {topic} {error}; {SALVAGE}") from None
+        good = wire.readable(messages)
+        for shape in wire.shapes([messages[i] for i in good]):
+            yield Shape(np.array(good)[shape.rows], shape.data, shape.leaves)
 
 
 def _frames(shape: Shape) -> Iterator[tuple[int, list[Edge]]]:
@@ -133,7 +161,10 @@ def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edg
                     came[end] = (edge, forward, frame)
                     waiting.append(end)
     if child not in came:
-        listed = ", ".join(f"{p} -> {c}" for p, c in sorted(edges)) or "none"
+        listed = ", ".join(f"{plain(p)} -> {plain(c)}" for p, c in sorted(edges)[:MOST_LISTED])
+        listed = listed or "none"
+        if len(edges) > MOST_LISTED:
+            listed += f" and {len(edges) - MOST_LISTED} more"
         raise RecordingError(
             f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}"
         )
@@ -164,10 +195,9 @@ def _collect(
 
 def _numbers(shape: Shape, path: str) -> tuple[Stamps, Array]:
     columns = [shape.numbers(f"{path}.transform.{number}") for number in NUMBERS]
-    seconds = shape.integers(f"{path}.header.stamp.sec")
-    nanoseconds = shape.integers(f"{path}.header.stamp.nanosec")
+    seconds, nanoseconds = (shape.integers(f"{path}.{part}") for part in STAMP)
     if seconds is None or nanoseconds is None:
-        raise RecordingError(f"{path} has no header")
+        raise RecordingError(f"{path} has no stamp")
     values = np.column_stack([c for c in columns if c is not None])
     return seconds * 10**9 + nanoseconds, values
 
@@ -195,10 +225,24 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
         return np.where((at == stamps[0])[:, None], values[0], np.nan)
     right = np.clip(np.searchsorted(stamps, at, side="left"), 1, len(stamps) - 1)
     share = ((at - stamps[right - 1]) / (stamps[right] - stamps[right - 1]))[:, None]
-    a, b = values[right - 1], values[right].copy()
-    b[:, 3:] *= np.where(np.sum(a[:, 3:] * b[:, 3:], axis=1) < 0, -1.0, 1.0)[:, None]
+    a, b = values[right - 1], values[right]
     inside = (share >= 0) & (share <= 1)
-    return np.where(inside, a + share * (b - a), np.nan)
+    between = np.column_stack(
+        [a[:, :3] + share * (b[:, :3] - a[:, :3]), _turned(a[:, 3:], b[:, 3:], share)]
+    )
+    return np.where(inside, between, np.nan)
+
+
+def _turned(a: Array, b: Array, share: Array) -> Array:
+    """Rotations (n, 4) on the shorter arc from a to b, at shares (n, 1) of it."""
+    a, b = _unit(a), _unit(b)
+    near = np.sum(a * b, axis=1, keepdims=True)
+    b, near = np.where(near < 0, -b, b), np.minimum(np.abs(near), 1.0)
+    angle = np.arccos(near)
+    arc = np.where(angle > SMALL, angle, 1.0)
+    left, right = np.sin((1 - share) * arc) / np.sin(arc), np.sin(share * arc) / np.sin(arc)
+    straight = angle <= SMALL
+    return np.asarray(np.where(straight, a + share * (b - a), left * a + right * b))
 
 
 def _composed(a: Array, b: Array) -> Array:
@@ -212,8 +256,10 @@ def _inverse(a: Array) -> Array:
 
 
 def _unit(q: Array) -> Array:
+    """Quaternions (n, 4) of length 1; NaN for those without a direction."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+        scaled = q / np.max(np.abs(q), axis=1, keepdims=True)  # no square is too large or small
+        return np.asarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
 
 
 def _product(a: Array, b: Array) -> NDArray[np.float64]:

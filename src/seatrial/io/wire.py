@@ -67,13 +67,15 @@ class Shape:
         found = self._find(path)
         if found is None or found[0].dtype == "S":
             return None
-        leaf, item = found
-        return self._column(leaf, item).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN, too
+            return self._column(*found).astype(np.float64)
 
     def integers(self, path: str) -> NDArray[np.int64] | None:
         """A field of every message (m,), exactly."""
         found = self._find(path)
-        return None if found is None else self._column(*found).astype(np.int64)
+        if found is None or np.dtype(found[0].dtype).kind not in "iu":
+            return None
+        return self._column(*found).astype(np.int64)
 
     def texts(self, path: str) -> list[str] | None:
         """A text of every message."""
@@ -136,6 +138,16 @@ class Wire:
                 yield Shape(rows[same], data[same], leaves)
                 rows, data = rows[~same], data[~same]
 
+    def readable(self, messages: Sequence[bytes]) -> list[int]:
+        """Which of the messages are what they claim to be."""
+        found = []
+        for i, message in enumerate(messages):
+            try:
+                found += [i for _ in self.shapes([message])]
+            except WireError:
+                continue
+        return found
+
     def require(self, path: str, where: str) -> None:
         """Raise RecordingError unless the path leads to a number in messages of this type."""
         if not PATH.fullmatch(path):
@@ -159,11 +171,11 @@ class Wire:
         return "header" in fields and described(fields["header"]) == ("name", "std_msgs/msg/Header")
 
     def has_text(self, name: str) -> bool:
-        """Whether the path leads to a text."""
+        """Whether the path leads to a text, through lists without an index."""
         kind: Kind = _root(self.type_name)
         for part in name.split("."):
             tag, detail = described(kind)
-            fields = dict(self.definitions[detail][1]) if tag == "name" else {}
+            fields = self._fields(detail[0] if tag == "many" else kind)
             if part not in fields:
                 return False
             kind = fields[part]
@@ -173,12 +185,18 @@ class Wire:
         """Every number in messages of this type, sequences as name[]; for people."""
         return _numbers(_root(self.type_name), "", self.definitions, 0)
 
+    def _fields(self, kind: Kind) -> dict[str, Kind]:
+        """What is in a message; nothing in other kinds."""
+        tag, detail = described(kind)
+        defined = tag == "name" and detail in self.definitions
+        return dict(self.definitions[detail][1]) if defined else {}
+
     def _step(self, kind: Kind, part: str, seen: str, where: str) -> Kind:
         """The kind of a field's part, or of an element."""
         tag, detail = described(kind)
         if part.startswith("[") and tag == "many":
             return cast("Kind", detail[0])
-        fields = dict(self.definitions[detail][1]) if tag == "name" else {}
+        fields = self._fields(kind)
         if part in fields:
             return fields[part]
         near = get_close_matches(part, fields, n=1)
@@ -229,12 +247,14 @@ class _Walk:
         self.data = data
         self.wire = wire
         self.guards: list[int] = []  # where lengths stand
+        self.patience = 2 * len(data) + MOST_ELEMENTS  # fields; most take bytes
         self.found: dict[str, Leaf] = {}
         self.origin, self.order = 0, "<"
         if wire.cdr:
             if len(data) < 4 or data[0] != 0 or data[1] > 1:
                 raise WireError("is not plain CDR")
             self.origin, self.order = 4, "<" if data[1] else ">"
+            self.guards.append(0)  # the order of bytes is a matter of shape
         self.at = self.origin
 
     def leaves(self) -> Mapping[str, Leaf]:
@@ -252,6 +272,9 @@ class _Walk:
             self._field(kind, f"{path}.{field}" if path else field, depth)
 
     def _field(self, kind: Kind, path: str, depth: int) -> None:
+        self.patience -= 1
+        if self.patience < 0:
+            raise WireError("has more fields than bytes")
         tag, detail = described(kind)
         if tag == "name":
             self._message(detail, path, depth + 1)
@@ -263,6 +286,8 @@ class _Walk:
 
     def _many(self, element: Kind, count: int, path: str, depth: int) -> None:
         tag, detail = described(element)
+        if count < 0:
+            raise WireError(f"is said to have {count} elements in '{path}'")
         if tag == "base" and detail in PRIMITIVES:
             self._leaf(PRIMITIVES[detail], count, path)
             return
@@ -321,8 +346,17 @@ def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesd
             if body.strip():
                 found.update(get_types_from_idl(body))
     except (TypesysError, IndexError, KeyError, ValueError, RecursionError) as error:
-        raise WireError(f"the definition of {type_name} can't be read: {error}") from None
+        raise WireError(
+            f"the definition of {plain(type_name)} can't be read: {plain(str(error))}"
+        ) from None
     return found
+
+
+def plain(text: str, most: int = 80) -> str:
+    """Text out of a file as one line that can be shown, and not a long one."""
+    shown = "".join(c if c.isprintable() else " " for c in text[: 4 * most])
+    shown = " ".join(shown.split())
+    return shown if len(shown) <= most else f"{shown[:most]} ..."
 
 
 def short_type(name: str) -> str:
