@@ -11,6 +11,7 @@ from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.sanity import concerns, sanity, sanity_line
+from seatrial.signs import check_signs
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import STENCIL_NOISE
 
@@ -54,7 +55,8 @@ def identify(
             raise RecordingError(f"{recording.name}: {sentence}")
     model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
-    return replace(model, warnings=tuple(concerns(model)))
+    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+    return replace(model, warnings=(*wrong, *concerns(model)))
 
 
 def caution(model: Model) -> str:
