@@ -79,10 +79,14 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Finding]:
         return [_handed(vehicle, turned)]
     said = []
     if repair.exchanged:
-        text = (
-            "x and y have changed places: exchanged, the poses fit the heading; exchange their "
-            f"entries under pose (x: {_label(columns['y'])}, y: {_label(columns['x'])})"
+        named = _label(columns["x"]) and _label(columns["y"])
+        how = (
+            f"exchange their entries under pose (x: {_label(columns['y'])}, y: {_label(columns['x'])})"
+            if named
+            else "under pose name the fields of the message the other way round (of PoseStamped: "
+            "x: {field: pose.position.y}, y: {field: pose.position.x})"
         )
+        text = f"x and y have changed places: exchanged, the poses fit the heading; {how}"
         said.append(Finding(Wrong.EXCHANGED, text))
     for name in turned:
         source = {"x": "y", "y": "x"}.get(name, name) if repair.exchanged else name
@@ -155,9 +159,10 @@ def _entry(vehicle: Vehicle, source: int, sign: int) -> str:
 
 
 def _label(column: Column) -> str:
-    """The column of a table, or the field of a message."""
+    """The column of a table, the field of a message; both where the file serves both."""
     index = "" if column.index is None else f"[{column.index}]"
-    return column.column or column.field + index
+    field = column.field and f"{column.topic}{' ' if column.topic else ''}{column.field}{index}"
+    return " or ".join(dict.fromkeys(part for part in (column.column, field) if part))
 
 
 def _pose_columns(vehicle: Vehicle) -> dict[str, Column]:

@@ -70,7 +70,10 @@ def cycles(order: tuple[int, ...]) -> list[list[int]]:
 
 
 def mended(vehicle: Vehicle, repair: Repair) -> Vehicle:
-    """The vehicle with its pose and command columns put right."""
+    """The vehicle with its pose and command columns put right.
+
+    x and y that a bag's messages have by themselves can't be exchanged here: they have no entry.
+    """
     file, names = vehicle.file, vehicle.inputs
     entries = [as_column(file.commands.inputs[names[i]]) for i in repair.order]
     inputs: dict[str, str | Column] = {
