@@ -10,8 +10,9 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 demo: $(VENV)/.built
 	$(BIN)/seatrial demo --out demo
 
+# small matrices on few cores: more threads in BLAS only get in each other's way
 test: $(VENV)/.built $(VENV)/.test
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS)
 
 lint: $(VENV)/.built $(VENV)/.test
 	$(BIN)/ruff format --check .

@@ -255,7 +255,7 @@ def test_findings_name_the_line_to_change():
     (found,) = said["F_u<>F_v"]
     assert found.kind is Wrong.PERMUTED
     assert found.text.startswith("F_u and F_v are swapped: F_u moves sway")
-    assert found.text.endswith("(F_u: F_u, F_v: F_v)")
+    assert found.text.endswith("(F_u: F_u or axes[1], F_v: F_v or axes[0])")
     assert said["degrees"][0].text.endswith("set unit: deg at pose: psi")
     assert said["millimetres"][0].text.endswith("set unit: mm at pose: x and pose: y")
     assert said["-y"][0].text.endswith("set sign: 1 at pose: y")
