@@ -16,6 +16,7 @@ TWO_PLACES_SHARE = 0.12  # of the steps leap where two sources of poses are mixe
 TWO_PLACES_STEPS = 20.0  # by this many usual steps,
 TWO_PLACES_BACK = 0.7  # each opposite to the one before (cosine),
 TWO_PLACES_APART = 0.05  # [m] and by this much
+DAYS_AWAY = 86400.0  # [s] stamps that far from the others are of an unset clock
 GAP_FACTOR = 2.5  # a gap is longer than this many median periods
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
 JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
@@ -32,7 +33,7 @@ class FaultKind(str, Enum):
 
     MARKED = "marked bad in the recording: left out"
     NOT_FINITE = "not a number: left out"
-    STAMP = "stamp out of order: left out"
+    STAMP = "stamp out of order or days away: left out"
     FROZEN = "frozen while the boat moved: left out"
     EXCURSION = "jumped away and back: left out"
     JUMP = "jumped for good: not bridged"
@@ -124,11 +125,21 @@ def silences(
     return found
 
 
+def in_order(stamps: Stamps, *, strict: bool = True) -> Mask:
+    """The most stamps (n,) that rise, out of those without days between them."""
+    if len(stamps) == 0:
+        return np.zeros(0, dtype=bool)
+    order = np.argsort(stamps, kind="stable")
+    group = np.concatenate([[0], np.cumsum(np.diff(stamps[order]) > DAYS_AWAY * 1e9)])
+    together = np.sort(order[group == np.argmax(np.bincount(group))])
+    return _at(len(stamps), together[longest_rising(stamps[together], strict=strict)])
+
+
 def _plain_faults(stamps: Stamps, eta: Array, marked_valid: Mask | None) -> dict[FaultKind, Mask]:
     return {
         FaultKind.MARKED: np.zeros(len(eta), bool) if marked_valid is None else ~marked_valid,
         FaultKind.NOT_FINITE: np.asarray(~np.isfinite(eta).all(axis=1)),
-        FaultKind.STAMP: ~longest_rising(stamps),
+        FaultKind.STAMP: ~in_order(stamps),
     }
 
 

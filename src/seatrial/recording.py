@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import Fault, FaultKind, examine, silences
+from seatrial.faults import Fault, FaultKind, examine, in_order, silences
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
-from seatrial.streams import Stream, longest_rising
+from seatrial.streams import Stream
 
 
 @dataclass(frozen=True)
@@ -146,11 +146,11 @@ class Recording:
                 f"{self.name}: no poses between {start or 0.0:g} s and "
                 f"{self.duration if end is None else end:g} s; it lasts {self.duration:.1f} s"
             )
-        shift = self.seconds(self.stamps[keep])[0]
+        shift, last = (float(s) for s in self.seconds(self.stamps[keep][[0, -1]]))
         kept = tuple(
-            replace(f, start=max(0.0, f.start - shift), end=f.end - shift)
+            replace(f, start=max(0.0, f.start - shift), end=min(f.end, last) - shift)
             for f in self.faults
-            if f.end >= shift and f.start <= self.seconds(self.stamps[keep])[-1]
+            if f.end >= shift and f.start <= last
         )
         return replace(
             self,
@@ -228,7 +228,7 @@ def _known(commands: Signal) -> tuple[Signal, Stamps]:
 
 def rising(stamps: Stamps) -> Mask:
     """Rows in the order of their stamps, as many as there can be; of one stamp, the last."""
-    index = np.flatnonzero(longest_rising(stamps, strict=False))
+    index = np.flatnonzero(in_order(stamps, strict=False))
     last = np.append(np.diff(stamps[index]) > 0, True)
     keep = np.zeros(len(stamps), dtype=bool)
     keep[index[last]] = True

@@ -9,9 +9,15 @@ import numpy as np
 
 from seatrial.frames import Array, Mask, Stamps
 
+FEW = 20  # steps, of which no rhythm can be seen
 BLOCKS = 40  # that a recording is cut into to look for steps of its clock
 LEAST_BLOCK = 10  # messages
+NEAR = 5  # blocks to either side that a step is measured with,
+LASTING = 3  # and so many are needed: a queue that empties late is no step
+CLEAN = 0.8  # share of a step by which all blocks before and after it are apart
 STEP = 0.05  # [s] a clock that is set moves by more than this
+STRAY = 10.0  # [s] a stamp that is further off from those around it says nothing of the clock
+SURE = 4.0  # a drift is more than this many times what transport makes of it
 
 
 class Clock(str, Enum):
@@ -25,25 +31,27 @@ class Clock(str, Enum):
 
 @dataclass(frozen=True)
 class Delay:
-    """Arrival in the bag minus stamp: transport, plus what the clocks are apart."""
+    """Arrival in the bag minus stamp: transport, plus what the clocks are apart.
 
-    least: float  # [s]
+    A clock that is ahead makes it negative, one that runs fast or is set forward makes it fall.
+    """
+
+    least: float  # [s] stray stamps aside
     median: float  # [s]
     most: float  # [s]
-    drift: float  # [s] from the first tenth to the last
-    step: float  # [s] largest sudden change; 0: none
+    drift: float  # [s] from the first tenth to the last, steps aside; 0: none to be seen
+    step: float  # [s] largest sudden change that lasts; 0: none
     step_at: float  # [s] from the first message
+    step_stamp: int  # [ns] last stamp before it
 
     def __str__(self) -> str:
         """Least and most, in words."""
-        low, high = (round(1e3 * x) for x in (self.least, self.most))
-        if low < 0:
-            return (
-                f"{-high} to {-low} ms after arrival"
-                if high < 0
-                else f"{low} to {high} ms off arrival"
-            )
-        return f"{low} to {high} ms before arrival"
+        low, high = self.least, self.most
+        if high < 0:
+            return f"{_span(-high, -low)} after arrival"
+        if low < -0.0005:
+            return f"{time_text(-low)} after to {time_text(high)} before arrival"
+        return f"{_span(max(low, 0.0), high)} before arrival"
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ class Stream:
     kind: str  # message type, or table
     clock: Clock
     count: int
-    rate: float  # [Hz] by the median step; 0 with fewer than two
+    rate: float  # [Hz] by the median step; 0 with fewer than two stamps
     longest: float  # [s] longest step
     jitter: float  # [s] standard deviation of the steps, gaps aside
     duplicated: int  # stamps equal to the one before
@@ -93,7 +101,7 @@ def describe(
 
 def steady(steps: Array) -> bool:
     """Whether steps [s] are those of a rhythm: silence is then a hole, not the absence of change."""
-    if len(steps) < 20:
+    if len(steps) < FEW:
         return False
     return bool(np.percentile(steps, 90) < 2.0 * np.median(steps))
 
@@ -126,22 +134,79 @@ def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
     return keep
 
 
+def rhythm(stream: Stream) -> str:
+    """Its rate in words."""
+    if not stream.on_change or stream.count < FEW:
+        return f"{stream.rate:.4g} Hz"
+    return f"{stream.rate:.4g} Hz{' unevenly' if stream.role == 'poses' else ' while it changes'}"
+
+
+def time_text(seconds: float) -> str:
+    """In ms; from 10 s on in seconds."""
+    return f"{seconds:.6g} s" if seconds >= 10.0 else f"{1e3 * seconds:.0f} ms"
+
+
 def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
     late = (arrival - stamps).astype(np.float64) * 1e-9
+    size = max(1, min(len(late), max(LEAST_BLOCK, len(late) // BLOCKS)))
+    whole = np.sort(late[: len(late) // size * size].reshape(-1, size), axis=1)
+    medians = whole[:, size // 2]
+    spread = float(np.median(whole[:, size * 9 // 10] - whole[:, size // 10]))
+    block = np.minimum(np.arange(len(late)) // size, len(medians) - 1)
+    sane = np.abs(late - medians[block]) < STRAY
+    at, step = _step(stamps, arrival, late, medians, max(STEP, SURE * spread))
+    level = late - np.where(np.arange(len(late)) >= at, step, 0.0)
+    return Delay(
+        float(late[sane].min()), float(np.median(late)), float(late[sane].max()),
+        _drift(level, spread), step,
+        float((arrival[at] - arrival[0]) * 1e-9) if step else 0.0, int(stamps[at - 1]) if step else 0,
+    )  # fmt: skip
+
+
+def _step(
+    stamps: Stamps, arrival: Stamps, late: Array, medians: Array, least: float
+) -> tuple[int, float]:
+    """First message after the largest lasting change of the delay, and the change [s]; 0, 0: none."""
+    n = len(medians)
+    if n < 2:
+        return 0, 0.0
+    slope = float(np.median(np.diff(medians))) if n > 2 * LASTING else 0.0
+    flat = medians - slope * np.arange(n)
+    change = np.array(
+        [np.median(flat[k : k + NEAR]) - np.median(flat[max(0, k - NEAR) : k]) for k in range(1, n)]
+    )
+    k = int(np.argmax(np.abs(change))) + 1
+    if abs(change[k - 1]) < least:
+        return 0, 0.0
+    size = len(late) // n
+    begin, end = max(0, k - NEAR) * size, min(n, k + NEAR) * size
+    near = late[begin:end] - slope * np.arange(begin, end) / size
+    middle = k * size - begin
+    off = [np.abs(near - np.median(part)) for part in (near[:middle], near[middle:])]
+    nearer = np.cumsum(off[0] - off[1])
+    i = int(np.argmin(nearer[:-1])) + 1
+    step, at = float(np.median(near[i:]) - np.median(near[:i])), begin + i
+    if abs(step) < least:
+        return 0, 0.0
+    rising = np.sign(step) * flat
+    before, after = rising[: at // size][-NEAR:], rising[-(-at // size) :][:NEAR]
+    apart = float(after.min() - before.max()) if min(len(before), len(after)) >= LASTING else 0.0
+    # else it must be seen in the stamps, not in when the messages came
+    odd = [abs(int(s[at] - s[at - 1]) - float(np.median(np.diff(s)))) for s in (stamps, arrival)]
+    return (at, step) if apart > CLEAN * abs(step) or odd[0] > odd[1] else (0, 0.0)
+
+
+def _drift(late: Array, spread: float) -> float:
+    """Change of the least delays from the first tenth to the last [s]; 0 if transport explains it."""
     tenth = max(1, len(late) // 10)
-    drift = float(np.median(late[-tenth:]) - np.median(late[:tenth]))
-    size = max(LEAST_BLOCK, len(late) // BLOCKS)
-    whole = late[: len(late) // size * size].reshape(-1, size)
-    step = step_at = 0.0
-    if len(whole) > 1:
-        medians = np.median(whole, axis=1)
-        spread = float(
-            np.median(np.percentile(whole, 90, axis=1) - np.percentile(whole, 10, axis=1))
-        )
-        change = np.diff(medians)
-        k = int(np.argmax(np.abs(change)))
-        if abs(change[k]) > max(STEP, 4.0 * spread):
-            window = late[k * size : (k + 2) * size]
-            at = k * size + int(np.argmax(np.abs(np.diff(window)))) + 1
-            step, step_at = float(change[k]), float((arrival[at] - arrival[0]) * 1e-9)
-    return Delay(float(late.min()), float(np.median(late)), float(late.max()), drift, step, step_at)
+    first, last = np.percentile(late[:tenth], 10), np.percentile(late[-tenth:], 10)
+    drift = float(last - first)
+    return drift if abs(drift) > SURE * spread / np.sqrt(tenth) else 0.0
+
+
+def _span(low: float, high: float) -> str:
+    """Two times [s] that are not negative, as one where they are alike."""
+    (small, unit), (large, other) = (time_text(x).split() for x in (low, high))
+    if unit == other:
+        return f"{small} {unit}" if small == large else f"{small} to {large} {unit}"
+    return f"{small} {unit} to {large} {other}"

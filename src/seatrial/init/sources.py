@@ -12,6 +12,7 @@ from seatrial.io.channels import number_fields, tf_frames
 from seatrial.io.columns import ColumnView, TableView, look_at_columns
 from seatrial.io.contents import Contents, Entry, contents
 from seatrial.io.from_bag import recording_name
+from seatrial.streams import rhythm
 
 Ask = Callable[[str, Sequence[str]], str]
 LIKELY_POSES = ("slam", "mocap", "vicon", "qualisys", "optitrack", "vrpn", "amcl", "pose", "odom")
@@ -165,8 +166,7 @@ def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[
 
 def _notes(found: Contents, chosen: Entry, role: str, own: int = 1) -> list[str]:
     stream = chosen.stream
-    rhythm = f"{stream.rate:.3g} Hz{' while it changes' if stream.on_change else ''}"
-    said = [f"{chosen.topic.type}, {rhythm}, stamps: {stream.clock.value}"]
+    said = [f"{chosen.topic.type}, {rhythm(stream)}, stamps: {stream.clock.value}"]
     others = [e.topic for e in found.of(role) if e.topic.name != chosen.topic.name]
     if others and own == 1:
         said.append("could also be: " + ", ".join(f"{t.name} ({t.type})" for t in others[:6]))

@@ -84,9 +84,9 @@ def inspection_json(found: Inspection) -> dict[str, Any]:
 
 def _view(recording: Recording, vehicle: Vehicle) -> RecordingView:
     found, axes = coverage(vehicle, recording)
-    inputs = input_use(recording)
+    inputs = input_use(vehicle, recording)
     said = verdicts(recording, found, inputs) or [GOOD]
-    said += clock_verdicts(recording.streams)
+    said += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
     try:
         noise = pose_noise(recording)
     except RecordingError:

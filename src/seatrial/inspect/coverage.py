@@ -5,16 +5,19 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.excitation import Excitation, excitation
+from seatrial.faults import GAP_FACTOR
 from seatrial.frames import AXES, Array
 from seatrial.model import thrust_trace
-from seatrial.recording import Recording, Signal
+from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
 REST = 0.05  # command below which an axis counts as at rest
 LEVELS = (1 / 3, 2 / 3)  # bounds of small, medium and large commands
 MOST_LEVELS = 1024  # more different values than these are not called steps
+USUAL = 0.98  # share of the rows not at rest whose values are asked for their grid
 OFF_GRID = 0.1  # share of a step by which values on a grid may miss it
 EDGE = 0.002  # share of the range within which a command counts as at its limit
 
@@ -52,7 +55,7 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     """Minutes by axis, direction and size of the generalised forces."""
     found = excitation(vehicle, recording)
     period = min(0.05, recording.period)
-    t = np.arange(0.0, recording.duration, period)
+    t = _seen(recording, np.arange(0.0, recording.duration, period))
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
     axes = []
@@ -74,20 +77,29 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     return found, axes
 
 
+def _seen(recording: Recording, t: Array) -> Array:
+    """The times [s] that usable poses stand around."""
+    good = recording.t[recording.valid]
+    after = np.searchsorted(good, t, side="right").clip(1, len(good) - 1)
+    inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.period)
+    return np.asarray(t[inside])
+
+
 def vehicle_sign(vehicle: Vehicle, axis: int) -> float:
     """1, or -1 where the vehicle file's axis points the other way than forward-left-up."""
     return -1.0 if vehicle.axes.value == "forward-right-down" and axis > 0 else 1.0
 
 
-def input_use(recording: Recording) -> list[InputUse]:
-    """Every input's range, steps and limits, as forward-left-up commands."""
+def input_use(vehicle: Vehicle, recording: Recording) -> list[InputUse]:
+    """Every input's range, steps and limits, in the vehicle file's axes."""
     signal = recording.commands
     held = np.append(np.diff(signal.stamps), 0).astype(np.float64)
-    return [_use(name, signal.values[:, i], held, signal) for i, name in enumerate(signal.names)]
+    values = signal.values * vehicle.input_signs + 0.0  # no -0
+    return [_use(name, values[:, i], held) for i, name in enumerate(signal.names)]
 
 
-def _use(name: str, values: Array, held: Array, signal: Signal) -> InputUse:
-    levels = np.unique(values)
+def _use(name: str, values: Array, held: Array) -> InputUse:
+    levels, rows = np.unique(values, return_counts=True)
     least, most = float(levels[0]), float(levels[-1])
     if len(levels) == 1:
         return InputUse(name, least, most, 0.0, 1, 0.0, never_moves=True)
@@ -97,16 +109,22 @@ def _use(name: str, values: Array, held: Array, signal: Signal) -> InputUse:
     driven = float(held[moving].sum())
     share = float(held[moving & limit].sum()) / driven if driven > 0 else 0.0
     return InputUse(
-        name, least, most, _resolution(levels, len(signal.stamps)), len(levels), share,
+        name, least, most, _resolution(levels, rows), len(levels), share,
         never_moves=False,
     )  # fmt: skip
 
 
-def _resolution(levels: Array, rows: int) -> float:
-    """Step of the grid that the values come from; 0 where they come from none."""
-    if len(levels) > min(MOST_LEVELS, max(2, rows // 4)):
+def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
+    """Step of the grid that the values come from; 0 where they come from none.
+
+    A few odd values do not hide it: the rarest levels are left out.
+    """
+    order = np.argsort(-rows, kind="stable")
+    driven = rows[order][1:]  # all but where it rests
+    needed = int(np.searchsorted(np.cumsum(driven), USUAL * driven.sum())) + 2
+    if needed > min(MOST_LEVELS, max(2, int(driven.sum()) // 4)):
         return 0.0
-    steps = np.diff(levels)
+    steps = np.diff(np.sort(levels[order[:needed]]))
     step = float(np.median(steps[steps < 1.5 * steps.min()]))
     off = np.abs(steps / step - np.rint(steps / step))
     return step if float(np.percentile(off, 95)) < OFF_GRID else 0.0

@@ -2,9 +2,9 @@
 """An inspection in words, for the terminal."""
 
 from seatrial.excitation import EXCITED
-from seatrial.inspect import Inspection, RecordingView
+from seatrial.inspect import FaultSummary, Inspection, RecordingView
 from seatrial.inspect.coverage import AxisCoverage, InputUse
-from seatrial.streams import Clock, Stream
+from seatrial.streams import Clock, Stream, rhythm
 from seatrial.vehicle import Vehicle
 
 SIDES = {  # directions in words, by axes
@@ -21,7 +21,8 @@ def inspection_text(found: Inspection) -> str:
     """Some lines a recording, its verdicts last; then signs and order."""
     lines = [line for view in found.recordings for line in _lines(view, found.vehicle)]
     signs = found.signs
-    lines += ["signs and order, from all recordings given", *(f"  {text}" for text in signs.text)]
+    lines.append("signs and order, from all recordings given (t: gain over its standard error)")
+    lines += [f"  {text}" for text in signs.text]
     lines += [f"  => {finding.text}" for finding in signs.findings]
     if not signs.findings:
         lines.append("  => nothing against the vehicle file's units, signs and order")
@@ -42,20 +43,22 @@ def _lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
     lines.append(
         f"  quality   {100 * view.usable:.1f} % of the poses usable, jitter {1e3 * view.jitter:.2f} ms{seen}"
     )
-    lines += [
-        f"  fault     {f.count} x {f.kind}; longest {f.longest:.2f} s at {f.longest_at:.1f} s"
-        for f in view.faults
-    ]
-    lines += [
-        _axis(a, *SIDES[vehicle.axes.value][i]) for i, a in enumerate(view.axes)
-    ]  # fmt: skip
+    lines += [f"  fault     {_fault(f)}" for f in view.faults]
+    sides = SIDES[vehicle.axes.value]
+    lines += [_axis(a, *sides[i]) for i, a in enumerate(view.axes)]
     lines += [f"  input     {_input(use)}" for use in view.inputs]
     return lines + [f"  => {verdict}" for verdict in view.verdicts]
 
 
+def _fault(fault: FaultSummary) -> str:
+    many = f"{fault.count} x {fault.kind}"
+    if fault.longest > 0:
+        return f"{many}; longest {fault.longest:.2f} s, at {fault.longest_at:.1f} s"
+    return f"{many}; {'first at' if fault.count > 1 else 'at'} {fault.longest_at:.1f} s"
+
+
 def _stream(stream: Stream) -> str:
-    rhythm = f"{stream.rate:.4g} Hz" + (" while it changes" if stream.on_change else "")
-    text = f"{stream.source} ({stream.kind}): {stream.count} at {rhythm}, longest gap "
+    text = f"{stream.source} ({stream.kind}): {stream.count} at {rhythm(stream)}, longest gap "
     text += f"{stream.longest:.3g} s, stamps: {stream.clock.value}"
     if stream.delay is not None:
         text += f", {stream.delay}"

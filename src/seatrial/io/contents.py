@@ -10,12 +10,13 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from seatrial.inspect.clocks import clock_verdicts
 from seatrial.io.bag import Bag, Topic
 from seatrial.io.bags import open_bag
 from seatrial.io.poses import pose_paths
 from seatrial.io.tf import is_tf
 from seatrial.io.wire import WireError
-from seatrial.streams import Clock, Stream, describe
+from seatrial.streams import Clock, Stream, describe, rhythm
 
 COMMAND_TYPES = (
     "sensor_msgs/msg/Joy", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped",
@@ -91,7 +92,8 @@ def contents_text(found: Contents) -> str:
         "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    lines += [f"  => {remark}" for remark in found.remarks]
+    streams = [entry.stream for entry in found.entries if entry.role and entry.stream.count > 1]
+    lines += [f"  => {remark}" for remark in (*found.remarks, *clock_verdicts(streams))]
     for role in ("poses", "commands"):
         if not found.of(role):
             lines.append(
@@ -122,11 +124,8 @@ def _row(entry: Entry) -> tuple[str, ...]:
     clock = stream.clock.value
     if delay is not None:
         clock += f", {delay}"
-    rate = f"{stream.rate:.4g} Hz" + (
-        " on change" if stream.on_change and stream.count > 20 else ""
-    )
     return (
-        entry.topic.name, entry.topic.type, str(stream.count), rate if stream.rate else "",
+        entry.topic.name, entry.topic.type, str(stream.count), rhythm(stream) if stream.rate else "",
         f"{stream.longest:.3g} s" if stream.rate else "", clock, entry.role,
     )  # fmt: skip
 
