@@ -166,11 +166,6 @@ def vehicle(**changes: Any) -> seatrial.Vehicle:
     return vehicle_from(content, "vehicle.yaml")
 
 
-def inputs(**fields: Any) -> dict[str, Any]:
-    """The three inputs, the ones not given taken from a fourth axis."""
-    return {name: fields.get(name, {"field": "axes[3]"}) for name in ("F_u", "F_v", "F_r")}
-
-
 # Writers. Each makes a bag of these messages in a folder, and returns what to read. #
 
 

@@ -306,15 +306,15 @@ def _whole_vehicle() -> dict[str, object]:
             "starboard": {"column": "F_v", "field": "axes[1]", "sign": -1}}},
         "command_timeout": 0.5,
         "scales": {"rpm": {"column": {"column": "F_r", "field": "axes[3]"}, "reference": 2.0}},
-        "thrusters": {"port": {"x": -0.4, "y": -0.2, "angle_deg": 0},
-                      "starboard": {"x": -0.4, "y": 0.2, "angle_deg": 0}},
+        "forces": {"F_u": {"axis": "surge", "of": {"port": 0.5, "starboard": 0.5}},
+                   "F_r": {"axis": "yaw", "of": {"port": 0.2, "starboard": -0.2}}},
         "allocation": {"scheme": "direct", "limit": 1.0},
         "chain": [{"name": "all", "latency": 0.1, "dead_zone": {"forward": 0.1, "reverse": 0.2},
                    "reverse_ratio": 0.7, "lag": 0.2, "power": 1.5,
                    "scale": {"signal": "rpm", "power": 2.0},
                    "gains": {"port": 1.1, "starboard": 0.9}}],
-        "structure": {"surge": ["u_dot = v*r + X_u*u + X_F*F_u"], "sway": ["v_dot = -u*r + Y_v*v"],
-                      "yaw": ["r_dot = N_r*r + N_F*F_r"]},
+        "structure": {"surge": ["v * r", "X_u * u", "X_F * F_u"], "sway": ["Y_v * v"],
+                      "yaw": ["N_r * r", "N_F * F_r"]},
     }  # fmt: skip
 
 

@@ -27,6 +27,7 @@ MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
 LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag makes them of 768 KiB plus one message
 LARGEST_HEADER = 1 << 20  # [bytes]
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
+KEPT = 1 << 25  # [bytes] of the file in memory
 MARK_REACH = 64  # [bytes] a chunk's header begins at most this long before its mark
 Buffer = mmap.mmap | bytes
 _u32 = struct.Struct("<I").unpack_from
@@ -92,6 +93,7 @@ class Ros1Bag(Bag):
         self._connections: dict[int, Topic] = {}
         self._counts: Counter[int] = Counter()
         self._chunks: list[Place] = []
+        self._forgotten = 0
         self._data = _mapped(path)
         try:
             self._open()
@@ -113,6 +115,7 @@ class Ros1Bag(Bag):
         for place in self._chunks:
             if place.present is not None and not place.present & wanted.keys():
                 continue
+            self._forget(place.position)
             try:
                 for connection, stamp, begin, end, chunk in self._chunk_messages(place):
                     if connection in wanted:
@@ -122,6 +125,13 @@ class Ros1Bag(Bag):
                     raise RecordingError(
                         f"{self.path}: the bag is damaged at byte {place.position} ({error}); {SALVAGE}"
                     ) from None
+
+    def _forget(self, position: int) -> None:
+        """Let go of the memory that holds what was read before."""
+        until = position // mmap.PAGESIZE * mmap.PAGESIZE
+        if until - self._forgotten >= KEPT and hasattr(mmap, "MADV_DONTNEED"):
+            self._data.madvise(mmap.MADV_DONTNEED, 0, until)
+            self._forgotten = until
 
     def _open(self) -> None:
         try:

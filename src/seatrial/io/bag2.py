@@ -4,6 +4,7 @@
 import zlib
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import NoReturn
 
 from seatrial.errors import RecordingError
 from seatrial.io.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
@@ -51,20 +52,15 @@ class Ros2Bag(Bag):
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics."""
         wanted = [c for c in self._reader.connections if c.topic in names]
-        found = self._reader.messages(connections=wanted) if wanted else iter(())
-        while True:
-            try:
-                connection, stamp, data = next(found)
-            except StopIteration:
-                return
-            except Exception as error:  # noqa: BLE001, RUF100 see _explained
-                raise _explained(self.path, error) from None
-            if type(data) is not bytes or type(stamp) is not int or not 0 <= stamp <= LATEST:
-                raise RecordingError(
-                    f"{self.path}: the bag is damaged (a message on {connection.topic} has no time or "
-                    f"content); {SALVAGE}"
-                )
-            yield connection.topic, stamp, data
+        if not wanted:
+            return
+        try:
+            for connection, stamp, data in self._reader.messages(connections=wanted):
+                if type(data) is not bytes or type(stamp) is not int or not 0 <= stamp <= LATEST:
+                    _refuse(self.path, connection.topic)
+                yield connection.topic, stamp, data
+        except Exception as error:  # noqa: BLE001, RUF100 see _explained
+            raise _explained(self.path, error) from None
 
 
 def storage_files(path: Path) -> tuple[Path, ...]:
@@ -79,6 +75,12 @@ def by_number(path: Path) -> tuple[int, str]:
     """Split files in their order: run_2 before run_10."""
     digits = path.name.split(".")[0].rpartition("_")[2]
     return (int(digits) if digits.isdecimal() else 0, path.name)
+
+
+def _refuse(path: Path, topic: str) -> NoReturn:
+    raise RecordingError(
+        f"{path}: the bag is damaged (a message on {topic} has no time or content); {SALVAGE}"
+    )
 
 
 def _explained(path: Path, error: Exception) -> RecordingError:

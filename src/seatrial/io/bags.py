@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Which kind of bag a path is, and opening it."""
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
@@ -116,7 +117,7 @@ def _storage(folder: Path) -> list[Path]:
 def _ros1_files(folder: Path) -> list[Path]:
     """The files of one ROS 1 recording: NAME_0.bag, NAME_1.bag and so on."""
     files = sorted(folder.glob("*.bag"), key=by_number)
-    stems = {p.stem.rpartition("_")[0] for p in files}
+    stems = {re.sub(r"_\d+$", "", p.stem) for p in files}
     if len(files) > 1 and len(stems) > 1:
         raise RecordingError(
             f"{folder}: {len(files)} bags of different names; give them one by one "

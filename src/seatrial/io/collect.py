@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,10 @@ class Collector:
     _raw: list[bytes] = field(default_factory=list)
     _arrival: list[int] = field(default_factory=list)
     _bytes: int = 0
-    _done: list[Samples] = field(default_factory=list)
+    _arrivals: list[Stamps] = field(default_factory=list)
+    _headers: list[Stamps] = field(default_factory=list)
+    _values: list[Array] = field(default_factory=list)
+    _texts: dict[str, list[str]] = field(default_factory=dict)
     _dropped: int = 0
     _count: int = 0
 
@@ -52,6 +56,7 @@ class Collector:
         for path in self.paths:
             self.wire.require(path, f"{self.source}: topic {self.topic.name}")
         self._stamped = self.wire.stamped
+        self._texts = {path: [] for path in self.text_paths}
 
     def add(self, arrival: int, raw: bytes) -> None:
         """One more message."""
@@ -67,20 +72,15 @@ class Collector:
         return self._count + len(self._raw)
 
     def samples(self) -> Samples:
-        """All that was gathered."""
+        """All that was gathered; the collector is empty afterwards."""
         self._flush()
-        parts = self._done
-        if not parts:
+        if not self._arrivals:
             raise RecordingError(
                 f"{self.source}: no message on {self.topic.name} could be read; record it again"
             )
+        header = _joined(self._headers) if self._stamped else None
         return Samples(
-            self.topic,
-            np.concatenate([p.arrival for p in parts]),
-            np.concatenate([p.header for p in parts if p.header is not None])
-            if self._stamped else None,
-            np.concatenate([p.values for p in parts]),
-            {t: [x for p in parts for x in p.texts[t]] for t in self.text_paths},
+            self.topic, _joined(self._arrivals), header, _joined(self._values), self._texts,
             self._dropped,
         )  # fmt: skip
 
@@ -102,12 +102,12 @@ class Collector:
             raw, arrival = [raw[i] for i in good], arrival[good]
             shapes = list(self.wire.shapes(raw))
         if raw:
-            self._done.append(self._decoded(shapes, arrival))
+            self._decode(shapes, arrival)
 
-    def _decoded(self, shapes: Sequence[Shape], arrival: Stamps) -> Samples:
+    def _decode(self, shapes: Sequence[Shape], arrival: Stamps) -> None:
         n = len(arrival)
         values = np.full((n, len(self.paths)), np.nan)
-        header = np.zeros(n, dtype=np.int64) if self._stamped else None
+        header = np.zeros(n, dtype=np.int64)
         texts: dict[str, NDArray[np.object_]] = {
             path: np.full(n, "", dtype=object) for path in self.text_paths
         }
@@ -116,14 +116,15 @@ class Collector:
                 values[shape.rows, column] = self._numbers(shape, path)
             for path, found in texts.items():
                 found[shape.rows] = shape.texts(path)
-            if header is not None:
-                seconds = shape.integers("header.stamp.sec")
-                nanoseconds = shape.integers("header.stamp.nanosec")
-                if seconds is not None and nanoseconds is not None:
-                    header[shape.rows] = seconds * 10**9 + nanoseconds
-        return Samples(
-            self.topic, arrival, header, values, {p: t.tolist() for p, t in texts.items()}
-        )
+            seconds = shape.integers("header.stamp.sec")
+            nanoseconds = shape.integers("header.stamp.nanosec")
+            if seconds is not None and nanoseconds is not None:
+                header[shape.rows] = seconds * 10**9 + nanoseconds
+        self._arrivals.append(arrival)
+        self._headers.append(header)
+        self._values.append(values)
+        for path, found in texts.items():
+            self._texts[path] += found.tolist()
 
     def _numbers(self, shape: Shape, path: str) -> Array:
         found = shape.numbers(path)
@@ -136,6 +137,13 @@ class Collector:
             f"{self.source}: topic {self.topic.name}: '{path}' was asked for, but {array or path} has "
             f"{has} in {len(shape.rows)} messages; count from 0"
         )
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """One array; the parts are let go of."""
+    whole = np.concatenate(parts)
+    parts.clear()
+    return whole
 
 
 def collect(bag: Bag, collectors: Sequence[Collector]) -> list[Samples]:

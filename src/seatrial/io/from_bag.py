@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.errors import RecordingError
-from seatrial.frames import Array
 from seatrial.io.bag import Bag, Topic
 from seatrial.io.bags import open_bag
 from seatrial.io.collect import Collector, Samples, collect
@@ -44,17 +43,17 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         if fields is not None:
             wanted.append(fields.collector(str(path), salvage=salvage))
         samples = collect(bag, wanted)
+        lost = [f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped]
         poses = (
             poses_from_tf(bag, vehicle, salvage=salvage)
             if fields is None
             else raw_poses(fields, samples.pop(), vehicle, str(path))
         )
-        driven, streams = _signal(vehicle, commands, samples[: len(commands)], "commands")
-        factors, more = _signal(vehicle, scales, samples[len(commands) :], "scales")
-    lost = [f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped]
+        driven, streams = _signal(vehicle, commands, samples, "commands")
+        factors, more = _signal(vehicle, scales, samples, "scales")
     return make_recording(
         recording_name(path), poses.stamps, poses.eta,
-        Signal(vehicle.inputs, driven.stamps, driven.values * vehicle.input_signs),
+        driven,
         scales=_finite(factors) if scales else None, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in bag.files], streams=(poses.stream, *streams, *more),
         remarks=(*bag.remarks, *lost),
@@ -64,7 +63,8 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
 def recording_name(path: Path) -> str:
     """A recording's name: the file's or folder's, without what marks it as a bag."""
     full = path.resolve()
-    return full.name if full.is_dir() else full.name.removesuffix(".active").rpartition(".")[0]
+    name = full.name.removesuffix(".active").removesuffix(".zstd")
+    return full.name if full.is_dir() else name.rpartition(".")[0]
 
 
 def field_path(column: Column) -> str:
@@ -94,22 +94,31 @@ def _parts(
 
 
 def _signal(
-    vehicle: Vehicle, parts: Sequence[_Part], samples: Sequence[Samples], role: str
+    vehicle: Vehicle, parts: Sequence[_Part], samples: list[Samples], role: str
 ) -> tuple[Signal, list[Stream]]:
-    """One signal out of the topics' columns: each value holds until its topic's next."""
+    """One signal out of the topics' columns: each value holds until its topic's next.
+
+    Takes the samples out of the list: ten hours of them are not kept twice.
+    """
+    names = vehicle.inputs if role == "commands" else vehicle.scales
+    signs = (
+        dict(zip(vehicle.inputs, vehicle.input_signs, strict=True)) if role == "commands" else {}
+    )
     signals, streams = [], []
-    for part, found in zip(parts, samples, strict=True):
+    for part in parts:
+        found = samples.pop(0)
         stamps, clock = chosen_stamps(found, vehicle.file.commands.clock)
-        values = [scaled(found.values[:, i], column) for i, column in enumerate(part.columns)]
-        keep = rising(stamps)
-        signals.append(Signal(part.names, stamps[keep], np.column_stack(values)[keep]))
         streams.append(
             describe(
                 role, part.topic.name, part.topic.type, clock=clock, stamps=stamps,
                 arrival=found.arrival, publishers=part.topic.publishers,
             )
         )  # fmt: skip
-    names = vehicle.inputs if role == "commands" else vehicle.scales
+        keep = rising(stamps)
+        values = np.empty((int(keep.sum()), len(part.names)))
+        for i, (name, column) in enumerate(zip(part.names, part.columns, strict=True)):
+            values[:, i] = signs.get(name, 1.0) * scaled(found.values[:, i], column)[keep]
+        signals.append(Signal(part.names, stamps[keep], values))
     return _merged(signals, names), streams
 
 
@@ -117,14 +126,17 @@ def _merged(signals: Sequence[Signal], names: tuple[str, ...]) -> Signal:
     """Signals as one, in the order of `names`, from where all are known."""
     if not signals:
         return Signal((), np.zeros(0, np.int64), np.zeros((0, 0)))
-    begin = max((s.stamps[0] for s in signals if len(s.stamps)), default=0)
+    if len(signals) == 1 and signals[0].names == names:
+        return signals[0]
+    begin = max(s.stamps[0] for s in signals)
     stamps = np.unique(np.concatenate([s.stamps for s in signals]))
     stamps = stamps[stamps >= begin]
-    columns: dict[str, Array] = {}
+    values = np.empty((len(stamps), len(names)))
     for signal in signals:
         row = np.searchsorted(signal.stamps, stamps, side="right") - 1
-        columns.update(zip(signal.names, signal.values[row].T, strict=True))
-    return Signal(names, stamps, np.column_stack([columns[name] for name in names]))
+        for i, name in enumerate(signal.names):
+            values[:, names.index(name)] = signal.values[row, i]
+    return Signal(names, stamps, values)
 
 
 def _finite(signal: Signal) -> Signal:

@@ -83,11 +83,14 @@ class Shape:
         if leaf is None or leaf.dtype != "S":
             return None
         block = self.data[:, leaf.offset : leaf.offset + leaf.count]
+        if (block == block[0]).all():
+            block = block[:1]
         unique: dict[bytes, str] = {}
-        return [
+        found = [
             unique.setdefault(raw, raw.rstrip(b"\0").decode("utf-8", "replace"))
             for raw in map(bytes, block)
         ]
+        return found if len(found) == len(self.data) else found * len(self.data)
 
     def place(self, path: str) -> tuple[int, str]:
         """Where a number stands, and its numpy type. Raises KeyError."""
@@ -289,7 +292,7 @@ class _Walk:
         if count < 0:
             raise WireError(f"is said to have {count} elements in '{path}'")
         if tag == "base" and detail in PRIMITIVES:
-            self._leaf(PRIMITIVES[detail], count, path)
+            self._leaf(self._code(detail), count, path)
             return
         if count > MOST_ELEMENTS:
             raise WireError(f"claims {count} elements in '{path}'")
@@ -298,12 +301,16 @@ class _Walk:
 
     def _base(self, primitive: str, path: str) -> None:
         if primitive in PRIMITIVES:
-            self._leaf(PRIMITIVES[primitive], 1, path)
+            self._leaf(self._code(primitive), 1, path)
         elif primitive == "string":
             count = self._length()
             self._take(path, Leaf(self.at, "S", count), count)
         else:
             raise WireError(f"has a field '{path}' of type {primitive}, which is not read")
+
+    def _code(self, primitive: str) -> str:
+        """numpy's code; ROS 1's byte has a sign."""
+        return "i1" if primitive == "byte" and not self.wire.cdr else PRIMITIVES[primitive]
 
     def _leaf(self, code: str, count: int, path: str) -> None:
         size = int(code[1])
@@ -343,6 +350,7 @@ def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesd
         rule = "=" * 80 + "\n"
         for part in text.split(rule) if text.startswith(rule) else [text]:
             body = part.split("\n", 1)[1] if part.startswith("IDL: ") else part
+            body = re.sub(r"(?m)^\s*#.*$", "", body)  # what it includes stands beside it
             if body.strip():
                 found.update(get_types_from_idl(body))
     except (TypesysError, IndexError, KeyError, ValueError, RecursionError) as error:
