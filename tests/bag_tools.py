@@ -29,6 +29,7 @@ SECOND = 10**9  # [ns]
 START = 1_700_000_000 * SECOND  # [ns]
 OTHERS = {  # as their packages have them
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
+    "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms",
     "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels",
     "mavros_msgs/msg/RCIn": "std_msgs/Header header\nuint8 rssi\nuint16[] channels",
     "mavros_msgs/msg/ManualControl": (

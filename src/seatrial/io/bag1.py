@@ -103,7 +103,8 @@ class Ros1Bag(Bag):
             if not salvage:
                 self.close()
                 raise
-            self._scan(str(error).removeprefix(f"{path}: ").partition("; ")[0])
+            reason = str(error).removeprefix(f"{path}: ").partition(SALVAGE)[0]
+            self._scan(reason.partition(": was ")[0].rstrip("; "))
 
     def close(self) -> None:
         """Let go of the file."""

@@ -74,7 +74,7 @@ class Collector:
     def samples(self) -> Samples:
         """All that was gathered; the collector is empty afterwards."""
         self._flush()
-        if not self._arrivals:
+        if not sum(map(len, self._arrivals)):
             raise RecordingError(
                 f"{self.source}: no message on {self.topic.name} could be read; record it again"
             )
@@ -108,32 +108,37 @@ class Collector:
         n = len(arrival)
         values = np.full((n, len(self.paths)), np.nan)
         header = np.zeros(n, dtype=np.int64)
+        keep = np.ones(n, dtype=bool)
         texts: dict[str, NDArray[np.object_]] = {
             path: np.full(n, "", dtype=object) for path in self.text_paths
         }
         for shape in shapes:
             for column, path in enumerate(self.paths):
-                values[shape.rows, column] = self._numbers(shape, path)
-            for path, found in texts.items():
-                found[shape.rows] = shape.texts(path)
+                found = shape.numbers(path)
+                if found is not None:
+                    values[shape.rows, column] = found
+                elif self.salvage and len(shapes) > 1:
+                    keep[shape.rows] = False
+                else:
+                    raise self._lacking(shape, path)
+            for path, listed in texts.items():
+                listed[shape.rows] = shape.texts(path)
             seconds = shape.integers("header.stamp.sec")
             nanoseconds = shape.integers("header.stamp.nanosec")
             if seconds is not None and nanoseconds is not None:
                 header[shape.rows] = seconds * 10**9 + nanoseconds
-        self._arrivals.append(arrival)
-        self._headers.append(header)
-        self._values.append(values)
-        for path, found in texts.items():
-            self._texts[path] += found.tolist()
+        self._dropped += int((~keep).sum())
+        self._arrivals.append(arrival[keep])
+        self._headers.append(header[keep])
+        self._values.append(values[keep])
+        for path, listed in texts.items():
+            self._texts[path] += listed[keep].tolist()
 
-    def _numbers(self, shape: Shape, path: str) -> Array:
-        found = shape.numbers(path)
-        if found is not None:
-            return found
+    def _lacking(self, shape: Shape, path: str) -> RecordingError:
         array = path.rpartition("[")[0]
         leaf = shape.leaves.get(array)
         has = f"{leaf.count} values" if leaf is not None else "fewer elements"
-        raise RecordingError(
+        return RecordingError(
             f"{self.source}: topic {self.topic.name}: '{path}' was asked for, but {array or path} has "
             f"{has} in {len(shape.rows)} messages; count from 0"
         )

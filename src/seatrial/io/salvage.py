@@ -101,17 +101,18 @@ class UnpackedBag(Bag):
     def __init__(self, path: Path, opened: Callable[[Path], Bag], *, salvage: bool) -> None:
         self.path = path
         self._folder = tempfile.TemporaryDirectory()
+        unpacked = Path(self._folder.name) / path.stem
         try:
-            unpacked = Path(self._folder.name) / path.stem
             self._unpack(unpacked, salvage=salvage)
             self._bag = opened(unpacked)
         except RecordingError as error:
             self._folder.cleanup()
-            raise RecordingError(str(error).replace(f"{self._folder.name}/", "")) from None
+            raise RecordingError(str(error).replace(str(unpacked), str(path))) from None
         except OSError:
             self._folder.cleanup()
             raise
         self.kind, self.topics, self.remarks = self._bag.kind, self._bag.topics, self._bag.remarks
+        self._bag.path = path  # for messages to people
         self.files = (path,)
 
     def close(self) -> None:
@@ -252,9 +253,11 @@ class SalvagedMcap(Bag):
         try:
             if kind == MESSAGE and not learn:
                 channel, _, stamp, _ = struct.unpack_from("<HIQQ", body)
-                if stamp <= LATEST:
-                    self._latest = stamp
-                    yield channel, stamp, body[MESSAGE_HEADER:]
+                if not 0 < stamp <= LATEST:
+                    self._lost += 1
+                    return
+                self._latest = stamp
+                yield channel, stamp, body[MESSAGE_HEADER:]
             elif kind == SCHEMA:
                 (number,) = struct.unpack_from("<H", body)
                 name, encoding, text = _texts(body, 2, 3)
@@ -312,6 +315,9 @@ def _texts(body: bytes, at: int, count: int) -> list[str]:
     return found
 
 
+_DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)
+
+
 @dataclass(frozen=True)
 class _Row:
     number: int
@@ -329,6 +335,7 @@ class SalvagedDb3(Bag):
         self.path, self.files = path, (path,)
         uri = f"{path.resolve().as_uri()}?immutable=1"
         self._base = sqlite3.connect(uri, uri=True)
+        self._base.execute("PRAGMA writable_schema = ON")  # or a file cut short is not opened
         try:
             found = self._base.execute("SELECT id, name, type FROM topics").fetchall()
             names = {int(i): (str(name), str(kind)) for i, name, kind in found}
@@ -375,28 +382,44 @@ class SalvagedDb3(Bag):
     def _rows(self) -> Iterator[_Row]:
         """All rows that can be read, from the first on."""
         self._lost, at = 0, -LATEST
-        query = (
-            "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid"
-        )
         while self._lost < MOST_STRETCHES:
             try:
-                for number, topic, stamp, data in self._base.execute(query, (at,)):
-                    if type(number) is not int or number < at:  # pages in a circle
-                        break
-                    at = number + 1
-                    kinds = [type(value) for value in (topic, stamp, data)]
-                    if kinds == [int, int, bytes] and 0 <= stamp <= LATEST:
-                        yield _Row(number, topic, stamp, data)
-                else:
-                    return
-            except (sqlite3.Error, UnicodeDecodeError, OverflowError):
-                pass
+                for row in self._from(at):
+                    at = row.number + 1
+                    yield row
+            except _DB3_ERRORS:
+                # a row is handed out only when the next was looked for
+                last = self._one(at)
+                if last is not None:
+                    at = last.number + 1
+                    yield last
+                    continue
+            else:
+                return
             self._lost += 1
             at = max(at, 0)
             step = self._readable_after(at)
             if step is None:
                 return
             at += step
+
+    def _from(self, at: int, ends: str = "") -> Iterator[_Row]:
+        query = (
+            "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid"
+        )
+        for number, topic, stamp, data in self._base.execute(query + ends, (at,)):
+            if type(number) is not int or number < at:
+                raise sqlite3.DatabaseError("pages in a circle")
+            at = number + 1
+            kinds = [type(value) for value in (topic, stamp, data)]
+            if kinds == [int, int, bytes] and 0 <= stamp <= LATEST:
+                yield _Row(number, topic, stamp, data)
+
+    def _one(self, at: int) -> _Row | None:
+        try:
+            return next(self._from(at, " LIMIT 1"), None)
+        except _DB3_ERRORS:
+            return None
 
     def _readable_after(self, at: int) -> int | None:
         """How far the next row is that can be read: twice as far each time, then halved back."""

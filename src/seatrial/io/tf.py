@@ -230,6 +230,7 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
     between = np.column_stack(
         [a[:, :3] + share * (b[:, :3] - a[:, :3]), _turned(a[:, 3:], b[:, 3:], share)]
     )
+    between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # even beside a NaN
     return np.where(inside, between, np.nan)
 
 

@@ -1,0 +1,698 @@
+# SPDX-License-Identifier: MIT
+"""Bad bags: one clear line each; and what salvage gets back is what was there."""
+
+import itertools
+import re
+import struct
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from bag_tools import (
+    SECOND,
+    START,
+    WRITERS,
+    Sent,
+    bag_records,
+    drive,
+    header,
+    joy_sent,
+    mcap,
+    mcap_records,
+    old_db3,
+    pose,
+    poses_sent,
+    raw,
+    ros1,
+    ros2,
+    split1,
+    split2,
+    vehicle,
+)
+
+import seatrial
+from seatrial.errors import SeatrialError
+from seatrial.faults import FaultKind
+from seatrial.io.bags import open_bag
+
+LENGTH = 3.0  # [s]
+JOY = "sensor_msgs/msg/Joy"
+PAGE = 4096  # [bytes] of a database
+MAKE = {"bag": ros1, "mcap": mcap}
+
+
+@pytest.fixture(scope="module")
+def sent() -> list[Sent]:
+    return drive(LENGTH)
+
+
+def refused(path: Path, words: str, boat: seatrial.Vehicle | None = None, **how: bool) -> str:
+    """The one line."""
+    with pytest.raises(SeatrialError, match=words) as caught:
+        seatrial.read(path, vehicle() if boat is None else boat, **how)
+    line = str(caught.value)
+    assert line.isprintable()
+    assert len(line) < 1500
+    return line
+
+
+def messages(path: Path, *, salvage: bool = False) -> list[tuple[str, int, bytes]]:
+    with open_bag(path, salvage=salvage) as bag:
+        found = list(bag.messages(bag.topics.keys()))
+        counts = {name: topic.messages for name, topic in bag.topics.items()}
+    for name, count in counts.items():
+        assert sum(m[0] == name for m in found) == count
+    return found
+
+
+def made(folder: Path, kind: str, sent: list[Sent]) -> Path:
+    folder.mkdir(exist_ok=True)
+    return MAKE[kind](folder / f"run.{kind}", sent)
+
+
+both = pytest.mark.parametrize("kind", MAKE)
+
+
+# What was asked for is not there #
+
+
+@both
+def test_a_topic_that_is_not_there_lists_those_that_are(tmp_path, sent, kind):
+    path = made(tmp_path, kind, sent)
+    line = refused(path, "no topic /slam/pos", vehicle(pose={"topic": "/slam/pos"}))
+    assert "(pose: topic); did you mean /slam/pose?" in line
+    for topic in (
+        "/joy (sensor_msgs/Joy, 300)", "/rosout (std_msgs/String, 42)",
+        "/slam/pose (geometry_msgs/PoseStamped, 45)",
+    ):  # fmt: skip
+        assert topic in line
+    line = refused(path, "no topic /cmd_vel", vehicle(commands={"topic": "/cmd_vel"}))
+    assert "(commands: inputs: F_u)" in line
+    inputs = {"F_u": "axes[0]", "F_v": "axes[1]", "F_r": {"topic": "/wheel", "field": "data"}}
+    line = refused(path, "no topic /wheel", vehicle(commands={"topic": "/joy", "inputs": inputs}))
+    assert "(commands: inputs: F_r)" in line
+
+
+@both
+def test_a_field_or_an_element_that_is_not_there_says_what_is(tmp_path, sent, kind):
+    path = made(tmp_path, kind, sent)
+
+    def asked(field, **more):
+        inputs = {n: {"field": field, **more} for n in ("F_u", "F_v", "F_r")}
+        return vehicle(commands={"topic": "/joy", "inputs": inputs})
+
+    refused(
+        path, r"topic /joy: sensor_msgs/Joy has no 'axis'; did you mean 'axes'", asked("axis[0]")
+    )
+    refused(path, r"'axes' is not a number; numbers there: axes\[\]", asked("axes"))
+    refused(
+        path, r"'axes\[4\]' was asked for, but axes has 4 values in 300 messages; count from 0",
+        asked("axes", index=4),
+    )  # fmt: skip
+    boat = vehicle(pose={"topic": "/rosout"})
+    refused(path, "/rosout is std_msgs/String, which has no position and orientation", boat)
+
+
+def test_a_vehicle_file_for_tables_only_says_what_to_do(tmp_path, sent):
+    path = made(tmp_path, "bag", sent)
+    content = vehicle().to_mapping()
+    del content["pose"]["topic"]
+    boat = seatrial.vehicle.vehicle_from(content, "v.yaml")
+    refused(path, "v.yaml: pose: no topic; name one for bags, or let 'seatrial init", boat)
+    content = vehicle().to_mapping()
+    del content["commands"]["topic"]
+    boat = seatrial.vehicle.vehicle_from(content, "v.yaml")
+    refused(path, "v.yaml: commands: inputs: F_u has no topic; name one for bags", boat)
+
+
+def test_a_topic_without_messages_and_one_with_two_types_are_named(tmp_path, sent):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    from bag_tools import store
+
+    with Writer(tmp_path / "run", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        known = {
+            name: writer.add_connection(name, kind, typestore=store(ros1=False))
+            for name, kind in {s.topic: s.type for s in sent}.items()
+        }
+        other = writer.add_connection("/joy", "std_msgs/msg/String", typestore=store(ros1=False))
+        for s in sent:
+            if s.topic == "/joy":
+                writer.write(known[s.topic], s.time, raw(s, ros1=False))
+        writer.write(
+            other, START, raw(Sent("/joy", "std_msgs/msg/String", 0, {"data": "x"}), ros1=False)
+        )
+    refused(tmp_path / "run", "topic /joy carries sensor_msgs/Joy and std_msgs/String")
+    line = refused(
+        tmp_path / "run", "topic /slam/pose has no messages",
+        vehicle(commands={"topic": "/slam/pose"}),
+    )  # fmt: skip
+    assert "was its publisher running?" in line
+
+
+def test_a_type_that_nobody_knows_says_how_to_record_it(tmp_path, sent):
+    odd = [
+        s._replace(type="boat_msgs/msg/Motors", fields={}) if s.topic == "/joy" else s for s in sent
+    ]
+    path = old_db3(tmp_path, odd, qos=True)
+    inputs = {"F_u": "id", "F_v": "id", "F_r": "id"}
+    refused(
+        path, "brings no definition of boat_msgs/Motors, and it is not a common type; record it as",
+        vehicle(commands={"inputs": inputs}),
+    )  # fmt: skip
+
+
+# Not a bag, or not one we read #
+
+
+@pytest.mark.parametrize(
+    "name", ["run.bag", "run.bag.active", "run.mcap", "run.db3", "run.db3.zstd"]
+)
+def test_empty_files_and_other_files_are_told(tmp_path, name):
+    path = tmp_path / name
+    for content in (b"", b"\x89PNG\r\n\x1a\n" + bytes(200), b"PK\x03\x04" + b"x" * 5000, b"\n" * 9):
+        path.write_bytes(content)
+        for salvage in (False, True):
+            line = refused(path, ".", salvage=salvage)
+            assert str(path) in line
+            if not content and not name.endswith("zstd"):
+                assert "is empty; was anything recorded?" in line
+
+
+def test_other_formats_and_versions_are_named(tmp_path, sent):
+    path = tmp_path / "old.bag"
+    path.write_bytes(b"#ROSBAG V1.2\n" + bytes(100))
+    refused(path, "a bag of format 1.2; convert it with rosbag migrate")
+    foreign = mcap(tmp_path / "foreign.mcap", sent)
+    foreign.write_bytes(foreign.read_bytes().replace(b"\x04\0\0\0ros2", b"\x04\0\0\0ros1", 1))
+    refused(foreign, "is an MCAP file, but not one of ROS 2; convert it")
+
+
+def test_an_encrypted_bag_says_so(tmp_path, sent):
+    content = made(tmp_path, "bag", sent).read_bytes()
+    (head,) = struct.unpack_from("<I", content, 13)
+    extra = struct.pack("<I", 19) + b"encryptor=rosbag/Ae"
+    locked = content[:13] + struct.pack("<I", head + len(extra)) + content[17 : 17 + head] + extra
+    path = tmp_path / "locked.bag"
+    path.write_bytes(locked + content[17 + head :])
+    refused(path, "is encrypted; decrypt it with rosbag decrypt")
+
+
+def test_a_folder_with_metadata_only_and_a_missing_part_are_told(tmp_path, sent):
+    folder = ros2(tmp_path / "run", sent)
+    (folder / "run.mcap").unlink()
+    refused(folder, r"the bag is damaged \(Some database files are missing")
+    refused(folder, r"metadata.yaml is there, but no .mcap or .db3 beside it", salvage=True)
+    split = split2(tmp_path / "split", sent, "mcap")
+    (split / "split_5.mcap").unlink()
+    refused(split, "missing")
+    assert "/joy" in {m[0] for m in messages(split, salvage=True)}
+
+
+def test_metadata_that_are_no_metadata(tmp_path, sent):
+    folder = ros2(tmp_path / "run", sent)
+    for text in (
+        "",
+        "[]",
+        "x: 1",
+        "\t",
+        "rosbag2_bagfile_information: {version: 99}",
+        "\0",
+        "a: *b",
+    ):
+        (folder / "metadata.yaml").write_text(text)
+        refused(folder, "damaged.*--salvage")
+        assert len(messages(folder, salvage=True)) == len(sent)
+
+
+def test_a_bag_with_fewer_messages_than_it_says_is_not_whole(tmp_path, sent):
+    folder = ros2(tmp_path / "run", sent)
+    content = yaml.safe_load((folder / "metadata.yaml").read_text())
+    for topic in content["rosbag2_bagfile_information"]["topics_with_message_count"]:
+        topic["message_count"] += 5
+    (folder / "metadata.yaml").write_text(yaml.safe_dump(content))
+    refused(
+        folder, "the bag is damaged: 300 of 305 messages on /joy are there; --salvage reads what"
+    )
+    assert len(seatrial.read(folder, vehicle(), salvage=True).commands.stamps) == 300
+
+
+# Numbers and clocks #
+
+
+@both
+def test_poses_that_are_no_numbers_are_left_out_and_commands_hide_the_poses(tmp_path, kind):
+    poses = poses_sent(LENGTH)
+    odd = {5: float("nan"), 6: float("inf"), 7: -float("inf"), 8: 1e300}
+    for i, value in odd.items():
+        poses[i].fields["pose"]["position"]["x"] = value
+    poses[20].fields["pose"]["orientation"] = dict.fromkeys("xyzw", 0.0)
+    joy = joy_sent(LENGTH)
+    for i in range(150, 160):
+        joy[i].fields["axes"][1] = float("nan") if i % 2 else float("inf")
+    record = seatrial.read(made(tmp_path, kind, poses + joy), vehicle())
+    bad = np.flatnonzero(~record.valid).tolist()
+    assert set(bad) >= {5, 6, 7, 8, 20, 23}
+    assert set(bad) <= {5, 6, 7, 8, 20, 22, 23, 24}  # 1.50 s to 1.60 s
+    kinds = [f.kind for f in record.faults]
+    assert kinds.count(FaultKind.NOT_FINITE) == 2
+    assert kinds.count(FaultKind.NO_NUMBER) == 1
+    assert np.isfinite(record.commands.values).all()
+
+
+@both
+@pytest.mark.parametrize("jump", [-1.0, 3600.0])
+def test_a_clock_that_is_set_while_recording_is_a_fault_not_a_tear(tmp_path, kind, jump):
+    """The header's clock jumps, for poses and commands alike; the bag's does not."""
+    later = [
+        m._replace(fields={**m.fields, "header": header(
+            m.fields["header"]["stamp"]["sec"] * SECOND + m.fields["header"]["stamp"]["nanosec"]
+            + (round(jump * 1e9) if m.time >= START + 1.5e9 else 0), "map")})
+        for m in poses_sent(LENGTH) + joy_sent(LENGTH)
+    ]  # fmt: skip
+    record = seatrial.read(made(tmp_path, kind, later), vehicle())
+    assert np.all(np.diff(record.stamps) > 0)
+    assert np.all(np.diff(record.commands.stamps) > 0)
+    kinds = {f.kind for f in record.faults}
+    assert kinds & {FaultKind.STAMP, FaultKind.GAP}
+    assert record.streams[0].delay.step == pytest.approx(-jump, abs=0.01)
+    arrivals = seatrial.read(
+        tmp_path / f"run.{kind}", vehicle(pose={"clock": "bag"}, commands={"clock": "bag"})
+    )
+    assert arrivals.faults == ()
+
+
+def test_stamps_that_no_clock_shows_are_damage(tmp_path, sent):
+    path = mcap(tmp_path / "run.mcap", sent, "", crc=False)
+    content = path.read_bytes()
+    stamp = struct.pack("<Q", sent[60].time)
+    path.write_bytes(content.replace(stamp, struct.pack("<Q", 1 << 63)))
+    refused(path, "damaged.*--salvage")
+    assert len(messages(path, salvage=True)) == len(sent) - 1
+
+
+# Two robots #
+
+
+@both
+def test_two_robots_on_one_topic_are_refused_until_one_is_named(tmp_path, kind):
+    ours, theirs = poses_sent(LENGTH), poses_sent(LENGTH, frame="robot2/map")
+    for s in theirs:
+        s.fields["pose"]["position"]["x"] += 5.0
+    theirs = [s._replace(time=s.time + 7) for s in theirs]
+    path = made(tmp_path, kind, ours + theirs + joy_sent(LENGTH))
+    line = refused(path, "mixes poses of several frames, header.frame_id 'map' ")
+    assert (
+        "'map' (45), 'robot2/map' (45): two robots, or two sources; write the one you mean" in line
+    )
+    one = seatrial.read(path, vehicle(pose={"parent": "map"}))
+    two = seatrial.read(path, vehicle(pose={"parent": "robot2/map"}))
+    np.testing.assert_allclose(two.eta - one.eta, np.tile([5.0, 0, 0], (45, 1)), atol=1e-12)
+    refused(
+        path, r"no pose on /slam/pose has header.frame_id 'moon' \(pose: parent\); there are 'map'",
+        vehicle(pose={"parent": "moon"}),
+    )  # fmt: skip
+
+
+def test_two_odometries_on_one_topic_are_told_apart_by_their_child(tmp_path):
+    sent = joy_sent(LENGTH)
+    for k, s in itertools.product((1, 2), poses_sent(LENGTH)):
+        x = s.fields["pose"]["position"]["x"] + 5 * k
+        sent.append(
+            Sent("/odom", "nav_msgs/msg/Odometry", s.time + k,
+                 {"header": s.fields["header"], "child_frame_id": f"boat{k}",
+                  "pose": {"pose": pose(x, 0, 0)}})
+        )  # fmt: skip
+    path = ros1(tmp_path / "run.bag", sent)
+    refused(
+        path, r"child_frame_id 'boat\d' \(45\), .*pose: child", vehicle(pose={"topic": "/odom"})
+    )
+    for k in (1, 2):
+        boat = vehicle(pose={"topic": "/odom", "child": f"boat{k}"})
+        assert seatrial.read(path, boat).eta[0, 0] == pytest.approx(5 * k)
+
+
+# Truncated, torn, overwritten: refused, and salvaged #
+
+
+def bag_messages(content: bytes, start: int = 13) -> Iterator[int]:
+    """Where each message of an uncompressed .bag ends."""
+    for op, begin, end in bag_records(content):
+        if op == 5:
+            (head,) = struct.unpack_from("<I", content, begin)
+            inner = begin + 8 + head
+            for kind, _, stop in bag_records(b"\0" * start + content[inner:end]):
+                if kind == 2:
+                    yield inner + stop - start
+
+
+CUTS = np.linspace(0.12, 0.995, 23)
+
+
+@pytest.mark.parametrize("share", CUTS)
+def test_a_cut_off_bag_gives_every_message_before_the_cut(tmp_path, sent, share):
+    path = ros1(tmp_path / "run.bag", sent)
+    whole, content = messages(path), path.read_bytes()
+    cut = int(share * len(content))
+    path.write_bytes(content[:cut])
+    refused(
+        path, "the bag is not whole .*: was the recording cut off\\? --salvage reads what is left"
+    )
+    found = messages(path, salvage=True)
+    assert found == whole[: len(found)]
+    assert len(found) == sum(end <= cut for end in bag_messages(content))
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+@pytest.mark.parametrize("share", CUTS[5::3])
+def test_a_cut_off_compressed_bag_gives_every_whole_chunk(tmp_path, sent, compression, share):
+    path = ros1(tmp_path / "run.bag", sent, compression, chunk=1 << 12)
+    whole, content = messages(path), path.read_bytes()
+    cut = int(share * len(content))
+    chunks = [end for op, _, end in bag_records(content) if op == 5]
+    path.write_bytes(content[:cut])
+    refused(path, "--salvage")
+    found = messages(path, salvage=True)
+    assert found == whole[: len(found)]
+    with open_bag(path, salvage=True) as bag:
+        assert "salvaged (" in bag.remarks[0]
+    done = sum(end <= cut for end in chunks)
+    assert len(found) >= done * 0.6 * len(whole) / len(chunks)
+    if done == len(chunks):
+        assert found == whole
+
+
+def test_a_salvaged_recording_is_the_begin_of_the_whole_one(tmp_path, sent):
+    path = ros1(tmp_path / "run.bag", sent)
+    whole = seatrial.read(path, vehicle())
+    path.write_bytes(path.read_bytes()[: int(0.6 * path.stat().st_size)])
+    part = seatrial.read(path, vehicle(), salvage=True)
+    n, m = len(part.stamps), len(part.commands.stamps)
+    assert 20 < n < 45
+    np.testing.assert_array_equal(part.eta, whole.eta[:n])
+    np.testing.assert_array_equal(part.commands.values, whole.commands.values[:m])
+    said = r"salvaged \(the bag is not whole \(.*\)\): \d+ messages in \d+ chunks, 1 not whole"
+    assert re.fullmatch(said, part.remarks[0])
+
+
+def unclosed(content: bytes) -> bytes:
+    """A .bag as it is while it is recorded: no index, no counts."""
+    head = content.index(b"index_pos=") + 10
+    counts = content.index(b"conn_count=") + 11, content.index(b"chunk_count=") + 12
+    (index,) = struct.unpack_from("<Q", content, head)
+    out = bytearray(content[:index])
+    struct.pack_into("<Q", out, head, 0)
+    for at in counts:
+        struct.pack_into("<I", out, at, 0)
+    return bytes(out)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_a_bag_that_was_never_closed_is_all_there(tmp_path, sent, compression):
+    path = ros1(tmp_path / "run.bag", sent, compression)
+    whole = messages(path)
+    active = tmp_path / "run.bag.active"
+    active.write_bytes(unclosed(path.read_bytes()))
+    refused(active, "the bag is not whole .it has no index.: was the recording cut off")
+    assert messages(active, salvage=True) == whole
+    assert seatrial.read(active, vehicle(), salvage=True).name == "run"
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_the_chunk_that_was_being_written_is_read_as_far_as_it_goes(tmp_path, sent, compression):
+    """rosbag writes a chunk's lengths when the chunk is done; until then they are 0."""
+    path = ros1(tmp_path / "run.bag", sent, compression)
+    whole, content = messages(path), bytearray(unclosed(path.read_bytes()))
+    _, begin, end = [r for r in bag_records(bytes(content)) if r[0] == 5][-1]
+    (head,) = struct.unpack_from("<I", content, begin)
+    struct.pack_into("<I", content, content.index(b"size=", begin) + 5, 0)
+    struct.pack_into("<I", content, begin + 4 + head, 0)
+    path.write_bytes(content[:end])  # killed before its indices were written
+    assert messages(path, salvage=True) == whole
+    path.write_bytes(content[: (begin + end) // 2])
+    found = messages(path, salvage=True)
+    assert found == whole[: len(found)]
+    assert len(found) > (0.9 if compression == "none" else 0.7) * len(whole)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+@pytest.mark.parametrize("what", ["data", "header", "all"])
+def test_a_destroyed_chunk_loses_its_own_messages_only(tmp_path, sent, compression, what):
+    path = ros1(tmp_path / "run.bag", sent, compression, chunk=1 << 12)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    chunks = [(begin, end) for op, begin, end in bag_records(bytes(content)) if op == 5]
+    begin, end = chunks[len(chunks) // 2]
+    with open_bag(path) as bag:
+        place = bag._chunks[len(chunks) // 2]
+        lost = len(list(bag._chunk_messages(place)))
+    (head,) = struct.unpack_from("<I", content, begin)
+    first, last = {
+        "data": (begin + 8 + head, end),
+        "header": (begin, begin + 8 + head),
+        "all": (begin, end),
+    }[what]
+    content[first:last] = np.random.default_rng(0).bytes(last - first)
+    path.write_bytes(content)
+    refused(path, "the bag is damaged at byte .*--salvage reads what is left")
+    found = messages(path, salvage=True)
+    assert len(found) == len(whole) - lost
+    assert [m for m in whole if m in set(found)] == found
+    record = seatrial.read(path, vehicle(), salvage=True)
+    assert record.remarks[0].startswith("salvaged (the bag is damaged at byte")
+
+
+@pytest.mark.parametrize("compression", ["", "zstd", "lz4"])
+@pytest.mark.parametrize("share", CUTS[::2])
+def test_a_cut_off_mcap_gives_every_message_before_the_cut(tmp_path, sent, compression, share):
+    path = mcap(tmp_path / "run.mcap", sent, compression, chunk=50)
+    whole, content = messages(path), path.read_bytes()
+    cut = int(share * len(content))
+    path.write_bytes(content[:cut])
+    refused(path, "--salvage")
+    found = messages(path, salvage=True)
+    assert found == sorted(found, key=lambda m: m[1])
+    assert found == whole[: len(found)]
+    ends = [end for kind, _, end in mcap_records(content) if kind == 6]
+    least = 50 * sum(end <= cut for end in ends)
+    assert len(found) >= min(least, len(whole))
+    if compression == "" and least < len(whole):
+        at = next(begin for kind, begin, end in mcap_records(content) if kind == 6 and end > cut)
+        inner = content[at + 40 : cut]
+        count, place = 0, 0
+        while place + 9 <= len(inner):
+            kind, length = struct.unpack_from("<BQ", inner, place)
+            place += 9 + length
+            count += kind == 5 and place <= len(inner)
+        assert len(found) == least + count
+
+
+@pytest.mark.parametrize("share", CUTS[::4])
+def test_a_cut_off_mcap_without_chunks_gives_every_message_before_the_cut(tmp_path, sent, share):
+    path = mcap(tmp_path / "run.mcap", sent, chunk=0)
+    whole, content = messages(path), path.read_bytes()
+    cut = int(share * len(content))
+    path.write_bytes(content[:cut])
+    refused(path, "--salvage")
+    found = messages(path, salvage=True)
+    assert found == whole[: len(found)]
+    ends = [end for kind, _, end in mcap_records(content) if kind == 5]
+    assert len(found) == sum(end <= cut for end in ends)
+
+
+@pytest.mark.parametrize("compression", ["", "zstd", "lz4"])
+@pytest.mark.parametrize("which", [0, 3, -1])
+def test_an_mcap_with_a_bad_checksum_loses_that_chunk_only(tmp_path, sent, compression, which):
+    """With the first chunk the definitions are lost; the summary has them again."""
+    path = mcap(tmp_path / "run.mcap", sent, compression, chunk=50)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    chunks = [begin for kind, begin, _ in mcap_records(bytes(content)) if kind == 6]
+    content[chunks[which] + 24] ^= 0xFF  # of the checksum
+    path.write_bytes(content)
+    refused(path, r"the bag is damaged \(Chunk checksum mismatch.*--salvage reads what is left")
+    found = messages(path, salvage=True)
+    first = 50 * (which % len(chunks))
+    assert found == whole[:first] + whole[first + 50 :]
+    record = seatrial.read(path, vehicle(), salvage=True)
+    assert record.remarks == (f"salvaged: {len(found)} messages, 1 damaged stretches left out",)
+
+
+@pytest.mark.parametrize("compression", ["", "zstd"])
+def test_an_mcap_with_a_hole_is_read_on_both_sides_of_it(tmp_path, sent, compression):
+    path = mcap(tmp_path / "run.mcap", sent, compression, chunk=50, crc=False)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    chunks = [(begin, end) for kind, begin, end in mcap_records(bytes(content)) if kind == 6]
+    begin, _ = chunks[2]
+    _, end = chunks[3]
+    content[begin - 9 : end] = bytes(end - begin + 9)  # two chunks, and the index between
+    path.write_bytes(content)
+    refused(path, "--salvage")
+    assert messages(path, salvage=True) == whole[:100] + whole[200:]
+
+
+def test_a_hole_in_an_mcap_without_chunks_costs_what_is_in_it(tmp_path, sent):
+    path = mcap(tmp_path / "run.mcap", sent, chunk=0)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    ends = [(begin - 9, end) for kind, begin, end in mcap_records(bytes(content)) if kind == 5]
+    first, last = ends[100][0] + 3, ends[109][0] + 20
+    content[first:last] = bytes(last - first)
+    path.write_bytes(content)
+    refused(path, "--salvage")
+    assert messages(path, salvage=True) == whole[:100] + whole[110:]
+
+
+def pages_of(content: bytes, sent: list[Sent]) -> list[int]:
+    """The page of a database that each message is on."""
+    return [content.index(raw(s, ros1=False)) // PAGE for s in sorted(sent, key=lambda s: s.time)]
+
+
+@pytest.mark.parametrize("which", [[3], [4, 5, 9], [2, 8, 12], [-1]])
+def test_a_database_with_zeroed_pages_gives_every_row_on_the_others(tmp_path, which):
+    sent = poses_sent(9.0) + joy_sent(9.0)  # all different
+    path = WRITERS["db3 file"](tmp_path, sent)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    home = pages_of(bytes(content), sent)
+    pages = sorted(set(home))
+    bad = {pages[i] for i in which}
+    for page in bad:
+        content[page * PAGE : (page + 1) * PAGE] = bytes(PAGE)
+    path.write_bytes(content)
+    refused(path, r"the bag is damaged .*--salvage reads what is left")
+    found = messages(path, salvage=True)
+    assert found == [m for m, page in zip(whole, home, strict=True) if page not in bad]
+    assert 0 < len(found) < len(whole)
+    record = seatrial.read(path, vehicle(), salvage=True)
+    assert "damaged stretches left out" in record.remarks[0]
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8, 0.95])
+def test_a_cut_off_database_gives_the_rows_that_are_there(tmp_path, share):
+    sent = poses_sent(LENGTH) + joy_sent(LENGTH)
+    path = WRITERS["db3 file"](tmp_path, sent)
+    whole, content = messages(path), path.read_bytes()
+    cut = int(share * len(content)) // PAGE * PAGE
+    home = pages_of(content, sent)
+    path.write_bytes(content[:cut])
+    refused(path, "--salvage")
+    found = messages(path, salvage=True)
+    assert found == [m for m, page in zip(whole, home, strict=True) if page < cut // PAGE]
+
+
+def test_a_database_without_its_list_of_topics_is_lost(tmp_path, sent):
+    path = WRITERS["db3 file"](tmp_path, sent)
+    content = bytearray(path.read_bytes())
+    content[100:PAGE] = bytes(PAGE - 100)
+    path.write_bytes(content)
+    refused(path, "--salvage")
+    refused(path, "its list of topics is lost .*; nothing to salvage", salvage=True)
+
+
+def test_one_damaged_file_of_a_split_recording_costs_itself_only(tmp_path, sent):
+    for folder in (split1(tmp_path / "one", sent), split2(tmp_path / "two", sent, "mcap")):
+        file = next(p for p in folder.iterdir() if p.stem.endswith("_4"))
+        whole = messages(folder)
+        file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+        refused(folder, "--salvage")
+        found = messages(folder, salvage=True)
+        assert 0 < len(whole) - len(found) < len(whole) / 12
+        assert [m for m in whole if m in set(found)] == found
+        assert "salvaged" in seatrial.read(folder, vehicle(), salvage=True).remarks[0]
+
+
+@pytest.mark.parametrize("kind", ["db3 message zstd", "mcap message zstd"])
+def test_messages_compressed_one_by_one_are_salvaged_too(tmp_path, sent, kind):
+    folder = WRITERS[kind](tmp_path, sent)
+    whole = messages(folder)
+    file = next(p for p in folder.iterdir() if p.suffix in (".mcap", ".db3"))
+    content = bytearray(file.read_bytes())
+    if file.suffix == ".mcap":
+        content = content[: int(0.6 * len(content))]
+    else:
+        content[8 * PAGE : 9 * PAGE] = bytes(PAGE)
+    file.write_bytes(content)
+    refused(folder, "--salvage")
+    found = messages(folder, salvage=True)
+    assert 0.3 * len(whole) < len(found) < len(whole)
+    assert set(found) < set(whole)
+
+
+@pytest.mark.parametrize("kind", ["db3 file zstd", "mcap file zstd"])
+def test_a_compressed_file_that_was_cut_off_is_unpacked_as_far_as_it_goes(tmp_path, kind):
+    sent = drive(60.0)
+    folder = WRITERS[kind](tmp_path, sent)
+    whole = messages(folder)
+    file = next(p for p in folder.iterdir() if p.suffix == ".zstd")
+    file.write_bytes(file.read_bytes()[: int(0.7 * file.stat().st_size)])
+    refused(folder, "damaged.*--salvage")
+    (folder / "metadata.yaml").unlink()
+    refused(folder, "the compressed bag is not whole; --salvage reads what is left")
+    found = messages(folder, salvage=True)
+    assert 0.3 * len(whole) < len(found) < len(whole)
+    assert set(found) <= set(whole)
+
+
+@both
+def test_a_message_that_is_cut_short_is_refused_or_left_out(tmp_path, sent, kind, monkeypatch):
+    import bag_tools
+
+    good = bag_tools.raw
+    short = joy_sent(LENGTH)[40]
+
+    def cut(message: Sent, *, ros1: bool) -> bytes:
+        whole = good(message, ros1=ros1)
+        return whole[:-9] if message == short else whole
+
+    monkeypatch.setattr(bag_tools, "raw", cut)
+    path = made(tmp_path, kind, sent)
+    refused(path, "a message on /joy ends before a length; --salvage reads what is left")
+    record = seatrial.read(path, vehicle(), salvage=True)
+    assert len(record.commands.stamps) == 299
+    assert "1 unreadable messages on /joy" in record.remarks
+
+
+def test_nothing_to_salvage_says_so(tmp_path, sent):
+    path = ros1(tmp_path / "run.bag", sent)
+    path.write_bytes(path.read_bytes()[:4200])
+    refused(path, "no message could be salvaged", salvage=True)
+    path = mcap(tmp_path / "run.mcap", sent)
+    path.write_bytes(path.read_bytes()[:40])
+    refused(path, "no message could be salvaged", salvage=True)
+
+
+# Large #
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap", "db3"])
+def test_a_bag_full_of_images_is_read_in_the_memory_of_what_is_wanted(tmp_path, kind):
+    """48 MB of images; benchmarks/bags.py does the same with 2 GB."""
+    image = {"format": "jpeg", "data": np.random.default_rng(0).bytes(1 << 20)}
+    image["data"] = list(image["data"])
+    sent = poses_sent(LENGTH) + joy_sent(LENGTH)
+    photo = Sent("/camera", "sensor_msgs/msg/CompressedImage", START, image)
+    packed = {ros1_: raw(photo, ros1=ros1_) for ros1_ in (True, False)}
+    import bag_tools
+
+    good = bag_tools.raw
+    sent += [photo._replace(time=START + i * SECOND // 16, fields={}) for i in range(48)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            bag_tools, "raw",
+            lambda s, *, ros1: packed[ros1] if s.topic == "/camera" else good(s, ros1=ros1),
+        )  # fmt: skip
+        path = (
+            WRITERS["db3 file"](tmp_path, sent)
+            if kind == "db3"
+            else ros1(tmp_path / "run.bag", sent)
+            if kind == "bag"
+            else mcap(tmp_path / "run.mcap", sent, "", chunk=8)
+        )
+    assert path.stat().st_size > 48 << 20
+    seatrial.read(path, vehicle())  # imports and definitions
+    tracemalloc.start()
+    record = seatrial.read(path, vehicle())
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(record.stamps) == 45
+    assert peak < 24 << 20  # a chunk of eight messages, and copies of it
