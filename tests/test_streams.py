@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.streams import Clock, describe, longest_rising, steady
+from seatrial.streams import Clock, beat, describe, longest_rising, only_changes
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 
@@ -89,7 +89,7 @@ def test_a_joypad_that_writes_only_changes_is_told_from_one_that_writes_all_the_
     moving = (t // 2.0) % 2 == 0
     assert not column(t).on_change
     assert column(np.sort(rng.choice(t[moving], 250, replace=False))).on_change
-    assert not steady(np.diff(t[:15]))  # too few to see a rhythm
+    assert beat(np.diff(t[:15])) is None  # too few
     assert not column(np.delete(t, np.arange(1000, 1500))).on_change  # a hole is no habit
     assert column(t * rng.uniform(0.97, 1.0)).on_change is False
 
@@ -127,6 +127,65 @@ def test_stray_stamps_cost_as_many_poses_as_they_are(n, data):
     good = np.setdiff1d(np.arange(n), stray)
     assert keep.sum() >= len(good)
     assert keep[good].sum() >= len(good) - len(stray)
+
+
+@given(st.integers(10, 60), st.data(), st.floats(0.3, 1.9), st.sampled_from([-1, 1]), st.booleans())
+def test_of_two_stamps_that_may_stay_the_one_in_rhythm_does(n, data, off, way, equal):
+    """A little late or early, or sent twice: it is itself left out, not its neighbour."""
+    stamps = nanoseconds(np.arange(n) * 0.05)
+    odd = data.draw(st.integers(2, n - 4))
+    odd_stamp = stamps[odd - 1] if equal else stamps[odd] + round(way * (1.0 + off) * 5e7)
+    if not equal:  # between others, so that either could stay
+        odd_stamp = stamps[odd] + way * round((1.0 + 0.4 * off) * 5e7)
+    stamps[odd] = odd_stamp
+    expected = np.ones(n, dtype=bool)
+    expected[odd] = False
+    np.testing.assert_array_equal(longest_rising(stamps), expected)
+
+
+# What silence means. #
+
+
+def test_bursts_at_even_times_are_a_rhythm():
+    """Four thrusters, a topic each, sent one right after the other at 10 Hz."""
+    t = np.sort(np.concatenate([np.arange(0, 60, 0.1) + 0.001 * k for k in range(4)]))
+    assert beat(np.diff(t)) == pytest.approx(0.097)
+    t = t[(t < 20) | (t > 25)]
+    assert not only_changes(t, np.sin(t)[:, None])
+    chance = np.cumsum(np.random.default_rng(5).exponential(0.1, 500))
+    assert beat(np.diff(chance)) is None
+
+
+def pulses(t, rng, rest):
+    """Sticks that are pushed and let go, with some rest between."""
+    sticks = np.zeros((len(t), 2))
+    for axis in range(2):
+        at = 0.0
+        while at < t[-1]:
+            length = rng.uniform(0.5, 3.0)
+            inside = (t >= at) & (t < at + length)
+            size = rng.choice([-1, 1]) * rng.uniform(0.3, 1.0)
+            sticks[inside, axis] = size * np.sin(np.pi * (t[inside] - at) / length)
+            at += length + rng.uniform(0.0, 2.0 * rest)
+    return sticks
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    rest=st.sampled_from([2.0, 5.0]),
+    step=st.sampled_from([0.0, 1 / 127]),
+)
+def test_a_joypad_that_speaks_when_it_is_moved_is_told_by_what_it_says(seed, rest, step):
+    """While it is moved it keeps time, so the steps alone do not tell."""
+    t = np.arange(0.0, 120.0, 0.02)
+    values = pulses(t, np.random.default_rng(seed), rest)
+    values = np.round(values / step) * step if step else values
+    kept = np.concatenate([[True], np.any(np.diff(values, axis=0) != 0, axis=1)])
+    assert only_changes(t[kept], values[kept]) or np.diff(t[kept]).max() < 0.5
+    holes = np.zeros(len(t), dtype=bool)
+    for begin in np.random.default_rng(seed).uniform(0.0, 117.0, 3):
+        holes |= (t >= begin) & (t < begin + 2.0)
+    assert not only_changes(t[~holes], values[~holes])
 
 
 # Arrival against stamp. #
@@ -203,6 +262,15 @@ def test_a_clock_that_is_set_is_found_with_its_time_and_size(size, at, drift, se
     assert delay.step_at == pytest.approx(arrival[at] - arrival[0], abs=0.2)
     assert (delay.step_stamp - EPOCH) * 1e-9 == pytest.approx(stamps[at - 1], abs=0.2)
     assert delay.drift == pytest.approx(-0.9 * drift, abs=0.01)
+
+
+@pytest.mark.parametrize("jump", [-2.0, 0.2, 2.0])
+def test_a_recorder_that_is_set_changes_the_delay_the_other_way(jump):
+    t, arrival = sent()
+    arrival[1800:] += jump
+    delay = header(t, arrival).delay
+    assert delay.step == pytest.approx(jump, abs=0.004)
+    assert (delay.step_stamp - EPOCH) * 1e-9 == pytest.approx(t[1799], abs=0.2)
 
 
 @pytest.mark.parametrize("drift", [-30.0, -0.5, -0.02, 0.02, 0.5, 30.0])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
 from seatrial.frames import Array, Mask, Stamps
-from seatrial.streams import longest_rising, steady
+from seatrial.streams import SHORTEST_SILENCE, beat, longest_rising, only_changes, silence
 
 TWO_PLACES_SHARE = 0.12  # of the steps leap where two sources of poses are mixed,
 TWO_PLACES_STEPS = 20.0  # by this many usual steps,
@@ -23,8 +23,6 @@ JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
-SILENCE = 10.0  # a hole in a steady log of commands is longer than this many periods ...
-SHORTEST_SILENCE = 0.5  # [s] ... and than this
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -98,18 +96,18 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
 
 
 def silences(
-    name: str, poses: Array, commands: Array, timeout: float | None = None
+    name: str, poses: Array, commands: Array, values: Array, timeout: float | None = None
 ) -> list[tuple[float, float]]:
     """Stretches [s] in which no command is known. poses, commands: their times [s].
 
     Before the first command; in holes of a steady log, and after its end. A log that is written
     only on changes has no holes: silence means that nothing changed. With a `timeout` [s] a command
-    is in force for so long, and then none is known, in any log. Raises RecordingError where poses
-    and commands do not overlap.
+    is in force for so long, and then none is known, in any log. values (n, inputs): of the commands.
+    Raises RecordingError where poses and commands do not overlap.
     """
     steps = np.diff(commands)
-    period = float(np.median(steps)) if len(steps) else np.inf
-    hole = max(SILENCE * period, SHORTEST_SILENCE) if steady(steps) else np.inf
+    period = beat(steps) or np.inf
+    hole = np.inf if only_changes(commands, values) else silence(period)
     if timeout is not None:
         hole = period = timeout
     if commands[0] > poses.max() or commands[-1] + hole < poses[0]:

@@ -13,7 +13,7 @@ from seatrial.errors import RecordingError
 from seatrial.faults import Fault, FaultKind, examine, in_order, silences
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
-from seatrial.streams import Stream
+from seatrial.streams import Stream, only_changes
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ def make_recording(
     faults = list(found.faults)
     if len(driven.stamps):
         held = (driven.stamps - origin).astype(float) * 1e-9
-        holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, timeout)]
+        holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, driven.values, timeout)]
         odd = (unknown - origin).astype(float) * 1e-9
         holes += [(FaultKind.NO_NUMBER, *s) for s in odd.tolist() if s[0] < t[-1] and s[1] > 0]
         for kind, begin, end in holes:
@@ -204,12 +204,17 @@ def make_recording(
             hidden |= inside
             until = float(min(end, t[-1]))
             faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
+        streams = [replace(s, on_change=_changes(s, held, driven.values)) for s in streams]
     kept = found.in_order
     return Recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
         tuple(sources), tuple(streams), tuple(remarks),
     )  # fmt: skip
+
+
+def _changes(stream: Stream, held: Array, values: Array) -> bool:
+    return stream.on_change or (stream.role == "commands" and only_changes(held, values))
 
 
 def _known(commands: Signal) -> tuple[Signal, Stamps]:

@@ -6,10 +6,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.frames import Array, Mask, Stamps
 
 FEW = 20  # steps, of which no rhythm can be seen
+SILENCE = 10.0  # a hole in a rhythm is longer than this many periods ...
+SHORTEST_SILENCE = 0.5  # [s] ... and than this
+REPEATED = 0.1  # share of rows like the one before that a log of changes has at most: of buttons
+GOES_ON = 0.15  # of its spread that a command changes by after a rest
 BLOCKS = 40  # that a recording is cut into to look for steps of its clock
 LEAST_BLOCK = 10  # messages
 NEAR = 5  # blocks to either side that a step is measured with,
@@ -95,25 +100,64 @@ def describe(
         role, source, kind, clock, len(stamps), 1.0 / period if period else 0.0,
         float(forward.max()) if len(forward) else 0.0,
         float(np.std(near)) if len(near) else 0.0,
-        int((steps == 0).sum()), int((steps < 0).sum()), not steady(forward), delay, publishers,
+        int((steps == 0).sum()), int((steps < 0).sum()), beat(forward) is None, delay, publishers,
     )  # fmt: skip
 
 
-def steady(steps: Array) -> bool:
-    """Whether steps [s] are those of a rhythm: silence is then a hole, not the absence of change."""
+def beat(steps: Array) -> float | None:
+    """Period of a rhythm [s]; None if steps [s] have none. Bursts at even times are one, too."""
     if len(steps) < FEW:
+        return None
+    middle, high, top = (float(x) for x in np.percentile(steps, [50, 90, 98]))
+    if high < 2.0 * middle:
+        return middle
+    return high if top < 1.3 * high else None
+
+
+def only_changes(t: Array, values: Array) -> bool:
+    """Whether rows (n, inputs) at t (n,) [s] were written when something changed: silence is rest.
+
+    Either they have no rhythm, or no row is like the one before, and after a silence the values
+    go on from where they were.
+    """
+    steps = np.diff(t)
+    period = beat(steps)
+    if period is None:
+        return True
+    silent = steps > silence(period)
+    change = np.abs(np.diff(values, axis=0))
+    repeated = float((change == 0).all(axis=1).mean())
+    if not silent.any() or repeated > REPEATED:
         return False
-    return bool(np.percentile(steps, 90) < 2.0 * np.median(steps))
+    spread = np.maximum(values.std(axis=0), 1e-300)
+    return float(np.median((change[silent] / spread).max(axis=1))) < GOES_ON
+
+
+def silence(period: float) -> float:
+    """How long a rhythm must be silent for a hole [s]."""
+    return max(SILENCE * period, SHORTEST_SILENCE)
 
 
 def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
     """The most stamps (n,) that can be kept so that those kept rise.
 
-    One stamp far ahead of its time is left out, rather than all that follow it.
+    One stamp far ahead of its time is left out, rather than all that follow it. Where either of
+    two may stay, it is the one that keeps the rhythm.
     """
     steps = np.diff(stamps)
     if np.all(steps > 0 if strict else steps >= 0):
         return np.ones(len(stamps), dtype=bool)
+    longest = _longest(stamps, strict=strict)
+    even = np.flatnonzero(_without_odd(stamps, steps, strict=strict))
+    even = even[_longest(stamps[even], strict=strict)]
+    chosen = even if len(even) >= len(longest) else longest
+    keep = np.zeros(len(stamps), dtype=bool)
+    keep[chosen] = True
+    return keep
+
+
+def _longest(stamps: Stamps, *, strict: bool) -> NDArray[np.int64]:
+    """Indices of a longest rising choice."""
     place = bisect_left if strict else bisect_right
     ends: list[int] = []  # smallest last stamp of a rising choice of each length
     last: list[int] = []  # where that stamp is
@@ -126,11 +170,23 @@ def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
             last.append(i)
         else:
             ends[length], last[length] = stamp, i
-    keep = np.zeros(len(stamps), dtype=bool)
+    chosen = []
     i = last[-1]
     while i >= 0:
-        keep[i] = True
+        chosen.append(i)
         i = int(before[i])
+    return np.array(chosen[::-1], dtype=np.int64)
+
+
+def _without_odd(stamps: Stamps, steps: Stamps, *, strict: bool) -> Mask:
+    """All but the worse of each two neighbours of which one must go and either could."""
+    period = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    i = np.flatnonzero(steps <= 0 if strict else steps < 0)
+    i = i[(i >= 1) & (i + 2 < len(stamps))]
+    i = i[(stamps[i + 1] > stamps[i - 1]) & (stamps[i] < stamps[i + 2])]
+    late, early = (np.abs(s - period) for s in (steps[i - 1], steps[i + 1]))
+    keep = np.ones(len(stamps), dtype=bool)
+    keep[np.where(late <= early, i + 1, i)] = False
     return keep
 
 

@@ -16,8 +16,9 @@ from seatrial.vehicle import Vehicle
 
 REST = 0.05  # command below which an axis counts as at rest
 LEVELS = (1 / 3, 2 / 3)  # bounds of small, medium and large commands
-MOST_LEVELS = 1024  # more different values than these are not called steps
-USUAL = 0.98  # share of the rows not at rest whose values are asked for their grid
+MOST_LEVELS = 4096  # more different values than these are not called steps
+USUAL = 0.95  # share of the values not at rest that are on a grid, if there is one
+ALIKE = 1.02  # steps that differ by less are one
 OFF_GRID = 0.1  # share of a step by which values on a grid may miss it
 EDGE = 0.002  # share of the range within which a command counts as at its limit
 
@@ -117,17 +118,20 @@ def _use(name: str, values: Array, held: Array) -> InputUse:
 def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
     """Step of the grid that the values come from; 0 where they come from none.
 
-    A few odd values do not hide it: the rarest levels are left out.
+    The most usual step between neighbouring levels, if nearly all values are whole steps from
+    where the command rests; a few odd ones do not hide it.
     """
-    order = np.argsort(-rows, kind="stable")
-    driven = rows[order][1:]  # all but where it rests
-    needed = int(np.searchsorted(np.cumsum(driven), USUAL * driven.sum())) + 2
-    if needed > min(MOST_LEVELS, max(2, int(driven.sum()) // 4)):
-        return 0.0
-    steps = np.diff(np.sort(levels[order[:needed]]))
-    step = float(np.median(steps[steps < 1.5 * steps.min()]))
-    off = np.abs(steps / step - np.rint(steps / step))
-    return step if float(np.percentile(off, 95)) < OFF_GRID else 0.0
+    steps = np.sort(np.diff(levels))
+    alike = np.searchsorted(steps, ALIKE * steps, side="right") - np.arange(len(steps))
+    first = int(np.argmax(alike))
+    usual = float(np.median(steps[first : first + alike[first]]))
+    driven = np.where(np.arange(len(levels)) == np.argmax(rows), 0, rows)
+    for step in (usual, usual / 2, usual / 3):  # not all levels occur
+        off = (levels - levels[np.argmax(rows)]) / step
+        on_grid = float(driven[np.abs(off - np.rint(off)) < OFF_GRID].sum())
+        if on_grid >= USUAL * driven.sum() and levels[-1] - levels[0] < MOST_LEVELS * step:
+            return step
+    return 0.0
 
 
 def _largest(mine: Array) -> Array:

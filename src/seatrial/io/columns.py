@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: MIT
 """What columns a table has: the first look, before there is a vehicle file."""
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from seatrial.errors import FileError
+from seatrial.errors import FileError, RecordingError
 from seatrial.frames import Array
 from seatrial.io.table import Table
 
@@ -23,7 +25,7 @@ class ColumnView:
     name: str
     least: float | None  # None: no numbers
     most: float | None
-    empty: int
+    empty: int  # cells without a number
     unit: str  # of time, where it rises all the way; else nothing
     rate: float  # [Hz] then
     changes: bool
@@ -34,7 +36,7 @@ class ColumnView:
         if self.least is None:
             return "no numbers"
         text = f"{self.least:.6g} to {self.most:.6g}" + (
-            f", {self.empty} empty" if self.empty else ""
+            f", {self.empty} without a number" if self.empty else ""
         )
         if self.unit:
             return f"{text}; rises all the way: stamps in {self.unit}? {self.rate:.4g} Hz"
@@ -79,9 +81,35 @@ def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
 
 
 def _view(table: Table) -> TableView:
-    values = table.columns(table.names)
+    try:
+        values = table.columns(table.names)
+    except RecordingError:  # words among the numbers
+        values = _numbers(table)
+        if not np.isfinite(values).any():
+            raise
     columns = zip(table.names, values.T, strict=True)
     return TableView(str(table.path), len(values), tuple(_column(n, c) for n, c in columns))
+
+
+def _numbers(table: Table) -> Array:
+    """All cells (rows, columns); NaN for those that are no numbers, or are missing."""
+    found: list[list[float]] = []
+    with table.path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
+        try:
+            for row in islice(csv.reader(file, delimiter=table.delimiter), 1, None):
+                cells = [*row, *[""] * len(table.names)][: len(table.names)]
+                if row:
+                    found.append([_number(cell) for cell in cells])
+        except csv.Error as error:
+            raise RecordingError(f"{table.path}: is not a CSV table ({error})") from None
+    return np.array(found, dtype=float).reshape(-1, len(table.names))
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return float("nan")
 
 
 def _column(name: str, column: Array) -> ColumnView:
