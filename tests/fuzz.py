@@ -10,6 +10,7 @@ within the memory that a worker has. Anything else is printed as a finding.
 
 import argparse
 import contextlib
+import hashlib
 import io
 import json
 import random
@@ -178,9 +179,10 @@ def _swapped(rng: random.Random, line: str, words: tuple[str, ...], separators: 
 def bomb(rng: random.Random) -> bytes:
     """YAML that grows, or goes deep."""
     depth = rng.choice((50, 1000, 20000))
+    head = rng.choice(("", "seatrial: vehicle 1\n"))
     return rng.choice(
         (
-            "a: &a [x,x,x,x,x,x,x,x,x]\n"
+            f"{head}a: &a [x,x,x,x,x,x,x,x,x]\n"
             + "".join(f"{chr(98 + i)}: &{chr(98 + i)} [{','.join([f'*{chr(97 + i)}'] * 9)}]\n" for i in range(9)),
             "seatrial: vehicle 1\nname: &a [*a]\n",
             "seatrial: vehicle 1\nname: &a {b: *a}\n",
@@ -465,7 +467,13 @@ def main() -> int:
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument("--keep", type=Path, help="folder for the files of the last case")
+    parser.add_argument("--digest", action="store_true", help="only say what the first case is")
     args = parser.parse_args()
+    if args.digest:
+        files, _ = made(args.kind, args.first, seeds())
+        digest = hashlib.sha256(b"".join(name.encode() + c for name, c in sorted(files.items())))
+        sys.stdout.write(json.dumps({"case": args.first, "digest": digest.hexdigest()}) + "\n")
+        return 0
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     found = 0
     for line in cases(args.kind, args.first, args.count, args.keep):

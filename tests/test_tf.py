@@ -88,6 +88,12 @@ def expected(chain) -> np.ndarray:
     return rows
 
 
+def assert_same_turns(found: np.ndarray, wanted: np.ndarray) -> None:
+    """Equal, but for whole turns of all headings."""
+    turns = np.round((found[0, 2] - wanted[0, 2]) / (2 * np.pi))
+    np.testing.assert_allclose(found, wanted + np.array([0, 0, 2 * np.pi * turns]), atol=1e-9)
+
+
 MAST = np.linalg.inv(matrix(*MOUNT)) @ matrix(*RISE)
 CHAINS = {
     ("map", "base_link"): lambda t: (
@@ -107,8 +113,7 @@ def test_a_chain_of_frames_is_the_product_of_their_matrices(tmp_path, make, fram
     record = seatrial.read(path, boat(*frames))
     np.testing.assert_array_equal(record.stamps, START + np.rint(FAST * 1e9).astype(int))
     wanted = expected([CHAINS[frames](t) for t in FAST])
-    turns = np.round((record.eta[0, 2] - wanted[0, 2]) / (2 * np.pi)) * 2 * np.pi
-    np.testing.assert_allclose(record.eta, wanted + [0, 0, turns], atol=1e-9)
+    assert_same_turns(record.eta, wanted)
     assert record.streams[0].kind == f"tf2_msgs/TFMessage {frames[0]} -> {frames[1]}"
     assert record.streams[0].delay.median == pytest.approx(0.002)
 
@@ -116,7 +121,7 @@ def test_a_chain_of_frames_is_the_product_of_their_matrices(tmp_path, make, fram
 def test_where_the_moving_frame_nearest_the_boat_is_the_slow_one_its_stamps_count(tmp_path):
     path = ros1(tmp_path / "run.bag", tree())
     record = seatrial.read(path, boat("imu", "map"))  # from the imu: odom, then map
-    inside = SLOW[(SLOW >= FAST[0]) & (SLOW <= FAST[-1])]  # beyond, odom is not known
+    inside = np.array([t for t in SLOW if FAST[0] <= t <= FAST[-1]])  # beyond, odom is not known
     np.testing.assert_array_equal(record.stamps, START + np.rint(inside * 1e9).astype(int))
     chain = [
         np.linalg.inv(matrix(place(t, 1), turn(t, 1)) @ between(FAST, t, 2)) for t in inside
@@ -169,9 +174,7 @@ def test_two_robots_in_one_tree_are_told_apart_by_their_frames(tmp_path):
         @ matrix(place(t, 2), turn(t, 2)) @ offset[1]
         for t in times
     ]  # fmt: skip
-    wanted = expected(chain)
-    turns = np.round((between_them.eta[0, 2] - wanted[0, 2]) / (2 * np.pi)) * 2 * np.pi
-    np.testing.assert_allclose(between_them.eta, wanted + [0, 0, turns], atol=1e-9)
+    assert_same_turns(between_them.eta, expected(chain))
 
 
 def test_a_robots_own_tf_topic_has_its_own_static_one(tmp_path):
