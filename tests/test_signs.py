@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Units, signs and order put wrong in files of good recordings: found every time, never cried wolf."""
 
+import tracemalloc
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
@@ -12,6 +13,7 @@ from conftest import CSE1
 
 import seatrial
 from seatrial.allocation import Scheme, inverse_for, thruster_matrix
+from seatrial.excitation import even_times
 from seatrial.frames import POSE_SIGNS, Axes
 from seatrial.plan import load_plan, with_seed
 from seatrial.recording import Recording, Signal, make_recording
@@ -360,3 +362,18 @@ def test_a_boat_that_never_moved_or_was_never_driven_is_not_cried_at(mp):
             stated = mended(mp, replace(untouched(mp), units=("mm", "mm", "deg")))
             assert not check_signs([resting], stated).findings
         assert sum("not checked" in line for line in report.text) == 3
+
+
+def test_stamps_in_the_wrong_unit_cost_no_more_memory_than_others():
+    """Milliseconds read as seconds make days of minutes; grids in time must not grow with them."""
+    table, vehicle = simulated("paper-like", "S4", "mallard-mp")
+    table = read_all([table], vehicle)[0]
+    slow = Signal(table.commands.names, table.commands.stamps * 1000, table.commands.values)
+    days = make_recording("days", table.stamps * 1000, table.raw, slow)
+    assert days.duration > 24 * 3600
+    assert len(even_times(days)) <= 1_000_001
+    tracemalloc.start()
+    check_signs([days], vehicle)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 200e6

@@ -13,6 +13,8 @@ from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
 DOMINANT = 0.75  # share of the squared commands from which on a recording belongs to one axis
+FINE = 0.05  # [s] between looks at the commands
+MOST_TIMES = 1_000_000  # looks; stamps in the wrong unit make days of minutes
 EXCITED = 0.02  # RMS in command units below which an axis counts as not excited
 
 
@@ -32,9 +34,15 @@ class Excitation:
         return axis if self.share[axis] >= DOMINANT else None
 
 
+def even_times(recording: Recording) -> Array:
+    """Times [s] over a recording at which to look at its commands; never too many."""
+    step = max(min(FINE, recording.period), recording.duration / MOST_TIMES)
+    return np.arange(0.0, recording.duration, step)
+
+
 def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
     """RMS of the generalised forces over the time that poses cover, by axis."""
-    t = np.arange(0.0, recording.duration, min(0.05, recording.period))
+    t = even_times(recording)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
     for axis in range(3):

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.excitation import Excitation, excitation
+from seatrial.excitation import Excitation, even_times, excitation
 from seatrial.faults import GAP_FACTOR
 from seatrial.frames import AXES, Array
 from seatrial.model import thrust_trace
@@ -55,8 +55,9 @@ class InputUse:
 def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[AxisCoverage]]:
     """Minutes by axis, direction and size of the generalised forces."""
     found = excitation(vehicle, recording)
-    period = min(0.05, recording.period)
-    t = _seen(recording, np.arange(0.0, recording.duration, period))
+    times = even_times(recording)
+    period = float(times[1] - times[0]) if len(times) > 1 else recording.duration
+    t = _seen(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
     axes = []

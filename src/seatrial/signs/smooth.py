@@ -21,6 +21,8 @@ WINDOW = 1.2  # [s] that a quadratic is laid through
 STRIDE = 0.2  # [s] between the windows' centres
 STRETCHED = 1.3  # a window longer than this many times its nominal length is not used
 GRID = 0.02  # [s] at which commands are averaged
+STEPS = 30  # of the grid in half a window, at most
+MOST = 2_000_000  # steps in all
 
 
 @dataclass(frozen=True)
@@ -84,10 +86,11 @@ def smooth_signals(
     """
     if len(centres) == 0:
         return np.zeros((len(delays), 0, len(signal.names)))
-    lowest = float(centres[0]) - max(delays) - half
-    grid = np.arange(lowest, float(centres[-1]) - min(delays) + half + 2 * GRID, GRID)
+    lowest, highest = float(centres[0]) - max(delays) - half, float(centres[-1]) - min(delays) + half
+    step = max(GRID, half / STEPS, (highest - lowest) / MOST)  # poses far apart need no fine grid
+    grid = np.arange(lowest, highest + 2 * step, step)
     held = signal.values[held_rows(signal.stamps, origin, grid)]
-    s = np.arange(-half, half + GRID / 2, GRID) / half
+    s = np.arange(-half, half + step / 2, step) / half
     kernel = np.clip(1.0 - s**2, 0.0, None) ** 2
     kernel /= kernel.sum()
     averaged = [np.convolve(column, kernel, mode="same") for column in held.T]
