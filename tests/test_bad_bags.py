@@ -30,8 +30,10 @@ from bag_tools import (
     ros2,
     split1,
     split2,
+    store,
     vehicle,
 )
+from rosbags.rosbag2 import StoragePlugin, Writer
 
 import seatrial
 from seatrial.errors import SeatrialError
@@ -129,10 +131,6 @@ def test_a_vehicle_file_for_tables_only_says_what_to_do(tmp_path, sent):
 
 
 def test_a_topic_without_messages_and_one_with_two_types_are_named(tmp_path, sent):
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    from bag_tools import store
-
     with Writer(tmp_path / "run", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
         known = {
             name: writer.add_connection(name, kind, typestore=store(ros1=False))

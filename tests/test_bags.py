@@ -2,6 +2,7 @@
 """Bags of every kind that recorders leave: the same content is the same recording."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ from seatrial.errors import SeatrialError
 from seatrial.faults import FaultKind
 from seatrial.frames import POSE_SIGNS
 from seatrial.io.bags import open_bag
+from seatrial.io.write import EPOCH, write_trial
 from seatrial.io.write_bag import BagTopic, write_bag
 from seatrial.streams import Clock
 
@@ -174,9 +176,58 @@ def test_messages_with_texts_and_lists_are_written_as_rosbags_would(tmp_path, su
     assert all(c.dtype == np.uint16 and len(c) == 8 for c in found)
 
 
-# Poses #
+@pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+def test_a_simulated_trial_as_a_bag_is_the_trial(tmp_path, clean_mp, suffix, axes):
+    """Through a servo's pulses, in the vehicle's own axes, units and signs."""
+    pulses = {
+        n: {"field": f"channels[{i}]", "scale": 400, "offset": 1500, "sign": s}
+        for i, (n, s) in enumerate((("F_u", 1), ("F_v", -1), ("F_r", 1)))
+    }
+    boat = vehicle(
+        axes=axes, commands={"topic": "/rc", "inputs": pulses},
+        pose={"x": {"column": "x", "unit": "mm"},
+              "psi": {"column": "psi", "unit": "deg", "sign": -1, "offset": 30}},
+    )  # fmt: skip
+    trial = replace(clean_mp["S1"], vehicle=boat)
+    path = write_trial(trial, tmp_path, suffix)
+    assert path == tmp_path / f"{trial.name}.{suffix}"
+    record = seatrial.read(path, boat)
+    wanted = trial.recording
+    np.testing.assert_array_equal(np.diff(record.stamps), np.diff(wanted.stamps))
+    turns = np.round((record.eta[0, 2] - wanted.eta[0, 2]) / (2 * np.pi))
+    np.testing.assert_allclose(
+        record.eta, wanted.eta + np.array([0, 0, 2 * np.pi * turns]), atol=1e-9
+    )
+    np.testing.assert_allclose(
+        record.commands.values, wanted.commands.values, atol=0.5 / 400 + 1e-9
+    )
+    np.testing.assert_array_equal(record.commands.stamps, trial.command_stamps + EPOCH)
 
-ANGLES = np.array([-3.0, -1.0, 0.0, 0.7, 3.1])
+
+def test_what_can_not_be_written_is_refused_and_leaves_nothing(tmp_path):
+    n = np.arange(3) + START
+
+    def topic(kind, columns):
+        return [BagTopic("/cmd", kind, n, n, {c: np.full(3, v) for c, v in columns.items()})]
+
+    for name, topics, words in (
+        ("run.txt", [], "expected a file name ending in .bag, .mcap or .db3"),
+        ("run.bag", topic("mavros_msgs/msg/RCOut", {"channels[0]": -1.0}),
+         r"topic /cmd: 'channels\[0\]' would hold -1 to -1; it can hold 0 to 65535"),
+        ("run.mcap", topic("mavros_msgs/msg/RCOut", {"channels[0]": np.nan}), "would hold nan"),
+        ("run.db3", topic(JOY, {"axis[0]": 1.0}), r"has no 'axis'; did you mean 'axes'"),
+        ("run.bag", topic(JOY, {"axes[0]": 1.0, "channels[1]": 1.0}), "has no 'channels'"),
+    ):  # fmt: skip
+        with pytest.raises(SeatrialError, match=words):
+            write_bag(tmp_path / "out" / name, topics)
+        assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
+    with pytest.raises(SeatrialError, match="is a folder; give a file name"):
+        (tmp_path / "run.bag").mkdir()
+        write_bag(tmp_path / "run.bag", [])
+
+
+# Poses #
 
 
 def test_poses_come_from_every_usual_message(tmp_path):
@@ -217,6 +268,13 @@ def test_poses_come_from_every_usual_message(tmp_path):
             np.testing.assert_allclose(record.eta, eta, atol=1e-14, err_msg=kind)
             clock = Clock.HEADER if "header" in str(each(0, 0, 0, 0, 0)[kind]) else Clock.ARRIVAL
             assert record.streams[0].clock is clock, kind
+
+
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_a_quaternion_has_no_unit_whatever_a_tables_heading_is_in(tmp_path, unit):
+    boat = vehicle(pose={"psi": {"column": "psi", "unit": unit}})
+    record = seatrial.read(mcap(tmp_path / "run.mcap", drive(LENGTH)), boat)
+    np.testing.assert_allclose(record.eta, turn(LENGTH)[1], atol=1e-14)
 
 
 def test_pose_fields_may_be_named_with_units_signs_and_axes(tmp_path):
@@ -538,6 +596,8 @@ def test_several_publishers_of_one_topic_are_one_stream(tmp_path):
     np.testing.assert_array_equal(record.commands.values, sticks(LENGTH)[1][:, [1, 0, 3]])
     with open_bag(tmp_path / "run.bag") as bag:
         assert bag.topics["/joy"].messages == 300
+        assert bag.topics["/joy"].publishers == 2
+        assert bag.topics["/slam/pose"].publishers == 1
 
 
 def test_messages_that_arrive_late_are_put_aside_not_mixed_in(tmp_path):

@@ -91,6 +91,7 @@ class Ros1Bag(Bag):
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path, self.files = path, (path,)
         self._connections: dict[int, Topic] = {}
+        self._callers: dict[str, set[str]] = {}  # by topic
         self._counts: Counter[int] = Counter()
         self._chunks: list[Place] = []
         self._forgotten = 0
@@ -145,7 +146,10 @@ class Ros1Bag(Bag):
 
     def _merged(self) -> dict[str, Topic]:
         return merged_topics(
-            [replace(t, messages=self._counts[i]) for i, t in self._connections.items()]
+            [
+                replace(t, messages=self._counts[i], publishers=len(self._callers[t.name]))
+                for i, t in self._connections.items()
+            ]
         )
 
     def _read_index(self) -> None:
@@ -175,10 +179,13 @@ class Ros1Bag(Bag):
         inner = Record(record.source, _fields(record.source, record.begin, record.end), 0, 0)
         name = "/".join(part for part in record.text(b"topic").split("/") if part)
         package, _, kind = inner.text(b"type").partition("/")
-        self._connections[record.u32(b"conn")] = Topic(
+        number = record.u32(b"conn")
+        self._connections[number] = Topic(
             f"/{name}", f"{package}/msg/{kind.removeprefix('msg/')}", 0,
             inner.text(b"message_definition") or "# empty", cdr=False,
         )  # fmt: skip
+        caller = inner.text(b"callerid") if b"callerid" in inner.fields else str(number)
+        self._callers.setdefault(f"/{name}", set()).add(caller)
 
     def _add_chunk(self, record: Record) -> None:
         if record.kind != CHUNK_INFO:

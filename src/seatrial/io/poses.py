@@ -10,7 +10,7 @@ from seatrial.errors import RecordingError
 from seatrial.frames import POSE_SIGNS, Array, Axes, Mask, Stamps
 from seatrial.io.bag import Bag, Topic
 from seatrial.io.collect import Collector, Samples
-from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
+from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, TO_SI, scaled
 from seatrial.io.tf import is_tf, tf_pose, yaw
 from seatrial.io.wire import Wire, WireError, plain
 from seatrial.schema import Clock as ClockChoice
@@ -98,7 +98,8 @@ def raw_poses(fields: PoseFields, samples: Samples, vehicle: Vehicle, source: st
     keep = _of_one_frame(samples, vehicle.file.pose, source)
     stamps, clock = chosen_stamps(samples, vehicle.file.pose.clock)
     values = samples.values
-    heading = values[:, 2] if len(fields.heading) == 1 else yaw(values[:, 2:])
+    plain_angle = len(fields.heading) == 1
+    heading = values[:, 2] if plain_angle else heading_of(values[:, 2:], vehicle)
     topic = fields.topic
     stream = describe(
         "poses", topic.name, topic.type, clock=clock, stamps=stamps[keep],
@@ -122,9 +123,14 @@ def poses_from_tf(bag: Bag, vehicle: Vehicle, *, salvage: bool) -> RawPoses:
         "poses", topic.name, f"{topic.type} {spec.parent} -> {spec.child}", clock=Clock.HEADER,
         stamps=found.stamps, arrival=found.arrival,
     )  # fmt: skip
-    eta = np.column_stack([found.values[:, :2], yaw(found.values[:, 3:])])
+    eta = np.column_stack([found.values[:, :2], heading_of(found.values[:, 3:], vehicle)])
     known = np.isfinite(eta).all(axis=1)  # before and after other transforms it is nowhere
     return RawPoses(found.stamps[known], in_vehicle_terms(eta[known], vehicle), stream)
+
+
+def heading_of(quaternion: Array, vehicle: Vehicle) -> Array:
+    """Heading (n,) in the unit of psi, of which a table's may be degrees; a quaternion has none."""
+    return yaw(quaternion) / TO_SI[pose_columns(vehicle)[2].unit or "rad"]
 
 
 def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:

@@ -58,14 +58,15 @@ def _write_trial_bag(trial: Trial, path: Path) -> Path:
     if topic is None:
         raise RecordingError(f"{source}: pose: no topic to write to; name one")
     pose = _raw_pose(trial)
+    turn = pose[:, 2] * TO_SI[pose_columns(trial.vehicle)[2].unit or "rad"]  # [rad]
     topics = [
         BagTopic(
             topic, "geometry_msgs/msg/PoseStamped", trial.pose_arrival + EPOCH,
             trial.pose_stamps + EPOCH,
             {
                 "pose.position.x": pose[:, 0], "pose.position.y": pose[:, 1],
-                "pose.orientation.z": np.sin(pose[:, 2] / 2),
-                "pose.orientation.w": np.cos(pose[:, 2] / 2),
+                "pose.orientation.z": np.sin(turn / 2),
+                "pose.orientation.w": np.cos(turn / 2),
             },
             {"header.frame_id": "map"},
         )

@@ -108,10 +108,12 @@ def _fill(writer: "Writer1 | Writer2", topics: Sequence[BagTopic], *, ros1: bool
 def _messages(
     topic: BagTopic, store: "Typestore", index: int, *, ros1: bool
 ) -> Iterator[tuple[int, int, bytes]]:
+    wire = Wire(topic.type_name, store.fielddefs, cdr=not ros1)
+    for path in topic.columns:
+        wire.require(path, f"topic {topic.name}")
     first = _first(topic, store)
     serialise = store.serialize_ros1 if ros1 else store.serialize_cdr
     raw = bytes(serialise(first, topic.type_name))
-    wire = Wire(topic.type_name, store.fielddefs, cdr=not ros1)
     shape = next(wire.shapes([raw]))
     rows = np.tile(shape.data, (len(topic.arrival), 1))
     columns = dict(topic.columns)
@@ -119,15 +121,24 @@ def _messages(
         columns["header.stamp.sec"] = (topic.stamps // 10**9).astype(np.float64)
         columns["header.stamp.nanosec"] = (topic.stamps % 10**9).astype(np.float64)
     for path, values in columns.items():
-        _put(rows, shape, path, values)
+        _put(rows, shape, path, values, f"topic {topic.name}")
     for arrival, row in zip(topic.arrival.tolist(), rows, strict=True):
         yield arrival, index, row.tobytes()
 
 
-def _put(rows: np.ndarray[Any, np.dtype[np.uint8]], shape: Shape, path: str, values: Array) -> None:
+def _put(
+    rows: np.ndarray[Any, np.dtype[np.uint8]], shape: Shape, path: str, values: Array, where: str
+) -> None:
     begin, dtype = shape.place(path)
     kind = np.dtype(dtype)
     exact = np.rint(values) if kind.kind in "iu" else values
+    if kind.kind in "iu" and len(exact):
+        least, most = np.iinfo(kind).min, np.iinfo(kind).max
+        if not (exact.min() >= least and exact.max() <= most):
+            raise RecordingError(
+                f"{where}: '{path}' would hold {values.min():g} to {values.max():g}; it can hold "
+                f"{least} to {most}"
+            )
     block = (
         np.ascontiguousarray(exact.astype(kind)).view(np.uint8).reshape(len(rows), kind.itemsize)
     )
