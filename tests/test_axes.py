@@ -70,7 +70,7 @@ def test_the_model_ship_is_the_same_boat_in_either_axes(cse1_vehicle, cse1):
     content = cse1_vehicle.to_mapping()
     content["axes"] = "forward-left-up"
     for name in ("y", "psi"):
-        content["pose"][name] = {"column": content["pose"][name], "sign": -1}
+        content["pose"][name] = {**content["pose"][name], "sign": -1}
     for force in content["forces"].values():
         if force["axis"] != "surge":
             force["of"] = {k: -v for k, v in force["of"].items()}

@@ -131,7 +131,7 @@ def test_the_terminal_says_which_axes_and_what_the_file_negates(tmp_path, capsys
     ship = [CSE1 / "csv" / "CSE1_data_random_run1.csv", "--vehicle", CSE1 / "vehicle.yaml"]
     code, out, _ = run(capsys, "identify", *ship, "-o", tmp_path / "m.yaml")
     assert code == 0
-    assert "in forward-left-up axes:" in out
+    assert "in forward-left-up axes; all from CSE1_data_random_run1:" in out
     model = seatrial.load(tmp_path / "m.yaml")
     written = yaml.safe_load((tmp_path / "m.yaml").read_text())["coefficients"]
     negated = [n for n, v in model.values.items() if v * written[n]["value"] < 0]
@@ -184,7 +184,7 @@ BAD = {
     "no such unit": (["inspect", "{p}/S7-AF", "--vehicle", "{p}/furlong.yaml"], "pose.x"),
     "wrong role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "heave=S7-AF", "-o", "{o}"], "--role"),
     "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}"], "no such recording"),
-    "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "same name"),
+    "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "given twice"),
     "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
     "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says .seatrial: vehicle 1.; expected"),
     "unstable": (["validate", "{p}/wild.yaml", "{p}/S7-AF", "--json", "{o}"], "unstable"),
@@ -309,3 +309,47 @@ def test_the_demo_identifies_validates_and_reports(tmp_path, capsys):
 def test_the_bundled_recordings_are_found_and_whole():
     assert (bundled_data() / "cse1" / "UPSTREAM_LICENSE.TXT").is_file()
     assert len(list((bundled_data() / "cse1" / "csv").glob("*.csv"))) == 3
+
+
+def test_two_recordings_of_one_name_are_refused(pool, tmp_path, capsys):
+    shutil.copytree(pool / "S1-AF", tmp_path / "S1-AF")
+    code, _, err = run(
+        capsys, "identify", pool / "S1-AF", tmp_path / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml",
+        "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 1
+    assert "same name" in err
+
+
+def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, capsys):
+    bag = pool / "S1-AF"
+    vehicle = tmp_path / "v.yaml"
+    vehicle.write_text((pool / "vehicle-AF.yaml").read_text())
+    before = {p: p.read_bytes() for p in (vehicle, bag / "poses.csv")}
+    model = tmp_path / "m.yaml"
+    trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
+    assert run(capsys, "identify", *trials, "--vehicle", vehicle, "-o", model)[0] == 0
+    for command in (
+        ["identify", *trials, "--vehicle", vehicle, "-o", vehicle],
+        ["identify", *trials, "--vehicle", vehicle, "-o", bag / "poses.csv"],
+        ["inspect", bag, "--vehicle", vehicle, "--json", vehicle],
+        ["validate", model, bag, "--json", model],
+        ["report", model, bag, "-o", model],
+        ["report", model, bag, "-o", bag],
+    ):
+        code, _, err = run(capsys, *command)
+        assert code == 1, command
+        assert "give another name" in err or "is a folder" in err
+    assert {p: p.read_bytes() for p in before} == before
+    assert (
+        run(capsys, "identify", *trials, "--vehicle", vehicle, "-o", model)[0] == 0
+    )  # a model over a model
+
+
+def test_validate_says_what_the_model_was_identified_from(pool, tmp_path, capsys):
+    trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
+    model = tmp_path / "m.yaml"
+    run(capsys, "identify", *trials, "--vehicle", pool / "vehicle-AF.yaml", "-o", model)
+    code, out, _ = run(capsys, "validate", model, trials[0], pool / "S7-AF")
+    assert code == 0
+    assert "identified from S1-AF: no test of it" in out

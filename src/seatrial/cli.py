@@ -133,6 +133,23 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _guard(out: "Path | None", begins: str, *inputs: object) -> None:
+    """Refuse an output that is an input, or a file that is something else."""
+    from seatrial.errors import FileError
+
+    if out is None or not out.exists() or not (out.is_file() or out.is_dir()):
+        return
+    given = [Path(str(path)).resolve() for path in inputs if path is not None]
+    if any(out.resolve() == path or out.resolve() in path.parents for path in given):
+        raise FileError(f"{out}: is an input of this command; give another name to write to")
+    with out.open("rb") as file:
+        first = file.read(len(begins)).decode("utf-8", "replace")
+    if first.lower() != begins.lower():
+        raise FileError(
+            f"{out}: exists, and is not a file of this kind; give another name, or remove it"
+        )
+
+
 def _add(
     commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
     name: str,
@@ -195,6 +212,7 @@ def _demo(args: argparse.Namespace, progress: Progress) -> None:
 def _inspect(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.files import dump_json, write_text
 
+    _guard(args.json, "{", args.vehicle, *args.recordings)
     if args.vehicle is None:
         from seatrial.io.look import look
 
@@ -268,6 +286,7 @@ def _identify(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.model import save
     from seatrial.vehicle import load_vehicle
 
+    _guard(args.out, "seatrial: model", args.vehicle, *args.recordings)
     vehicle = load_vehicle(args.vehicle)
     recordings = _read(args, vehicle, progress)
     progress.say("identifying")
@@ -298,6 +317,7 @@ def _validate(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.sanity import concerns
     from seatrial.validate import LEGEND, scores_json, scores_text, validate
 
+    _guard(args.json, "{", args.model, args.vehicle, *args.recordings)
     model = _load(args)
     scores = validate(model, _read(args, model.vehicle, progress), args.horizon)
     if args.json is not None:
@@ -310,6 +330,7 @@ def _validate(args: argparse.Namespace, progress: Progress) -> None:
 def _report(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.report import write_report
 
+    _guard(args.out, "<!doctype html", args.model, args.vehicle, *args.recordings)
     model = _load(args)
     recordings = _read(args, model.vehicle, progress)
     progress.say("drawing")

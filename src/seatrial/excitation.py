@@ -66,7 +66,8 @@ def find_roles(
     """For surge, sway and yaw the recordings that identify it (the paper's S1, S2, S3).
 
     Roles that are given count. Otherwise a recording that is nearly all one axis serves that axis,
-    and an axis without such a recording takes all in which it is excited.
+    and an axis without such a recording takes all in which it is excited. An axis that the vehicle
+    file has no force for takes all.
     """
     found = [excitation(vehicle, r) for r in recordings]
     names = [r.name for r in recordings]
@@ -79,6 +80,8 @@ def find_roles(
             chosen = [i for i, e in enumerate(found) if e.dominant == axis]
         if not chosen:
             chosen = [i for i, e in enumerate(found) if e.rms[axis] >= EXCITED]
+        if not chosen and not _driven(vehicle, axis):
+            chosen = list(range(len(recordings)))
         if not chosen:
             most = max(float(e.rms[axis]) for e in found)
             how = "never" if most == 0 else "hardly"
@@ -89,6 +92,12 @@ def find_roles(
             )
         roles.append(tuple(chosen))
     return roles[0], roles[1], roles[2]
+
+
+def _driven(vehicle: Vehicle, axis: int) -> bool:
+    """Whether any force of the vehicle's stands in the equation of its own axis."""
+    own = {force.name for force in vehicle.forces if force.axis == axis}
+    return any(term.axis == axis and own & set(term.factors) for term in vehicle.structure.terms)
 
 
 def _index(names: Sequence[str], name: str, label: str) -> int:

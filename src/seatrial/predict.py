@@ -39,6 +39,12 @@ class Prediction:
         return np.asarray(self.measured - self.nu)
 
 
+def _why(model: Model) -> str:
+    """What was noted when the model was made; else what is usual."""
+    noted = list(model.warnings)
+    return f"It was noted: {noted[0]}" if noted else "Identify from driving as fast as this"
+
+
 def predict(
     model: Model,
     recording: Recording,
@@ -72,7 +78,7 @@ def predict(
     if lost:
         raise ModelError(
             f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
-            f"{horizon:g} s; it can't be used at these speeds: identify from faster driving"
+            f"{horizon:g} s: it can't be used at these speeds. {_why(model)}"
         )
     end = start + steps
     floor = np.zeros(3) if velocities is not None else _floor(model, recording, slopes)

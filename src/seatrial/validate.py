@@ -37,6 +37,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     length: float  # [s]
     predictions: int
     usable: float  # share of its poses that are not left out as faulty
+    seen: bool  # the model was identified from it, or from a part of it
     excited: str | None  # the axis that dominates it, if one does: Table III's pairing
     scores: dict[str, AxisScore]  # by u, v, r
 
@@ -69,6 +70,7 @@ def score(model: Model, recording: Recording, prediction: Prediction) -> Recordi
         recording.duration,
         len(prediction.t),
         recording.usable,
+        seen(model, recording),
         None if dominant is None else AXES[dominant],
         scores,
     )
@@ -88,6 +90,18 @@ def _axis_score(prediction: Prediction, axis: int) -> AxisScore:
         float(np.mean(errors)),
         kurtosis(errors),
     )
+
+
+def seen(model: Model, recording: Recording) -> bool:
+    """Whether the model was identified from any part of it: same file (or name), same seconds."""
+    own = {source.sha256 for source in recording.sources}
+    begin, end = recording.offset, recording.offset + recording.duration
+    for entry in model.recordings:
+        files = {file.sha256 for file in entry.files}
+        same = own == files if own and files else recording.name == entry.name
+        if same and begin < entry.start + entry.length and entry.start < end:
+            return True
+    return False
 
 
 def scores_text(scores: Scores) -> str:
@@ -111,6 +125,15 @@ def scores_text(scores: Scores) -> str:
                 f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
                 f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
                 f"{s.excess * scale:6.3f}"
+            )
+    known = [r.recording for r in scores.recordings if r.seen]
+    if known:
+        lines.append(f"  note: the model was identified from {', '.join(known)}: no test of it")
+    for row in scores.recordings:
+        bad = [AXES[i] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0]
+        if bad:
+            lines.append(
+                f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
             )
     return "\n".join(lines)
 

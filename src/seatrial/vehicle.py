@@ -93,7 +93,9 @@ class Vehicle:
         """The generalised forces that terms may use."""
         if self.file.forces:
             return tuple(Force(n, AXES.index(f.axis)) for n, f in self.file.forces.items())
-        return tuple(Force(n, i) for i, n in enumerate(WRENCH))
+        direct = self.scheme is Scheme.DIRECT and not self.file.thrusters
+        given = [name for name in WRENCH if name in self.inputs or not direct]
+        return tuple(Force(name, WRENCH.index(name)) for name in given or WRENCH)
 
     @cached_property
     def mix(self) -> Array:
@@ -104,12 +106,12 @@ class Vehicle:
             return self._explicit_mix(self.file.forces)
         if self.file.thrusters:
             return thruster_matrix(self.thrusters)[0]
-        if set(self.inputs) != set(WRENCH):
+        if not set(self.inputs) <= set(WRENCH):
             raise VehicleError(
                 f"{self.source}: inputs are {', '.join(self.inputs)}; without thrusters or forces "
-                f"they must be {', '.join(WRENCH)}"
+                f"they must be {', '.join(WRENCH)}, or those of them that there are"
             )
-        return np.array([[float(i == f) for i in self.inputs] for f in WRENCH])
+        return np.array([[float(i == f.name) for i in self.inputs] for f in self.forces])
 
     @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:

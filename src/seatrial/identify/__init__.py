@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from seatrial.errors import IdentificationError, RecordingError
-from seatrial.frames import Axes
+from seatrial.frames import AXES, Axes
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.inspect import implausible
 from seatrial.model import Model
@@ -40,6 +40,9 @@ def identify(
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]
+    files = [(s.path.resolve(), r.offset) for r in recordings for s in r.sources[:1]]
+    if len(set(files)) != len(files):
+        raise IdentificationError(f"{', '.join(names)}: one of them is given twice")
     if len(set(names)) != len(names):
         raise IdentificationError(
             f"two recordings have the same name: {', '.join(names)}; rename one"
@@ -74,15 +77,33 @@ def summary(model: Model) -> str:
     """Coefficients, warnings and what they mean for the boat, for the terminal."""
     units = model.structure.units
     lines = [
-        f"  {name:<6} {value:10.4f} ± {model.standard_errors[name]:.4f}  {units[name]}"
+        f"  {name:<6} {_digits(value, model.standard_errors[name])}  {units[name]}"
         for name, value in model.values.items()
     ]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     lines += [caution(model)] if model.estimator.method == METHOD else []
-    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes:"
+    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes"
+    head += f"; {_roles_said(model)}:" if model.estimator.steps else ":"
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
         lines.append(
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
     return "\n".join([head, *lines, sanity_line(model)])
+
+
+def _digits(value: float, error: float) -> str:
+    """A coefficient and its standard error with as many digits as they need."""
+    small = 0.0 < max(abs(value), error) < 0.01
+    return f"{value:10.3e} ± {error:.1e}" if small else f"{value:10.4f} ± {error:.4f}"
+
+
+def _roles_said(model: Model) -> str:
+    """Which recordings identified which axis."""
+    parts = {
+        axis: ", ".join(step.recordings)
+        for axis, step in zip(AXES, model.estimator.steps, strict=False)
+    }
+    if len(set(parts.values())) == 1:
+        return f"all from {next(iter(parts.values()))}"
+    return ", ".join(f"{axis} from {names}" for axis, names in parts.items())

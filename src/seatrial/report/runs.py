@@ -14,7 +14,7 @@ from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.predict import Prediction, predict
 from seatrial.recording import Recording
-from seatrial.validate import RecordingScore, score
+from seatrial.validate import RecordingScore, score, seen
 from seatrial.velocity import motion
 
 WINDOW = 40.0  # [s] that a plot opens at, as in Figs. 5 and 6
@@ -68,7 +68,7 @@ def _run(model: Model, recording: Recording, horizon: float) -> Run:
         prediction,
         score(model, recording, prediction),
         excitation(model.vehicle, recording),
-        not _seen(model, recording),
+        not seen(model, recording),
         t,
         spread(recording.eta[recording.valid, :2], recording.valid),
         spread(moving.nu[moving.valid], moving.valid),
@@ -102,15 +102,3 @@ def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[
     strength = np.where(found >= NEARLY_ALL * found.max(), effort[last] - effort[first], -1.0)
     best = float(starts[int(np.argmax(strength))])
     return best, best + WINDOW
-
-
-def _seen(model: Model, recording: Recording) -> bool:
-    """Whether the model was identified from any part of it: same file (or name), same seconds."""
-    own = {source.sha256 for source in recording.sources}
-    begin, end = recording.offset, recording.offset + recording.duration
-    for entry in model.recordings:
-        files = {file.sha256 for file in entry.files}
-        same = own == files if own and files else recording.name == entry.name
-        if same and begin < entry.start + entry.length and entry.start < end:
-            return True
-    return False
