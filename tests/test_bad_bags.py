@@ -694,3 +694,13 @@ def test_a_bag_full_of_images_is_read_in_the_memory_of_what_is_wanted(tmp_path, 
     tracemalloc.stop()
     assert len(record.stamps) == 45
     assert peak < 24 << 20  # a chunk of eight messages, and copies of it
+
+
+@pytest.mark.parametrize("value", [1 << 63, (1 << 64) - 1, 10**6, 14])
+def test_an_index_that_points_astray_is_damage(tmp_path, sent, value):
+    path = ros1(tmp_path / "run.bag", sent)
+    whole, content = messages(path), bytearray(path.read_bytes())
+    struct.pack_into("<Q", content, content.index(b"chunk_pos=") + 10, value)
+    path.write_bytes(content)
+    refused(path, "--salvage reads what is left")
+    assert messages(path, salvage=True) == whole

@@ -195,7 +195,10 @@ class Ros1Bag(Bag):
             raise DamagedError("a chunk's entry in the index has the wrong size")
         counts = dict(struct.iter_unpack("<II", pairs))
         self._counts.update(counts)
-        self._chunks.append(Place(record.u64(b"chunk_pos"), frozenset(counts)))
+        position = record.u64(b"chunk_pos")
+        if position >= len(self._data):
+            raise DamagedError("a chunk is said to be beyond the end of the file")
+        self._chunks.append(Place(position, frozenset(counts)))
 
     def _scan(self, reason: str) -> None:
         """Connections and chunks from the records themselves, where the index is not whole."""
