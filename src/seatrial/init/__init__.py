@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: MIT
 """A vehicle file to start from, proposed from what is in a recording."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.init.drive import Drive, find_drive
-from seatrial.init.sources import Choices, Sources, find_sources
+from seatrial.init.from_bags import of_bag
+from seatrial.init.from_tables import of_tables
+from seatrial.init.sources import Ask, Choices, Sources
 from seatrial.init.text import vehicle_text
+from seatrial.io.bags import is_bag
+from seatrial.io.from_bag import recording_name
 
 __all__ = ["Choices", "Proposal", "init"]
-
-Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,12 @@ def init(
 
     Raises RecordingError where there are no poses or commands, or several that could be meant.
     """
-    sources = find_sources(Path(path), choices or Choices(), ask, salvage=salvage)
+    path, choices = Path(path), choices or Choices()
+    name = choices.name or recording_name(path)
+    name = "".join(c if c.isprintable() else "_" for c in name)
+    if is_bag(path):
+        sources = of_bag(path, name, choices, ask, salvage=salvage)
+    else:
+        sources = of_tables(path, name, choices, ask)
     drive = find_drive(sources, salvage=salvage)
     return Proposal(sources, drive, vehicle_text(sources, drive))

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Which channel drives what, and by how much: asked of the data."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +18,19 @@ from seatrial.recording import Recording
 from seatrial.signs import Assignment, Gain, SignReport, check_signs, propose_inputs
 from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
 
-SEEN = 8.0  # t from which on a channel is said to drive an axis,
+SEEN = 6.0  # t from which on a channel is said to drive an axis,
 SHARE = 0.3  # with at least this share of the effect of the strongest there
-MOST_CHANNELS = 12  # those that vary most
+MOST_CHANNELS = 8  # those that vary most: a vehicle has no more inputs
 PWM = (900.0, 2100.0)  # [us]
 PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us]
 NEARLY_ONE = 1.05
+FULL = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)  # usual values of full command
+USED = 0.5  # share of it that is reached, if it is one of them
+NAMES = {
+    "F_u": "F_u|surge|force_x|linear_x",
+    "F_v": "F_v|sway|force_y|linear_y",
+    "F_r": "F_r|yaw|torque_z|angular_z",
+}
 Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]
 
 
@@ -31,7 +40,8 @@ class Drive:
 
     inputs: dict[str, dict[str, Any]]  # by name: the column
     remarks: dict[str, str]  # by name: what was seen
-    forces: dict[str, dict[str, Any]]  # empty: the inputs are F_u, F_v, F_r
+    forces: dict[str, dict[str, Any]]  # empty: the inputs are F_u, F_v, F_r, and all are there
+    thrusters: bool  # that several channels drive an axis together
     undriven: tuple[str, ...]  # axes that nothing is seen to drive
     pose: dict[str, Any]  # as found, units put right
     findings: tuple[str, ...]  # what was put right
@@ -64,21 +74,20 @@ class Channels:
 
 def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     """Inputs, signs, scales and units from the recording itself."""
-    recording = read(
-        sources.path, _draft(sources, sources.pose, [*sources.channels]), salvage=salvage
-    )
-    names = _varied(recording)
+    names = _varied(sources, salvage=salvage)
     pose, said, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
     recording = read(sources.path, draft, salvage=salvage)
-    channels = _channels(sources, recording, report.table)
-    stream = next(s for s in recording.streams if s.role == "commands")
-    inputs, remarks, forces = (_thrusters if channels.shared else _sticks)(channels)
-    driven = {f["axis"] for f in forces.values()} if forces else {
-        AXES[WRENCH.index(name)] for name in inputs
-    }  # fmt: skip
-    undriven = tuple(axis for axis in AXES if axis not in driven)
-    return Drive(inputs, remarks, forces, undriven, pose, tuple(said), stream.on_change)
+    channels = _channels(sources, draft, recording, report.table)
+    parts = (_thrusters if channels.shared else _sticks)(channels)
+    inputs, remarks, forces = parts if parts[0] else _by_name(sources.path, channels)
+    driven = {f["axis"] for f in forces.values()}
+    on_change = any(s.on_change for s in recording.streams if s.role == "commands")
+    return Drive(
+        inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
+        channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, tuple(said),
+        on_change,
+    )  # fmt: skip
 
 
 def _units(
@@ -113,22 +122,29 @@ def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> V
     return vehicle_from(content, f"the draft for {sources.path}")
 
 
-def _varied(recording: Recording) -> list[str]:
-    """Channels that change, those that change most often first."""
-    values = recording.commands.values
-    changes = (np.diff(values, axis=0) != 0).sum(axis=0)
-    order = np.argsort(-changes, kind="stable")[:MOST_CHANNELS]
-    names = [recording.commands.names[i] for i in np.sort(order) if changes[i] > 0]
-    if not names:
+def _varied(sources: Sources, *, salvage: bool) -> list[str]:
+    """Channels that change, those that change most often."""
+    changes: dict[str, int] = {}
+    names = [*sources.channels]
+    for i in range(0, len(names), MOST_CHANNELS):
+        part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])
+        recording = read(sources.path, part, salvage=salvage)
+        steps = np.diff(recording.commands.values, axis=0)
+        changes |= dict(zip(part.inputs, (steps != 0).sum(axis=0).tolist(), strict=True))
+    kept = sorted((n for n in names if changes[n]), key=lambda n: -changes[n])[:MOST_CHANNELS]
+    if not kept:
         raise RecordingError(
-            f"{recording.name}: no command ever changes; record while the boat is driven"
+            f"{sources.path}: no command ever changes; record while the boat is driven"
         )
-    return names
+    return [name for name in names if name in kept]
 
 
-def _channels(sources: Sources, recording: Recording, table: Sequence[Gain]) -> Channels:
+def _channels(
+    sources: Sources, draft: Vehicle, recording: Recording, table: Sequence[Gain]
+) -> Channels:
     names = recording.commands.names
-    scales = [_scale(recording.commands.values[:, i]) for i in range(len(names))]
+    raw = recording.commands.values * draft.input_signs
+    scales = [_scale(raw[:, i], sources.full) for i in range(len(names))]
     t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))
     for gain in table:
         i = names.index(gain.input)
@@ -142,16 +158,18 @@ def _channels(sources: Sources, recording: Recording, table: Sequence[Gain]) -> 
     return Channels(names, columns, t, gains * sizes, spread, tuple(assigned))
 
 
-def _scale(values: Array) -> dict[str, float]:
-    """Offset and scale with which full command is 1."""
+def _scale(values: Array, full: float | None = None) -> dict[str, float]:
+    """Offset and scale with which full command is 1; `full` where the message says what it is."""
     least, most = float(values.min()), float(values.max())
     if PWM[0] <= least and most <= PWM[1]:
         return {"offset": PWM_CENTRE, "scale": PWM_SPAN}
     largest = max(abs(least), abs(most))
-    if largest <= NEARLY_ONE:
-        return {}
-    decade = 10.0 ** np.floor(np.log10(largest))
-    return {"scale": float(np.ceil(largest / NEARLY_ONE / decade) * decade)}
+    usual = next((x for x in FULL if x > largest / NEARLY_ONE), 0.0)
+    if full is None and largest < USED * usual and largest > NEARLY_ONE:
+        decade = 10.0 ** np.floor(np.log10(largest))
+        full = float(np.ceil(largest / NEARLY_ONE / decade) * decade)
+    scale = full or usual or largest
+    return {} if scale == 1.0 else {"scale": scale}
 
 
 def _thrusters(found: Channels) -> Parts:
@@ -172,12 +190,32 @@ def _sticks(found: Channels) -> Parts:
     """One channel an axis."""
     inputs: dict[str, dict[str, Any]] = {}
     remarks: dict[str, str] = {}
+    forces: dict[str, dict[str, Any]] = {}
     for a in sorted(found.assigned, key=lambda a: a.axis):
         positive = found.t[a.axis, found.names.index(a.channel)] > 0
-        inputs[WRENCH[a.axis]] = found.columns[a.channel] | ({} if positive else {"sign": -1})
+        name = WRENCH[a.axis]
+        inputs[name] = found.columns[a.channel] | ({} if positive else {"sign": -1})
         doubt = "" if a.trusted else "; check: another channel moves it nearly as clearly"
-        remarks[WRENCH[a.axis]] = f"seen to move {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
-    return inputs, remarks, {}
+        remarks[name] = f"seen to move {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
+        forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
+    return inputs, remarks, forces
+
+
+def _by_name(path: Path, found: Channels) -> Parts:
+    """Where nothing is seen to move the boat: what the channels' names say."""
+    inputs: dict[str, dict[str, Any]] = {}
+    for force, words in NAMES.items():
+        like = [n for n in found.names if re.search(rf"(^|_)({words})$", n, re.IGNORECASE)]
+        if len(like) == 1:
+            inputs[force] = found.columns[like[0]]
+    if not inputs:
+        raise RecordingError(
+            f"{path}: none of {', '.join(found.names)} is seen to move the boat; record some minutes in "
+            "which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
+        )
+    remarks = dict.fromkeys(inputs, "check: by its name; nothing was seen to move")
+    axes = dict(zip(WRENCH, AXES, strict=True))
+    return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
 
 
 def _seen(t: Array) -> str:

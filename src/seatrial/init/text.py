@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: MIT
 """The vehicle file that is proposed, with comments."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
+import yaml
+
+from seatrial.frames import AXES
 from seatrial.init.drive import Drive
 from seatrial.init.sources import Sources
 from seatrial.vehicle import WRENCH
 
 COLUMN = 34  # where comments begin
 AXES_SAID = {
-    "forward-left-up": "positive: forward, to port, counter-clockwise (ROS, REP-103)",
-    "forward-right-down": "positive: forward, to starboard, clockwise (SNAME, Fossen)",
+    "forward-left-up": "x forward, y to port, psi counter-clockwise (ROS, REP-103)",
+    "forward-right-down": "x forward, y to starboard, psi clockwise (SNAME, Fossen)",
 }
+FORCE = dict(zip(AXES, WRENCH, strict=True))
+UNSEEN = "Nothing was seen to"
 WITHOUT = {"surge": "X_F * F_u", "sway": "Y_F * F_v", "yaw": "N_F * F_r"}
 TERMS = {  # the structure `mallard`, spelled out where a force is missing
     "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
@@ -24,48 +30,47 @@ TERMS = {  # the structure `mallard`, spelled out where a force is missing
 def vehicle_text(sources: Sources, drive: Drive) -> str:
     """`vehicle.yaml` as text."""
     length = f" ({sources.length:.0f} s)" if sources.length else ""
+    axes = f"check: {AXES_SAID[sources.axes]}? The data can't tell"
     lines = [
-        f"# Proposed by 'seatrial init' from {sources.path.name}{length}. Look at every line marked 'check'.",
+        f"# Proposed by 'seatrial init' from {_shown(sources.path.name)}{length}.",
+        "# Look at every line marked 'check'.",
         "seatrial: vehicle 1",
         _line("name", sources.name),
-        _commented(
-            f"axes: {sources.axes}", f"check: {AXES_SAID[sources.axes]}; the data can't tell"
-        ),
+        _commented(f"axes: {sources.axes}", axes, *sources.notes.get("axes", [])),
         "",
         *_pose(sources, drive),
         "",
         *_commands(sources, drive),
         "",
         *_timeout(drive),
-        *_geometry(drive),
+        "",
+        *_forces(drive),
+        "",
         *_structure(drive),
     ]
     return "\n".join(lines) + "\n"
 
 
 def _pose(sources: Sources, drive: Drive) -> list[str]:
-    lines = [_commented("pose:", *sources.notes.get("pose", [])[:1])]
-    lines += [f"  # {note}" for note in sources.notes.get("pose", [])[1:]]
+    lines = [_commented("pose:", *sources.notes.get("pose", []))]
     lines += [f"  # {text}" for text in drive.findings]
     return lines + [f"  {_line(key, value)}" for key, value in drive.pose.items()]
 
 
 def _commands(sources: Sources, drive: Drive) -> list[str]:
-    lines = [_commented("commands:", *sources.notes.get("commands", [])[:1])]
-    lines += [f"  # {note}" for note in sources.notes.get("commands", [])[1:]]
+    lines = [_commented("commands:", *sources.notes.get("commands", []))]
     lines += [f"  {_line(key, value)}" for key, value in sources.commands.items()]
     lines.append(
-        _commented("  inputs:", "value = sign (raw - offset) / scale, so that full command is 1")
-    )
-    for name, column in drive.inputs.items():
-        lines.append(_commented(f"    {_line(name, column)}", drive.remarks[name]))
-    missing = () if drive.forces else drive.undriven
-    for axis in missing:
-        force = WRENCH[("surge", "sway", "yaw").index(axis)]
-        lines.append(
-            f"    # {force}: {{...}}  check: nothing is seen to drive {axis}; name it if something does, and "
-            f"write {WITHOUT[axis]} below"
+        _commented(
+            "  inputs:",
+            "value = sign (raw - offset) / scale; full command is 1",
+            "t: how clearly it was seen, in standard errors",
         )
+    )
+    lines += [_commented(f"    {_line(n, c)}", drive.remarks[n]) for n, c in drive.inputs.items()]
+    for axis in () if drive.thrusters else drive.undriven:
+        force = FORCE[axis]
+        lines.append(_commented(f"    # {force}: {{...}}", f"check: what drives {axis}? {UNSEEN}"))
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare:
@@ -76,40 +81,41 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
 def _timeout(drive: Drive) -> list[str]:
     if drive.on_change:
         return [
-            "# Commands are written only when they change: the last one holds. If the boat stops its",
-            "# thrusters after a while without any, say after how long:",
+            "# Commands are written only when they change, so the last one holds. If the boat stops its",
+            "# thrusters after a while without any, check after how long:",
             "# command_timeout: 0.5          # [s]",
-            "",
         ]
     return [
-        "# command_timeout: 0.5          # [s] check: when does the boat stop for lack of commands?",
-        "",
+        "# command_timeout: 0.5          # [s] check: after how long without commands does it stop?"
     ]
 
 
-def _geometry(drive: Drive) -> list[str]:
-    if drive.forces:
-        lines = [
-            "# check: each force as a weighted sum of the inputs, by what was seen; if you know where the",
-            "# thrusters are, write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
-            "forces:",
+def _forces(drive: Drive) -> list[str]:
+    if not drive.forces:
+        return [
+            "# check: how the boat's software makes thruster commands of F_u, F_v and F_r; only needed where",
+            "# dead zones or limits of the thrusters are to be modelled (docs/vehicle.md):",
+            "# thrusters: {F_1: {x: 0.2, y: 0.2, angle_deg: 135}, ...}   # [m], [deg]",
+            "# allocation: {scheme: moore-penrose, limit: 1.0}",
         ]
-        return [*lines, *(f"  {_line(n, force)}" for n, force in drive.forces.items()), ""]
-    return [
-        "# check: how the boat's software makes thruster commands of F_u, F_v and F_r; only needed where",
-        "# dead zones or limits of the thrusters are to be modelled (docs/vehicle.md):",
-        "# thrusters: {F_1: {x: 0.2, y: 0.2, angle_deg: 135}, ...}   # [m], [deg]",
-        "# allocation: {scheme: moore-penrose, limit: 1.0}",
-        "",
-    ]
+    said = (
+        "# check: each force as a weighted sum of the inputs, by what was seen; if you know where the",
+        "# thrusters are, write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
+    )
+    lines = [*(said if drive.thrusters else ()), "forces:"]
+    lines += [f"  {_line(name, force)}" for name, force in drive.forces.items()]
+    for axis in drive.undriven:
+        of = "..." if drive.thrusters else f"{FORCE[axis]}: 1"
+        why = f"check: what drives {axis}? {UNSEEN}" if drive.thrusters else "with its input above"
+        entry = f"  # {FORCE[axis]}: {{axis: {axis}, of: {{{of}}}}}"
+        lines.append(_commented(entry, f"{why}; then write {WITHOUT[axis]} below"))
+    return lines
 
 
 def _structure(drive: Drive) -> list[str]:
     if not drive.undriven:
         return [_commented("structure: mallard", "the paper's terms, Eq. (12); or list your own")]
-    lines = [
-        "structure:                       # the paper's terms, Eq. (12), as far as they are driven"
-    ]
+    lines = [_commented("structure:", "the paper's terms, Eq. (12), as far as they are driven")]
     for axis, terms in TERMS.items():
         kept = [t for t in terms if axis not in drive.undriven or t != WITHOUT[axis]]
         lines.append(f"  {axis}: [{', '.join(kept)}]")
@@ -121,20 +127,40 @@ def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
 
 
 def _commented(text: str, *comments: str) -> str:
-    return f"{text:<{COLUMN - 1}}  # {comments[0]}" if comments else text
+    """The text, and beside and below it what is said of it."""
+    first, *others = [_shown(comment) for comment in comments] or [""]
+    lines = [f"{text:<{COLUMN - 1}}  # {first}" if first else text]
+    return "\n".join([*lines, *(f"{'':<{COLUMN - 1}}  # {other}" for other in others)])
+
+
+def _shown(text: str) -> str:
+    """What may stand in a comment."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def _line(key: str, value: object) -> str:
-    return f"{key}: {_flow(value)}"
+    return f"{_word(key)}: {_flow(value)}"
 
 
 def _flow(value: object) -> str:
-    """YAML on one line; words are quoted where YAML would read them otherwise."""
+    """YAML on one line."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{k}: {_flow(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(_line(k, v) for k, v in value.items()) + "}"
     if isinstance(value, float):
         return f"{value:g}" if value != int(value) else f"{int(value)}"
-    if isinstance(value, str):
-        plain = value and all(c.isalnum() or c in "/_.-" for c in value) and not value[0].isdigit()
-        return value if plain and value not in ("true", "false", "null") else f'"{value}"'
-    return str(value)
+    return _word(value) if isinstance(value, str) else str(value)
+
+
+def _word(text: str) -> str:
+    """Text as YAML reads it back: in quotes where it would be something else without."""
+    if re.fullmatch(r"[A-Za-z/][\w/.-]*", text, re.ASCII) and yaml.safe_load(text) == text:
+        return text
+    return '"' + "".join(map(_escaped, text)) + '"'
+
+
+def _escaped(c: str) -> str:
+    if c in '"\\':
+        return f"\\{c}"
+    if c.isprintable():
+        return c
+    return f"\\u{ord(c):04x}" if ord(c) < 0x10000 else f"\\U{ord(c):08x}"

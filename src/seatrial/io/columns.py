@@ -15,7 +15,9 @@ from seatrial.errors import FileError, RecordingError
 from seatrial.frames import Array
 from seatrial.io.table import Table
 
-EPOCHS = ((1e17, "ns", 1e9), (1e14, "us", 1e6), (1e11, "ms", 1e3), (0.0, "s", 1.0))
+PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+EPOCH = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
+SLOWEST_RATE = 0.5  # [Hz] of a log
 
 
 @dataclass(frozen=True)
@@ -119,9 +121,17 @@ def _column(name: str, column: Array) -> ColumnView:
     steps = np.diff(given)
     unit, rate = "", 0.0
     if len(steps) > 2 and np.all(steps >= 0) and np.median(steps) > 0:
-        unit, scale = next((u, s) for least, u, s in EPOCHS if given.max() >= least)
-        rate = scale / float(np.median(steps))
+        unit = _time_unit(float(given.max()), float(np.median(steps)))
+        rate = PER_SECOND[unit] / float(np.median(steps))
     return ColumnView(
         name, float(given.min()), float(given.max()), len(column) - len(given), unit, rate,
         changes=len(np.unique(given)) > 1,
     )  # fmt: skip
+
+
+def _time_unit(most: float, step: float) -> str:
+    """The unit in which stamps are of our time; else the longest in which there is a log's rate."""
+    for unit, scale in PER_SECOND.items():
+        if EPOCH[0] < most / scale < EPOCH[1]:
+            return unit
+    return next((u for u, scale in PER_SECOND.items() if scale / step >= SLOWEST_RATE), "ns")
