@@ -4,7 +4,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,7 +79,7 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     recording = read(sources.path, draft, salvage=salvage)
     channels = _channels(sources, draft, recording, report.table)
     parts = (_thrusters if channels.shared else _sticks)(channels)
-    inputs, remarks, forces = parts if parts[0] else _by_name(sources.path, channels)
+    inputs, remarks, forces = parts if parts[0] else _by_name(recording, channels)
     driven = {f["axis"] for f in forces.values()}
     on_change = any(s.on_change for s in recording.streams if s.role == "commands")
     return Drive(
@@ -201,7 +200,7 @@ def _sticks(found: Channels) -> Parts:
     return inputs, remarks, forces
 
 
-def _by_name(path: Path, found: Channels) -> Parts:
+def _by_name(recording: Recording, found: Channels) -> Parts:
     """Where nothing is seen to move the boat: what the channels' names say."""
     inputs: dict[str, dict[str, Any]] = {}
     for force, words in NAMES.items():
@@ -210,8 +209,9 @@ def _by_name(path: Path, found: Channels) -> Parts:
             inputs[force] = found.columns[like[0]]
     if not inputs:
         raise RecordingError(
-            f"{path}: none of {', '.join(found.names)} is seen to move the boat; record some minutes in "
-            "which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
+            f"{recording.name}: {recording.duration:.0f} s do not show which of {', '.join(found.names)} "
+            "move the boat; record some minutes in which it is driven, or write the vehicle file by hand "
+            "(docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: by its name; nothing was seen to move")
     axes = dict(zip(WRENCH, AXES, strict=True))
