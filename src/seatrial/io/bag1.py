@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from seatrial.errors import RecordingError
 from seatrial.io.bag import SALVAGE, Bag, Message, Topic, merged_topics
-from seatrial.io.salvage import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
+from seatrial.io.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
 from seatrial.io.wire import plain
 
 MAGIC = b"#ROSBAG V2.0\n"

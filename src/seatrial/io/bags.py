@@ -9,7 +9,9 @@ from seatrial.errors import FileError, RecordingError
 from seatrial.io.bag import Bag, Message, merged_topics
 from seatrial.io.bag1 import Ros1Bag
 from seatrial.io.bag2 import METADATA, SUFFIXES, Ros2Bag, by_number, storage_files
-from seatrial.io.salvage import SalvagedDb3, SalvagedMcap, UnpackedBag
+from seatrial.io.salvage import SalvagedMcap
+from seatrial.io.salvage_db3 import SalvagedDb3
+from seatrial.io.unpack import UnpackedBag
 
 ROS1 = (".bag", ".bag.active")  # the second was not closed by rosbag record
 
