@@ -39,6 +39,7 @@ class RecordingView:
     """One recording, looked at."""
 
     name: str
+    start: float  # [s] cut off before it
     duration: float  # [s]
     poses: int
     rate: float  # [Hz]
@@ -85,14 +86,14 @@ def inspection_json(found: Inspection) -> dict[str, Any]:
 def _view(recording: Recording, vehicle: Vehicle) -> RecordingView:
     found, axes = coverage(vehicle, recording)
     inputs = input_use(vehicle, recording)
-    said = verdicts(recording, found, inputs) or [GOOD]
+    said = verdicts(recording, found, inputs, vehicle.file.command_timeout) or [GOOD]
     said += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
     try:
         noise = pose_noise(recording)
     except RecordingError:
         noise = None
     return RecordingView(
-        recording.name, recording.duration, len(recording.t), 1 / recording.period,
+        recording.name, recording.offset, recording.duration, len(recording.t), 1 / recording.period,
         jitter(recording), recording.usable, noise, recording.streams, tuple(_faults(recording)),
         tuple(axes), tuple(inputs), tuple(said),
     )  # fmt: skip
@@ -103,5 +104,7 @@ def _faults(recording: Recording) -> list[FaultSummary]:
     found = []
     for kind, count in counts.items():
         worst = max((f for f in recording.faults if f.kind is kind), key=lambda f: f.end - f.start)
-        found.append(FaultSummary(kind.value, count, worst.end - worst.start, worst.start))
+        found.append(
+            FaultSummary(kind.value, count, worst.end - worst.start, recording.offset + worst.start)
+        )
     return found

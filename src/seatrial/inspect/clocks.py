@@ -9,6 +9,8 @@ AHEAD = 0.002  # [s] a stamp this far after its arrival was made by another cloc
 APART = 0.03  # [s] delays of two signals that differ by more are worth a word
 LATE = 0.3  # [s] more than transport
 DRIFT = 0.005  # [s]
+ANOTHER_DAY = 3600.0  # [s] no transport takes so long
+ANOTHER_SPEED = 0.05  # of the recording's length that a clock would have to drift
 ALIKE = 0.2  # steps of two clocks that differ by less than this share are one
 TWICE = 0.01  # share of stamps
 
@@ -19,7 +21,7 @@ def clock_verdicts(streams: Sequence[Stream], begin: int | None = None) -> list[
     begin [ns]: the recording's zero, for times as --start takes them; else from a stream's start.
     """
     said = [sentence for stream in streams for sentence in _of_one(stream)]
-    known = [(s, s.delay) for s in streams if s.delay is not None]
+    known = [(s, s.delay) for s in streams if s.delay and not _replayed(s, s.delay)]
     said += _steps(known, begin)
     for i, (first, a) in enumerate(known):
         for second, b in known[i + 1 :]:
@@ -45,7 +47,7 @@ def _of_one(stream: Stream) -> list[str]:
     elif stream.clock is Clock.ARRIVAL:
         said.append(
             f"{stream.source} ({stream.kind}) is stamped by its arrival in the bag: late by the "
-            "transport, which the latency takes up"
+            "transport, which acts like a latency"
         )
     if stream.publishers > 1:
         said.append(
@@ -64,10 +66,16 @@ def _of_one(stream: Stream) -> list[str]:
         )
     if delay is None:
         return said
+    if _replayed(stream, delay):
+        said.append(
+            f"{stream.source}: arrivals have nothing to do with its stamps: it was played back and "
+            "recorded again; its own stamps count"
+        )
+        return said
     if delay.least < -AHEAD and not delay.step:
         said.append(
             f"{stream.source}: stamps are up to {time_text(-delay.least)} ahead of the recorder's clock: it "
-            "is made on another machine; keep the clocks together (chrony, PTP)"
+            "is made on another machine. As long as it stays so it acts like a latency; chrony or PTP keep it"
         )
     if abs(delay.drift) > DRIFT:  # a clock that runs fast makes the delay fall
         said.append(
@@ -81,6 +89,12 @@ def _of_one(stream: Stream) -> list[str]:
             "slow source, or a clock that is behind"
         )
     return said
+
+
+def _replayed(stream: Stream, delay: Delay) -> bool:
+    """Whether arrivals are of another day, or at another speed."""
+    length = stream.count / stream.rate if stream.rate else 0.0
+    return abs(delay.median) > ANOTHER_DAY or abs(delay.drift) > ANOTHER_SPEED * max(length, 1.0)
 
 
 def _steps(known: Sequence[tuple[Stream, Delay]], begin: int | None) -> list[str]:

@@ -24,7 +24,9 @@ def inspection_text(found: Inspection) -> str:
     lines.append("signs and order, from all recordings given (t: gain over its standard error)")
     lines += [f"  {text}" for text in signs.text]
     lines += [f"  => {finding.text}" for finding in signs.findings]
-    if not signs.findings:
+    if not signs.table:
+        lines.append("  => units, signs and order could not be checked")
+    elif not signs.findings:
         lines.append("  => nothing against the vehicle file's units, signs and order")
     return "\n".join(lines)
 
@@ -34,7 +36,10 @@ def _lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
     seen = "" if noise is None else (
         f", noise {1e3 * noise.position:.2f} mm, {1e3 * noise.heading:.2f} mrad"
     )  # fmt: skip
-    lines = [f"{view.name}: {view.duration:.1f} s, vehicle {vehicle.name} ({vehicle.axes.value})"]
+    cut = f" from {view.start:.1f} s on" if view.start else ""
+    lines = [
+        f"{view.name}: {view.duration:.1f} s{cut}, vehicle {vehicle.name} ({vehicle.axes.value})"
+    ]
     shown: set[str] = set()
     for stream in view.streams:
         if stream.role == "poses" or stream.source not in shown:

@@ -17,19 +17,29 @@ UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhyth
 SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
 ABSURD_TURN = 6.0  # [rad/s]
 STILL = 0.002  # [m/s], [rad/s]
+FULL = 2.0  # no command goes beyond twice the full one
 FEW = 5  # different values; one size each way and rest are three
-COARSE = 0.02  # resolution of a command, as a share of its range
+COARSE = 0.1  # resolution of a command, as a share of its range
 AT_LIMIT = 0.5  # share of the driven time
 
 
-def verdicts(recording: Recording, found: Excitation, inputs: Sequence[InputUse]) -> list[str]:
-    """What to do about it, one sentence each."""
+def verdicts(
+    recording: Recording, found: Excitation, inputs: Sequence[InputUse], timeout: float | None
+) -> list[str]:
+    """What to do about it, one sentence each. timeout [s]: the vehicle file's, of commands."""
     said = list(recording.remarks) + implausible(recording)
     if recording.duration < SHORT:
         said.append(f"{recording.duration:.0f} s is short: drive a few minutes")
+    steps = np.diff(recording.commands.stamps)
+    rhythm = float(np.median(steps)) * 1e-9 if len(steps) else 0.0
     if recording.usable < 0.9:
         said.append(
-            f"{100 * (1 - recording.usable):.0f} % of the poses are unusable: see the faults"
+            f"{100 * (1 - recording.usable):.0f} % of the poses are unusable: "
+            + (
+                f"command_timeout is shorter than the rhythm of the commands, {rhythm:.3g} s"
+                if timeout is not None and rhythm > timeout
+                else "see the faults"
+            )
         )
     off = jitter(recording)
     if off > UNEVEN_STAMPS * recording.period:
@@ -63,6 +73,12 @@ def _input(use: InputUse) -> list[str]:
     if use.never_moves:
         return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
     said = []
+    reach = max(abs(use.least), abs(use.most))
+    if reach > FULL:
+        said.append(
+            f"{use.name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
+            "file (of a PWM 1500 and 400)"
+        )
     if use.levels <= FEW:
         said.append(
             f"{use.name} has only {use.levels} different values: drive at more than one size of command"
