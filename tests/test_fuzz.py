@@ -47,16 +47,7 @@ def test_there_are_more_than_ten_thousand():
     assert sum(CASES.values()) >= 10_000
 
 
-ELSEWHERE = pytest.mark.xfail(
-    strict=True,
-    reason="errors.py: what is quoted is not one line; files.py: endless references, deep nesting; "
-    "io/table.py: overflow of stamps",
-)
-
-
-@pytest.mark.parametrize(
-    "kind", [pytest.param(k, marks=ELSEWHERE) if k in ("csv", "yaml") else k for k in CASES]
-)
+@pytest.mark.parametrize("kind", CASES)
 def test_damage_ends_in_a_recording_or_in_one_line(results, kind):
     findings = [f for k, found, _ in results if k == kind for f in found]
     shown = "\n".join(

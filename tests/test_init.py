@@ -164,7 +164,7 @@ def test_sticks_are_found_wherever_they_are_and_whichever_way_round(tmp_path_fac
 def test_what_is_not_used_is_named(log, tmp_path, propose):
     path = write_bag(tmp_path / "pool.bag", [log.topics()[0], joy(log, (3, 4, 2))])
     _, text = propose(path)
-    assert "# not used: axes_0, axes_1, axes_5" in text
+    assert "# not used: axes[0], axes[1], axes[5]" in text
     for name, at in (("F_u", 3), ("F_v", 4), ("F_r", 2)):
         assert re.search(rf'{name}: {{field: "axes\[{at}\]"}} +# seen to move \w+ \(t \d+\)', text)
 
@@ -348,7 +348,7 @@ def test_the_model_ships_thrusters_push_where_they_stand(kind, run, propose, tmp
     assert vehicle.axes.value == "forward-right-down"
     names = [f"u{k}" if kind == "csv" else f"data_{k - 1}" for k in range(1, 6)]
     assert vehicle.inputs == tuple(names)
-    assert "# not used: " + ("bt_limit, vsp_speed" if kind == "csv" else "data_5, data_6") in text
+    assert "# not used: " + ("bt_limit, vsp_speed" if kind == "csv" else "data[5], data[6]") in text
     signs = {"F_u": "+0+00", "F_v": "0+0++", "F_r": "+---+"}
     found = yaml.safe_load(text)["forces"]
     least = {"F_u": 2, "F_v": 3, "F_r": 4 if run == "run1" else 5}
@@ -641,7 +641,7 @@ def test_nothing_is_asked_that_is_known(log, tmp_path):
     )
     path = write_bag(tmp_path / "pool.mcap", [*log.topics(), odometry])
     assert yaml.safe_load(init(path, ask=ask).text)["pose"]["topic"] == POSE
-    chosen = init(path, Choices(pose="/odometry/filtered"), ask).text
+    chosen = init(path, choices=Choices(pose="/odometry/filtered"), ask=ask).text
     assert yaml.safe_load(chosen)["pose"]["topic"] == "/odometry/filtered"
 
 
@@ -720,7 +720,7 @@ ODD = (
 @pytest.mark.parametrize("words", list(zip(*[iter(ODD)] * 3, strict=True)))
 def test_names_that_yaml_would_take_for_something_else(words, log, tmp_path):
     folder = tables(log, tmp_path / "log", commands=",".join(("t", *words)))
-    text = init(folder, Choices(name=words[0])).text
+    text = init(folder, choices=Choices(name=words[0])).text
     content = yaml.safe_load(text)
     assert content["name"] == "".join(c if c.isprintable() else "_" for c in words[0])
     assert [e["column"] for e in content["commands"]["inputs"].values()] == list(words)

@@ -323,7 +323,7 @@ def test_an_unlabelled_joypad_is_assigned():
         ]
     )
     names = tuple(f"axes[{i}]" for i in range(5))
-    found = propose_inputs(record, Signal(names, record.commands.stamps, values))
+    found = propose_inputs([record], [Signal(names, record.commands.stamps, values)])
     assert {(a.axis, a.channel, a.sign) for a in found} == {
         (0, "axes[2]", -1), (1, "axes[4]", 1), (2, "axes[0]", 1),
     }  # fmt: skip

@@ -66,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     inspect.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
 
     init = _add(commands, "init", _init, "a vehicle file to start from, proposed from a recording")
-    init.add_argument("recording", type=Path, metavar="RECORDING")
+    init.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
     init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
     init.add_argument("--name", help="the boat's name (default: the recording's)")
     init.add_argument(
@@ -244,11 +244,12 @@ def _init(args: argparse.Namespace, progress: Progress) -> None:
     choices = Choices(args.name, args.axes, args.pose, args.commands, args.parent, args.child)
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
     progress.say("looking")
-    proposal = init(args.recording, choices, ask, salvage=args.salvage)
+    proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
     progress.clear()
+    shown = " ".join(str(path) for path in args.recordings)
     print(proposal.text, end="")
-    print(f"wrote {args.out}; next: seatrial inspect {args.recording} --vehicle {args.out}")
+    print(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
 
 
 def _ask(question: str, options: Sequence[str]) -> str:

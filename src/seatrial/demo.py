@@ -84,9 +84,11 @@ def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Sa
     for sentence in wrong or ["nothing against the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
     note("CSE1, init")
-    proposal = init(bags[TRAINED_ON[0]], Choices(name="cse1", axes="forward-right-down"))
+    proposal = init(
+        *(bags[n] for n in TRAINED_ON), choices=Choices(name="cse1", axes="forward-right-down")
+    )
     write_text(out / "proposed.yaml", proposal.text)
-    say(f" init: what the bag alone says of the ship  -> {out / 'proposed.yaml'}\n")
+    say(f" init: what the bags alone say of the ship  -> {out / 'proposed.yaml'}\n")
 
 
 def _trials(out: Path, say: Say, note: Say) -> None:

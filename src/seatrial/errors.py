@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Mistakes of the user's: one line that says what was got, what was expected, what to do."""
 
+LONGEST = 2000  # [characters] of a line
+
 
 class SeatrialError(Exception):
-    """Root of all errors that seatrial raises on purpose. The command line prints one line."""
+    """Root of all errors that seatrial raises on purpose. The command line prints one line.
+
+    What it quotes out of files may hold anything: it is shown as one line, and not a long one.
+    """
+
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else " " for c in message[: 2 * LONGEST])
+        super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} ...")
 
 
 class FileError(SeatrialError):

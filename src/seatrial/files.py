@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=msgspec.Struct)
 DIGITS = 10  # significant digits of numbers in YAML files
+MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file; one that refers to itself has no end
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
@@ -82,7 +83,24 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
         raise FileError(f"{path}:{where} is not YAML: {problem}") from None
     if not isinstance(content, dict):
         raise FileError(f"{path}: expected 'key: value' lines, got {type(content).__name__}")
+    _check_size(content, path)
     return content
+
+
+def _check_size(content: object, path: object) -> None:
+    """Raise FileError where references (*name) make a small file a huge or endless one."""
+    pending, count = [(content, 0)], 0
+    while pending:
+        value, depth = pending.pop()
+        count += 1
+        if count > MOST_VALUES or depth > MOST_DEPTH:
+            raise FileError(
+                f"{path}: has more than {MOST_VALUES} values, or {MOST_DEPTH} within each other; does "
+                "something in it refer to itself?"
+            )
+        if isinstance(value, (dict, list)):
+            inner = value.values() if isinstance(value, dict) else value
+            pending += [(each, depth + 1) for each in inner]
 
 
 def expect_format(content: dict[str, Any], expected: str, path: object) -> dict[str, Any]:

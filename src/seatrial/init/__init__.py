@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A vehicle file to start from, proposed from what is in a recording."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from seatrial.init.drive import Drive, find_drive
@@ -26,12 +26,14 @@ class Proposal:
 
 def init(
     path: str | Path,
+    *more: str | Path,
     choices: Choices | None = None,
     ask: Ask | None = None,
-    *,
     salvage: bool = False,
 ) -> Proposal:
-    """Propose a `vehicle.yaml`. What the recording can't tell is asked, or refused with the option.
+    """Propose a `vehicle.yaml`. What the recordings can't tell is asked, or refused with the option.
+
+    Topics or columns are those of the first recording; what drives what is seen from all.
 
     Raises RecordingError where there are no poses or commands, or several that could be meant.
     """
@@ -42,5 +44,6 @@ def init(
         sources = of_bag(path, name, choices, ask, salvage=salvage)
     else:
         sources = of_tables(path, name, choices, ask)
+    sources = replace(sources, more=tuple(map(Path, more)))
     drive = find_drive(sources, salvage=salvage)
     return Proposal(sources, drive, vehicle_text(sources, drive))

@@ -76,12 +76,12 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     names = _varied(sources, salvage=salvage)
     pose, said, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
-    recording = read(sources.path, draft, salvage=salvage)
-    channels = _channels(sources, draft, recording, report.table)
+    recordings = _read(sources, draft, salvage=salvage)
+    channels = _channels(sources, draft, recordings, report.table)
     parts = (_thrusters if channels.shared else _sticks)(channels)
-    inputs, remarks, forces = parts if parts[0] else _by_name(recording, channels)
+    inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
     driven = {f["axis"] for f in forces.values()}
-    on_change = any(s.on_change for s in recording.streams if s.role == "commands")
+    on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, tuple(said),
@@ -95,7 +95,7 @@ def _units(
     """The poses' columns with units put right, what was found, and the check that found it."""
     pose = dict(sources.pose)
     draft = _draft(sources, pose, names)
-    report = check_signs([read(sources.path, draft, salvage=salvage)], draft)
+    report = check_signs(_read(sources, draft, salvage=salvage), draft)
     said = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
         if unit is not None:
@@ -103,8 +103,12 @@ def _units(
             said.append(f"{key} is in {unit}, by the way that the boat moves")
     if said:
         draft = _draft(sources, pose, names)
-        report = check_signs([read(sources.path, draft, salvage=salvage)], draft)
+        report = check_signs(_read(sources, draft, salvage=salvage), draft)
     return pose, said, report
+
+
+def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]:
+    return [read(path, draft, salvage=salvage) for path in (sources.path, *sources.more)]
 
 
 def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> Vehicle:
@@ -127,9 +131,10 @@ def _varied(sources: Sources, *, salvage: bool) -> list[str]:
     names = [*sources.channels]
     for i in range(0, len(names), MOST_CHANNELS):
         part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])
-        recording = read(sources.path, part, salvage=salvage)
-        steps = np.diff(recording.commands.values, axis=0)
-        changes |= dict(zip(part.inputs, (steps != 0).sum(axis=0).tolist(), strict=True))
+        for recording in _read(sources, part, salvage=salvage):
+            steps = (np.diff(recording.commands.values, axis=0) != 0).sum(axis=0)
+            for name, count in zip(part.inputs, steps.tolist(), strict=True):
+                changes[name] = changes.get(name, 0) + count
     kept = sorted((n for n in names if changes[n]), key=lambda n: -changes[n])[:MOST_CHANNELS]
     if not kept:
         raise RecordingError(
@@ -139,10 +144,12 @@ def _varied(sources: Sources, *, salvage: bool) -> list[str]:
 
 
 def _channels(
-    sources: Sources, draft: Vehicle, recording: Recording, table: Sequence[Gain]
+    sources: Sources, draft: Vehicle, recordings: Sequence[Recording], table: Sequence[Gain]
 ) -> Channels:
-    names = recording.commands.names
-    raw = recording.commands.values * draft.input_signs
+    signals = [recording.commands for recording in recordings]
+    names = signals[0].names
+    values = np.concatenate([signal.values for signal in signals])
+    raw = values * draft.input_signs
     scales = [_scale(raw[:, i], sources.full) for i in range(len(names))]
     t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))
     for gain in table:
@@ -151,9 +158,9 @@ def _channels(
         t[gain.axis, i] = turn * gain.t
         gains[gain.axis, i] = turn * gain.value
     columns = {n: sources.channels[n] | s for n, s in zip(names, scales, strict=True)}
-    assigned = [a for a in propose_inputs(recording, recording.commands) if abs(a.t) > SEEN]
+    assigned = [a for a in propose_inputs(recordings, signals) if abs(a.t) > SEEN]
     sizes = np.array([s.get("scale", 1.0) for s in scales])
-    spread = recording.commands.values.std(axis=0) / sizes
+    spread = values.std(axis=0) / sizes
     return Channels(names, columns, t, gains * sizes, spread, tuple(assigned))
 
 
@@ -200,7 +207,7 @@ def _sticks(found: Channels) -> Parts:
     return inputs, remarks, forces
 
 
-def _by_name(recording: Recording, found: Channels) -> Parts:
+def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
     """Where nothing is seen to move the boat: what the channels' names say."""
     inputs: dict[str, dict[str, Any]] = {}
     for force, words in NAMES.items():
@@ -208,10 +215,11 @@ def _by_name(recording: Recording, found: Channels) -> Parts:
         if len(like) == 1:
             inputs[force] = found.columns[like[0]]
     if not inputs:
+        names = ", ".join(recording.name for recording in recordings)
+        length = sum(recording.duration for recording in recordings)
         raise RecordingError(
-            f"{recording.name}: {recording.duration:.0f} s do not show which of {', '.join(found.names)} "
-            "move the boat; record some minutes in which it is driven, or write the vehicle file by hand "
-            "(docs/vehicle.md)"
+            f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
+            "some minutes in which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: by its name; nothing was seen to move")
     axes = dict(zip(WRENCH, AXES, strict=True))

@@ -37,6 +37,7 @@ class Sources:
     channels: dict[str, dict[str, Any]]  # by plain name: the column
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
     full: float | None = None  # value of full command, where the message says so
+    more: tuple[Path, ...] = ()  # further recordings of the same boat
 
 
 def choose(path: Path, role: str, likely: Sequence[str], ask: Ask | None) -> str:

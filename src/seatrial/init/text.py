@@ -35,7 +35,7 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
         f"# Proposed by 'seatrial init' from {_shown(sources.path.name)}{length}.",
         "# Look at every line marked 'check'.",
         "seatrial: vehicle 1",
-        _line("name", sources.name),
+        _commented(_line("name", sources.name), "the boat's; it names the model"),
         _commented(f"axes: {sources.axes}", axes, *sources.notes.get("axes", [])),
         "",
         *_pose(sources, drive),
@@ -74,8 +74,16 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare:
-        lines.append(f"    # not used: {', '.join(spare)}")
+        fields = [_place(sources.channels[n]) for n in spare]
+        lines.append(
+            f"    # not used: {', '.join(fields)}; a signal that scales thrust goes under scales:"
+        )
     return lines
+
+
+def _place(column: Mapping[str, Any]) -> str:
+    """A channel as the file names it."""
+    return _shown(" ".join(str(column[k]) for k in ("topic", "column", "field") if k in column))
 
 
 def _timeout(drive: Drive) -> list[str]:
@@ -95,7 +103,11 @@ def _forces(drive: Drive) -> list[str]:
         return [
             "# check: how the boat's software makes thruster commands of F_u, F_v and F_r; only needed where",
             "# dead zones or limits of the thrusters are to be modelled (docs/vehicle.md):",
-            "# thrusters: {F_1: {x: 0.2, y: 0.2, angle_deg: 135}, ...}   # [m], [deg]",
+            "# thrusters:                    # positions [m]; directions of push [deg] from forward on",
+            "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
+            "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",
+            "#   F_3: {x: -0.2, y: 0.2, angle_deg: 45}",
+            "#   F_4: {x: -0.2, y: -0.2, angle_deg: -45}",
             "# allocation: {scheme: moore-penrose, limit: 1.0}",
         ]
     said = (

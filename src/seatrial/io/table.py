@@ -107,7 +107,8 @@ def checked_unit(column: Column, where: str) -> None:
 def scaled(raw: Array, column: Column) -> Array:
     """value = sign (raw - offset) / scale, in SI."""
     unit = TO_SI.get(column.unit or "-", 1.0)
-    return np.asarray(column.sign * (raw - column.offset) / column.scale * unit)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found later
+        return np.asarray(column.sign * (raw - column.offset) / column.scale * unit)
 
 
 def nanoseconds(
@@ -121,7 +122,10 @@ def nanoseconds(
         raise RecordingError(
             f"{path}: stamp column '{column.column}' has unit '{column.unit}'; use s, ms, us or ns"
         )
-    stamps = column.sign * (raw - column.offset) / column.scale * TO_NANOSECONDS[column.unit or "s"]
+    with np.errstate(over="ignore"):
+        stamps = (
+            column.sign * (raw - column.offset) / column.scale * TO_NANOSECONDS[column.unit or "s"]
+        )
     if np.abs(stamps).max() > 9e18:
         raise RecordingError(
             f"{path}: stamp column '{column.column}' goes to {raw.max():g} {column.unit or 's'}; "

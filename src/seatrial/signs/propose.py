@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Which channel of an unlabelled joypad moves which axis: a start for a vehicle file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,20 +25,25 @@ class Assignment:
     trusted: bool  # it is clear, and no other channel moves the axis nearly as clearly
 
 
-def propose_inputs(recording: Recording, channels: Signal) -> tuple[Assignment, ...]:
+def propose_inputs(
+    recordings: Sequence[Recording], channels: Sequence[Signal]
+) -> tuple[Assignment, ...]:
     """For each axis the channel that moves it, clearest first, none twice; () if nothing can be told.
 
-    Offsets and scales of the channels do not matter (PWM may be given as it is).
+    channels: the same of each recording; their offsets and scales do not matter (PWM may be given
+    as it is).
     """
-    varied = np.flatnonzero((channels.values != channels.values[:1]).any(axis=0))
-    used = Signal(
-        tuple(channels.names[i] for i in varied), channels.stamps, channels.values[:, varied]
-    )
-    run = read_run(recording, used)
-    if not used.names or not enough([run]):
+    varied = [(c.values != c.values[:1]).any(axis=0) for c in channels]
+    kept = np.flatnonzero(np.any(varied, axis=0))
+    names = tuple(channels[0].names[i] for i in kept)
+    runs = [
+        read_run(recording, Signal(names, c.stamps, c.values[:, kept]))
+        for recording, c in zip(recordings, channels, strict=True)
+    ]
+    if not names or not enough(runs):
         return ()
-    t = np.array([g.t for g in gains([run])])  # (3, channels)
-    return tuple(_assigned(used.names, t))
+    t = np.array([g.t for g in gains(runs)])  # (3, channels)
+    return tuple(_assigned(names, t))
 
 
 def _assigned(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:

@@ -86,7 +86,10 @@ def smooth_signals(
     """
     if len(centres) == 0:
         return np.zeros((len(delays), 0, len(signal.names)))
-    lowest, highest = float(centres[0]) - max(delays) - half, float(centres[-1]) - min(delays) + half
+    lowest, highest = (
+        float(centres[0]) - max(delays) - half,
+        float(centres[-1]) - min(delays) + half,
+    )
     step = max(GRID, half / STEPS, (highest - lowest) / MOST)  # poses far apart need no fine grid
     grid = np.arange(lowest, highest + 2 * step, step)
     held = signal.values[held_rows(signal.stamps, origin, grid)]
