@@ -51,7 +51,6 @@ def test_the_readmes_vehicle_reads_the_readmes_recording(tmp_path):
 
 def test_the_documented_vehicle_file_is_valid_but_for_its_alternatives(tmp_path):
     text = blocks(ROOT / "docs" / "vehicle.md", "yaml")[0]
-    text = re.sub(r"\nforces:.*?\n\n", "\n\n", text, flags=re.DOTALL)  # instead of thrusters
     vehicle = vehicle_from(load(text, tmp_path), "vehicle.md")
     assert vehicle.constants.names == (
         "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power",

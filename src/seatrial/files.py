@@ -71,8 +71,10 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"{path}: can't be read as text ({error})") from None
+    except UnicodeDecodeError:
+        raise FileError(f"{path}: is not text; expected a YAML file: is it a recording?") from None
+    except OSError as error:
+        raise FileError(f"{path}: can't be read ({error.strerror})") from None
     try:
         content = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:

@@ -107,11 +107,9 @@ class Bag(ABC):
                 f"The topics are {listed}"
             )
         near = get_close_matches(name, self.topics, n=1)
-        hint = f"did you mean {near[0]}? " if near else ""
-        raise RecordingError(
-            f"{self.path}: no topic {name} ({where}); {hint}"
-            + (f"The topics are {listed}" if listed else "The bag has none")
-        )
+        hint = f"; did you mean {near[0]}?" if near else "."
+        there = f"The topics are {listed}" if listed else "The bag has no topics"
+        raise RecordingError(f"{self.path}: no topic {name} ({where}){hint} {there}")
 
 
 def _order(topic: Topic) -> tuple[bool, str]:

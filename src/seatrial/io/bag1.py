@@ -219,8 +219,8 @@ class Ros1Bag(Bag):
             raise RecordingError(f"{self.path}: no message could be salvaged ({reason})")
         self.topics = self._merged()
         self.remarks = (
-            f"salvaged ({reason}): {count} messages in {len(self._chunks)} chunks"
-            + (f", {lost} not whole" if lost else ""),
+            f"salvaged ({reason}): {count} messages"
+            + (f", {lost} damaged stretches left out" if lost else ""),
         )
 
     def _scan_chunk(self, place: "Place") -> int:

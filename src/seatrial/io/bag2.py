@@ -96,8 +96,10 @@ def _explained(path: Path, error: Exception) -> RecordingError:
     said = plain(str(error), 200) or type(error).__name__
     if "seems to be empty" in said or (path.is_file() and path.stat().st_size == 0):
         return RecordingError(f"{path}: is empty; was anything recorded?")
-    if "magic is invalid" in said or "not a database" in said:
-        return RecordingError(f"{path}: is not a ROS 2 bag, or was cut off: {said}; {SALVAGE}")
+    if "File magic is invalid" in said or "not a database" in said:
+        return RecordingError(f"{path}: is not a ROS 2 bag; is it another file, renamed?")
+    if "magic is invalid" in said:
+        return RecordingError(f"{path}: has no end: was the recording cut off? {SALVAGE}")
     if "Profile is not ros2" in said:
         return RecordingError(f"{path}: is an MCAP file, but not one of ROS 2; convert it to one")
     return RecordingError(f"{path}: the bag is damaged ({said}); {SALVAGE}")

@@ -31,6 +31,8 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
     if is_bag(path):
         return read_bag(path, vehicle, salvage=salvage)
     if path.is_dir():
+        if not any(path.iterdir()):
+            raise FileError(f"{path}: is an empty folder; expected a bag or .csv tables")
         poses = path / (vehicle.file.pose.file or POSE_FILE)
         commands = path / (vehicle.file.commands.file or COMMAND_FILE)
     elif path.suffix.lower() in TABLES:

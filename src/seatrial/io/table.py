@@ -34,6 +34,10 @@ class Table:
             raise RecordingError(f"{path}: is not a CSV text file") from None
         if not first.strip():
             raise RecordingError(f"{path}: is empty; expected a header line and rows of numbers")
+        if first.startswith(("seatrial:", "# Proposed by", "%YAML")):
+            raise RecordingError(
+                f"{path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
+            )
         self.delimiter = max(",;\t", key=first.count)
         self.names = [name.strip().strip('"') for name in first.strip().split(self.delimiter)]
 
