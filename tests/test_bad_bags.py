@@ -392,7 +392,7 @@ def test_a_salvaged_recording_is_the_begin_of_the_whole_one(tmp_path, sent):
     assert 20 < n < 45
     np.testing.assert_array_equal(part.eta, whole.eta[:n])
     np.testing.assert_array_equal(part.commands.values, whole.commands.values[:m])
-    said = r"salvaged \(the bag is not whole \(.*\)\): \d+ messages in \d+ chunks, 1 not whole"
+    said = r"salvaged \(the bag is not whole \(.*\)\): \d+ messages, 1 damaged stretches left out"
     assert re.fullmatch(said, part.remarks[0])
 
 

@@ -116,7 +116,7 @@ def test_missing_and_foreign_files_say_what_was_expected(tmp_path):
     with pytest.raises(SeatrialError, match="no such file or folder"):
         seatrial.read(tmp_path / "none", vehicle())
     (tmp_path / "empty").mkdir()
-    with pytest.raises(SeatrialError, match=r"poses\.csv: no such file"):
+    with pytest.raises(SeatrialError, match=r"is an empty folder"):
         seatrial.read(tmp_path / "empty", vehicle())
     (tmp_path / "a.png").write_bytes(b"PNG")
     with pytest.raises(SeatrialError, match=r"expected a bag .*, a \.csv table"):
@@ -197,3 +197,13 @@ def test_a_log_written_on_changes_only_is_not_silent(tmp_path):
     record = seatrial.read(folder(tmp_path / "run", None, changes), vehicle())
     assert record.valid.all()
     assert record.faults == ()
+
+
+def test_more_inputs_than_the_core_has_room_for_are_refused():
+    inputs = {f"c{i}": f"c{i}" for i in range(9)}
+    with pytest.raises(SeatrialError, match="9 inputs and 9 actuators; at most 8"):
+        vehicle(
+            commands={"stamp": "t", "inputs": inputs}, thrusters={}, allocation={},
+            forces={"F_u": {"axis": "surge", "of": {"c0": 1.0}}},
+            structure={"surge": ["X_F * F_u"], "sway": ["Y_v * v"], "yaw": ["N_r * r"]},
+        )  # fmt: skip

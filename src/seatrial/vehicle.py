@@ -180,6 +180,11 @@ class Vehicle:
     @cached_property
     def chain(self) -> _core.Chain:
         """The core's actuator chain."""
+        if max(len(self.inputs), len(self.actuators)) > _core.MAX_ACTUATORS:
+            raise VehicleError(
+                f"{self.source}: {len(self.inputs)} inputs and {len(self.actuators)} actuators; at most "
+                f"{_core.MAX_ACTUATORS} of each"
+            )
         limit = self.file.allocation.limit
         scheme = self.scheme
         direct = scheme is Scheme.DIRECT
