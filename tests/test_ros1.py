@@ -250,7 +250,7 @@ def test_the_documents_line_for_rosbag_record_records(ros):
     ros.until(lambda: any(ros.folder.glob("run1.bag*")), "the recorder's file")
     ros.finish(process, signal.SIGINT)
     # rosbag's wrapper may end before the recorder that it started has closed the file
-    ros.until(lambda: (ros.folder / "run1.bag").exists(), "the recorder's closed file")
+    ros.until((ros.folder / "run1.bag").exists, "the recorder's closed file")
 
 
 def test_the_launch_file_is_what_roslaunch_takes_it_for(ros):
