@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "filter.hpp"
 #include "seatrial/frames.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
@@ -117,15 +118,6 @@ Trace make_trace(const Chain& chain, Vector q, Vector time, Matrix commands, Vec
   for (const int i : constants) require(i >= 0 && i < chain.n_constants, "constant out of range");
   return Trace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
                make_columns(initial, coefficients, constants));
-}
-
-void check_trace(const Boat& boat, const Trace& trace) {
-  require(boat.structure.n_forces == trace.chain().n_forces,
-          "structure and chain differ in forces");
-  for (int i = 0; i < trace.columns().n_coefficients; ++i) {
-    const int c = trace.columns().coefficient[i];
-    require(c >= 0 && c < boat.structure.n_coefficients, "coefficient out of range");
-  }
 }
 
 std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector x0, Vector time,
@@ -370,6 +362,7 @@ NB_MODULE(_core, m) {
   m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "x0"_a, "steps"_a,
         "threads"_a = 1, "tangents"_a = false,
         "State `steps` samples after every start (m x 6), and its tangents.");
+  bind_filter(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,

@@ -100,7 +100,8 @@ def _parser() -> argparse.ArgumentParser:
     identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
     identify.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
-        help="equation-error is the paper's least squares",
+        help="equation-error is the paper's least squares; output-error, on the raw poses, finds the thrusters' "
+        "latency, lag and dead zone, too (in the making)",
     )  # fmt: skip
     identify.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",

@@ -75,6 +75,9 @@ class Term:
         return _unit_text({"m": metre, "rad": radian, "s": second})
 
 
+Row = tuple[int, int, float, int, list[int]]
+
+
 @dataclass(frozen=True)
 class Structure:
     """The right-hand side of Eq. (12), or a generalisation of it."""
@@ -142,11 +145,11 @@ class Structure:
         return Structure(self.name, terms, self.forces)
 
     @cached_property
-    def compiled(self) -> _core.Structure:
-        """The core's flat form."""
+    def rows(self) -> list[Row]:
+        """Terms as the core takes them: axis, coefficient, number, acceleration, factors."""
         codes = {name: i for i, name in enumerate(VELOCITIES)}
         codes |= {f.name: _core.FIRST_FORCE + i for i, f in enumerate(self.forces)}
-        rows = [
+        return [
             (
                 t.axis,
                 self.coefficients.index(t.coefficient) if t.coefficient else -1,
@@ -156,7 +159,11 @@ class Structure:
             )
             for t in self.terms
         ]
-        return _core.Structure(rows, len(self.coefficients), len(self.forces))
+
+    @cached_property
+    def compiled(self) -> _core.Structure:
+        """The core's flat form."""
+        return _core.Structure(self.rows, len(self.coefficients), len(self.forces))
 
     def lines(self) -> dict[str, list[str]]:
         """For each axis its terms as text: what files hold."""

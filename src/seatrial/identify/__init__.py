@@ -7,6 +7,8 @@ from dataclasses import replace
 from seatrial.errors import IdentificationError, RecordingError
 from seatrial.frames import AXES, Axes
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
+from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
+from seatrial.identify.output_error import output_error
 from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -15,7 +17,7 @@ from seatrial.signs import check_signs
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import STENCIL_NOISE
 
-METHODS = (METHOD,)
+METHODS = (METHOD, OUTPUT_ERROR)
 DEFAULT_METHOD = METHOD
 SHORTEST = 10.0  # [s] of all recordings together
 
@@ -56,7 +58,10 @@ def identify(
     for recording in recordings:
         for sentence in implausible(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
-    model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    if method == OUTPUT_ERROR:
+        model = output_error(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
     wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
     return replace(model, warnings=(*wrong, *concerns(model)))

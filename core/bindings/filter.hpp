@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// Python's view of the estimator's filter.
+#pragma once
+#include <nanobind/stl/tuple.h>
+
+#include <tuple>
+#include <vector>
+
+#include "arrays.hpp"
+#include "seatrial/innovations.hpp"
+
+namespace {
+
+using namespace seatrial;
+
+void check_trace(const Boat& boat, const Trace& trace) {
+  require(boat.structure.n_forces == trace.chain().n_forces,
+          "structure and chain differ in forces");
+  for (int i = 0; i < trace.columns().n_coefficients; ++i) {
+    const int c = trace.columns().coefficient[i];
+    require(c >= 0 && c < boat.structure.n_coefficients, "coefficient out of range");
+  }
+}
+
+Out1 moved1(const std::vector<double>& from) {
+  double* out = nullptr;
+  auto to = fresh<Out1>({from.size()}, &out);
+  std::copy(from.begin(), from.end(), out);
+  return to;
+}
+
+Out2 moved2(const std::vector<double>& from, std::size_t width) {
+  double* out = nullptr;
+  auto to = fresh<Out2>({width == 0 ? 0 : from.size() / width, width}, &out);
+  std::copy(from.begin(), from.end(), out);
+  return to;
+}
+
+FilterNoise make_noise(const Vector& noise, double outlier) {
+  require(noise.shape(0) == kNoiseParameters,
+          "noise: position, heading, walks, disturbances, memory");
+  FilterNoise believed{};
+  for (int i = 0; i < kNoiseParameters; ++i) {
+    believed.parameter(i) = noise(static_cast<std::size_t>(i));
+  }
+  believed.outlier = outlier;
+  return believed;
+}
+
+/// Poses of one recording, its start, and how its noise is believed to be.
+struct Series {
+  PoseSeries poses;
+  FilterStart start{};
+  std::vector<double> time;
+  std::vector<double> eta;
+  std::vector<signed char> use;
+
+  Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity) {
+    const std::size_t n = t.shape(0);
+    require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
+            "eta: n x 3, use: n");
+    require(x0.shape(0) == kStates && velocity.shape(0) == kAxes, "start: 6, velocity: 3");
+    time.assign(t.data(), t.data() + n);
+    eta.assign(e.data(), e.data() + n * kPose);
+    use.assign(u.data(), u.data() + n);
+    std::copy(x0.data(), x0.data() + kStates, start.state);
+    std::copy(velocity.data(), velocity.data() + kAxes, start.velocity);
+    poses = {static_cast<int>(n), time.data(), eta.data(), use.data()};
+  }
+  Series(const Series&) = delete;
+  Series& operator=(const Series&) = delete;
+};
+
+FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
+                           double outlier) {
+  check_trace(boat, trace);
+  const Columns& columns = trace.columns();
+  require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
+              columns.coefficient[columns.n_coefficients - kAxes] ==
+                  boat.structure.n_coefficients - kAxes,
+          "columns: initial state, then coefficients that end with the disturbance's three");
+  const FilterNoise believed = make_noise(noise, outlier);
+  nb::gil_scoped_release released;
+  return innovations(boat, trace, series.poses, believed, series.start);
+}
+
+std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
+                                                Vector noise, double outlier) {
+  require(first.way.size() + 1 == series.time.size(), "the poses of the first pass");
+  const FilterNoise believed = make_noise(noise, outlier);
+  NoisePass pass;
+  {
+    nb::gil_scoped_release released;
+    pass = noise_slopes(first, series.poses, believed, series.start);
+  }
+  const std::vector<double> slope(pass.gradient, pass.gradient + kNoiseParameters);
+  const double* flat = &pass.information[0][0];
+  const std::vector<double> curve(flat, flat + std::ptrdiff_t{kNoiseParameters} * kNoiseParameters);
+  return {pass.cost, moved1(slope), moved2(curve, kNoiseParameters)};
+}
+
+double run_repeated(const FilterPass& first, const Series& series, Vector noise, double outlier) {
+  require(first.way.size() + 1 == series.time.size(), "the poses of the first pass");
+  const FilterNoise believed = make_noise(noise, outlier);
+  FilterPass pass;
+  nb::gil_scoped_release released;
+  repeated(first, series.poses, believed, series.start, pass);
+  return pass.cost;
+}
+
+void bind_filter(nb::module_& m) {
+  using namespace nb::literals;
+  nb::class_<FilterPass>(m, "FilterPass")
+      .def_ro("good", &FilterPass::good)
+      .def_ro("cost", &FilterPass::cost)
+      .def_prop_ro(
+          "information",
+          [](const FilterPass& p) {
+            return moved2(p.information, static_cast<std::size_t>(p.parameters));
+          },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "gradient", [](const FilterPass& p) { return moved1(p.gradient); },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "score",
+          [](const FilterPass& p) {
+            return moved2(p.score, static_cast<std::size_t>(p.parameters));
+          },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "innovation", [](const FilterPass& p) { return moved2(p.innovation, kPose); },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "spread", [](const FilterPass& p) { return moved2(p.spread, 6); },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "state", [](const FilterPass& p) { return moved2(p.state, kFilterStates); },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "deviation", [](const FilterPass& p) { return moved2(p.deviation, kFilterStates); },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
+          "weight", [](const FilterPass& p) { return moved1(p.weight); },
+          nb::for_getter(nb::rv_policy::move));
+  nb::class_<Series>(m, "Series")
+      .def(nb::init<Vector, Matrix, Flags, Vector, Vector>(), "time"_a, "eta"_a, "use"_a, "start"_a,
+           "velocity"_a);
+  m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);
+}
+
+}  // namespace

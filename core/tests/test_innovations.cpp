@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include "boats.hpp"
+#include "problem.hpp"
+#include "seatrial/innovations.hpp"
+
+using namespace seatrial;
+using boats::Worst;
+using problems::driven;
+using problems::Problem;
+
+namespace {
+
+constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 1e9};
+constexpr double kNever = 1e9;  // [sigma] of an outlier
+/// The same where the heading is known, so that the spread does not depend on the way gone.
+constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 1e9};
+
+/// The three disturbances that the filter adds, as the last coefficients.
+Structure disturbed(Structure s) {
+  const int first = s.n_coefficients;
+  for (int axis = 0; axis < kAxes; ++axis) boats::add(s, axis, first + axis, 1.0, {});
+  return s;
+}
+
+/// A boat that goes straight on, under forces that are known: everything is linear.
+Structure straight() {
+  Structure s;
+  s.n_forces = 3;
+  boats::add(s, 0, 0, 1.0, {kU});
+  boats::add(s, 0, 1, 1.0, {boats::kFu});
+  return disturbed(s);
+}
+
+struct Run {
+  Problem problem;
+  std::vector<double> eta;
+  std::vector<signed char> use;
+  FilterStart start{};
+
+  explicit Run(Problem p) : problem(std::move(p)) {
+    std::vector<double> states = problems::simulated(problem, nullptr);
+    boats::Random random(7);
+    for (std::size_t i = 0; i < problem.time.size(); ++i) {
+      for (std::size_t j = 0; j < kPose; ++j) {
+        eta.push_back(states[i * kStates + j] + random(-3e-3, 3e-3));
+      }
+      use.push_back(i % 17 == 16 ? 0 : 1);
+    }
+    std::copy(problem.x0.begin(), problem.x0.end(), start.state);
+    std::fill(start.velocity, start.velocity + kAxes, 0.05);
+  }
+
+  PoseSeries poses() const {
+    return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
+  }
+
+  FilterPass pass(const FilterNoise& noise) const {
+    return innovations(problem.boat, problem.trace(), poses(), noise, start);
+  }
+};
+
+Run linear_run() {
+  std::vector<double> coefficients{-0.8, 0.5, 0.0, 0.0, 0.0};
+  Problem p = driven(straight(), coefficients, Scheme::kMoorePenrose, false);
+  p.x0 = {0.3, -0.2, 0.0, 0.2, 0.0, 0.0};
+  p.columns.n_coefficients = 0;  // the gain of F_u, and the disturbances
+  for (const int c : {1, 2, 3, 4}) p.columns.coefficient[p.columns.n_coefficients++] = c;
+  p.columns.n_constants = 0;
+  Run run(std::move(p));
+  for (std::size_t k = 0; k < run.use.size(); ++k) {  // only x is off: no error turns the boat
+    run.eta[3 * k + 1] = run.start.state[1];
+    run.eta[3 * k + 2] = 0.0;
+  }
+  return run;
+}
+
+Run mallard_run() {
+  std::vector<double> coefficients = boats::mallard_coefficients();
+  coefficients.resize(coefficients.size() + kAxes, 0.0);
+  return Run(driven(disturbed(boats::mallard()), coefficients, Scheme::kMoorePenrose, true));
+}
+
+}  // namespace
+
+TEST_CASE("where all is linear the cost is the parabola that gradient and information say") {
+  Run run = linear_run();
+  run.problem.boat.coefficient[1] = 0.45;
+  const FilterPass at = run.pass(kStraight);
+  REQUIRE(at.good);
+  for (const double step : {-0.1, 0.03, 0.2}) {
+    run.problem.boat.coefficient[1] = 0.45 + step;
+    const double want = at.cost - 2.0 * step * at.gradient[0] + step * step * at.information[0];
+    CHECK(run.pass(kStraight).cost == doctest::Approx(want).epsilon(1e-7));
+  }
+  CHECK(std::abs(at.gradient[0]) > 1.0);  // it was not the minimum
+}
+
+TEST_CASE("the gradient is the sum of its terms, pose by pose") {
+  const FilterPass pass = mallard_run().pass(kBelieved);
+  const auto p = static_cast<std::size_t>(pass.parameters);
+  std::vector<double> sum(p, 0.0);
+  for (std::size_t i = 0; i < pass.score.size(); ++i) sum[i % p] += pass.score[i];
+  Worst worst;
+  for (std::size_t i = 0; i < p; ++i) worst.see(sum[i], pass.gradient[i]);
+  CHECK(worst.value() < 1e-6);
+}
+
+TEST_CASE("a pass that is repeated with the same noise is the same") {
+  const Run run = mallard_run();
+  const FilterPass first = run.pass(kBelieved);
+  FilterPass again;
+  repeated(first, run.poses(), kBelieved, run.start, again);
+  CHECK(again.cost == doctest::Approx(first.cost).epsilon(1e-12));
+}
+
+TEST_CASE("with other noise the repeated pass is a full one's where all is linear") {
+  const Run run = linear_run();
+  const FilterPass first = run.pass(kStraight);
+  for (const int i : {0, 2, 4, 6}) {  // the others are of the heading
+    FilterNoise other = kStraight;
+    other.parameter(i) *= 3.0;
+    FilterPass again;
+    repeated(first, run.poses(), other, run.start, again);
+    CHECK(again.cost == doctest::Approx(run.pass(other).cost).epsilon(1e-9));
+    CHECK(std::abs(again.cost - first.cost) > 1e-6);
+  }
+}
+
+TEST_CASE("slopes to the noise are the cost's differences") {
+  const Run run = mallard_run();
+  const FilterPass first = run.pass(kBelieved);
+  const NoisePass slopes = noise_slopes(first, run.poses(), kBelieved, run.start);
+  const auto cost = [&](int i, double logarithm) {
+    FilterNoise moved = kBelieved;
+    moved.parameter(i) *= std::exp(logarithm);
+    FilterPass pass;
+    repeated(first, run.poses(), moved, run.start, pass);
+    return pass.cost;
+  };
+  const double here = cost(0, 0.0);
+  for (int i = 0; i < kNoiseParameters; ++i) {
+    const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
+    const double bend = (cost(i, 0.05) - 2.0 * here + cost(i, -0.05)) / (0.05 * 0.05);
+    // a forward quotient over 0.05 with its second-order share taken off as it is expected to be
+    const double want = 0.5 * slope + 0.5 * 0.05 * (0.5 * bend - slopes.information[i][i]);
+    CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
+    CHECK(slopes.information[i][i] >= 0.0);
+  }
+}
+
+TEST_CASE("a pose that is far off is believed less, and costs less than its square") {
+  Run run = mallard_run();
+  FilterNoise noise = kBelieved;
+  noise.outlier = 4.0;
+  const double plain = run.pass(noise).cost;
+  run.eta[120] += 1.0;  // [m] x of pose 40
+  const FilterPass robust = run.pass(noise);
+  CHECK(robust.weight[40] < 0.05);
+  CHECK(robust.weight[39] == 1.0);
+  noise.outlier = kNever;
+  CHECK(robust.cost - plain < 0.05 * (run.pass(noise).cost - plain));
+}
+
+TEST_CASE("after a jump for good the filter starts anew from the pose, with the velocity it had") {
+  Run run = mallard_run();
+  for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
+  run.use[50] = 2;
+  const FilterPass pass = run.pass(kBelieved);
+  REQUIRE(pass.good);
+  CHECK(pass.weight[50] == 1.0);
+  CHECK(std::abs(pass.state[450] - run.eta[150]) < 1e-4);
+  CHECK(std::abs(pass.innovation[153]) < 0.05);
+}
+
+TEST_CASE("a boat that diverges is said to") {
+  Run run = mallard_run();
+  run.problem.boat.coefficient[boats::kXu] = 4000.0;
+  CHECK_FALSE(run.pass(kBelieved).good);
+}

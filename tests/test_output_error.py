@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Prediction-error estimation: the filter's likelihood against the dense one, recovery of known boats."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import seatrial
+from seatrial import _core
+from seatrial.errors import SeatrialError
+from seatrial.identify.output_error import Problem, output_error, with_free_stages
+from seatrial.plan import load_plan, with_seed
+from seatrial.sanity import direct_chain
+from seatrial.simulate import simulate
+
+DRAG = -0.7  # [1/s]
+# position, heading, walks, disturbances, memory
+NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5])
+START_SPREAD = np.array([0.05, 1e-9, 1e-9])
+
+
+def straight_cost(t, x):
+    """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
+    rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
+    boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
+    trace = _core.Trace(
+        direct_chain(1), np.zeros(0), np.array([-1.0]), np.zeros((1, 1)), np.zeros(0),
+        np.zeros((0, 0)), True, [1, 2, 3], [],
+    )  # fmt: skip
+    eta = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+    start = np.array([0.0, 0.0, 0.0, 0.2, 0.0, 0.0])
+    series = _core.Series(t, eta, np.ones(len(t), dtype=np.int8), start, START_SPREAD)
+    return _core.innovations(boat, trace, series, NOISE, 1e9).cost
+
+
+def dense_square(t, x):
+    """e' C^-1 e of the same positions, C built whole from the state's covariances."""
+    sigma, walk, disturbance, memory = NOISE[[0, 2, 4, 6]]
+    n = len(t)
+    state = np.array([0.0, 0.2, 0.0])
+    spread = np.diag([(3 * sigma) ** 2, START_SPREAD[0] ** 2, disturbance**2])
+    means, states, steps = [state], [spread], []
+    for a, b in pairwise(t):
+        dt = b - a
+        move = expm(np.array([[0.0, 1.0, 0.0], [0.0, DRAG, 1.0], [0.0, 0.0, 0.0]]) * dt)
+        move[2, 2] = np.exp(-dt / memory)
+        noise = np.zeros((3, 3))
+        noise[:2, :2] = walk**2 * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
+        noise[2, 2] = disturbance**2 * (1 - move[2, 2] ** 2)
+        steps.append(move)
+        means.append(move @ means[-1])
+        states.append(move @ states[-1] @ move.T + noise)
+    C = np.zeros((n, n))
+    for i in range(n):
+        across = states[i]
+        for j in range(i, n):
+            C[i, j] = C[j, i] = across[0, 0]
+            across = steps[j] @ across if j < n - 1 else across
+    e = x - np.array([m[0] for m in means])
+    return float(e @ np.linalg.solve(C + sigma**2 * np.eye(n), e))
+
+
+def test_the_filters_likelihood_is_the_dense_one():
+    """Of two recordings the likelihoods differ as those of one joint normal distribution do."""
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.04, 0.12, 60))
+    first, second = (np.cumsum(rng.normal(0.01, 0.01, 60)) for _ in range(2))
+    got = straight_cost(t, first) - straight_cost(t, second)
+    assert got == pytest.approx(dense_square(t, first) - dense_square(t, second), rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def trials():
+    def make(plan, name, seed):
+        vehicle = seatrial.load_vehicle(name)
+        found = simulate(with_seed(load_plan(plan), seed), vehicle)
+        return vehicle, [t.recording for t in found if t.name[:2] in ("S1", "S2", "S3")]
+
+    return make
+
+
+@pytest.mark.parametrize(("plan", "seed"), [("paper-like", 1), ("hard", 2)])
+def test_boat_and_thrusters_of_a_simulated_trial_are_found_whatever_the_noise(plan, seed, trials):
+    vehicle, recordings = trials(plan, "mallard-mp", seed)
+    model = output_error(recordings, vehicle)
+    plant = load_plan(plan).plant
+    for name, value in model.values.items():
+        error = model.standard_errors[name]
+        assert model.values[name] == pytest.approx(plant.coefficients[name], abs=4.5 * error), name
+        assert error < 0.05 * max(abs(value), 0.2), name
+    constants = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
+    assert constants["edge_forward"] == pytest.approx(0.08, abs=0.002)
+    assert constants["edge_reverse"] == pytest.approx(0.08, abs=0.002)
+    offset = load_plan(plan).joypad.clock_offset
+    assert constants["lag"] + constants["latency"] == pytest.approx(0.08 - offset, abs=0.005)
+    pose = load_plan(plan).pose
+    assert model.noise.position == pytest.approx(pose.position_noise, rel=0.1)
+    assert model.noise.heading == pytest.approx(pose.heading_noise, rel=0.1)
+    assert model.estimator.settings["walk_linear"] < 1e-3  # the plant has no process noise
+
+
+def test_under_always_forward_the_gain_past_the_dead_zones_edge_is_found(trials):
+    """f > 0.08 all the time: thrust (f - 0.08) / 0.92, of which the 0.08 cancel in T f."""
+    vehicle, recordings = trials("hard", "mallard-af", 3)
+    model = output_error(recordings, vehicle)
+    assert model.vehicle.constants.names == ("latency", "lag")
+    truth = load_plan("hard").plant.coefficients
+    for name, error in model.standard_errors.items():
+        scale = 1 / 0.92 if name.endswith("_F") else 1.0
+        assert model.values[name] == pytest.approx(scale * truth[name], abs=4.5 * error), name
+
+
+def test_what_the_vehicle_file_states_is_kept(trials):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 4)
+    stated = vehicle.with_chain(load_plan("paper-like").plant.chain)
+    whole = with_free_stages(stated, recordings)
+    assert set(whole.constants.names) - set(stated.constants.names) == {"latency"}
+    problem = Problem(whole, tuple(recordings), (0,), None)
+    assert problem.names[: problem.size] == vehicle.structure.coefficients
+
+
+def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_seen(
+    trials, tmp_path
+):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 5)
+    found = {m: seatrial.identify(recordings, vehicle, method=m) for m in
+             ("equation-error", "output-error")}  # fmt: skip
+    seatrial.save(found["output-error"], tmp_path / "m.yaml")
+    loaded = seatrial.load(tmp_path / "m.yaml")
+    np.testing.assert_allclose(loaded.constants, found["output-error"].constants, rtol=1e-8)
+    unseen = [
+        t.recording for t in simulate(with_seed(load_plan("paper-like"), 5), vehicle)
+        if t.name.startswith("S7")
+    ]  # fmt: skip
+    scores = {
+        m: seatrial.validate(model, unseen).recordings[0].scores for m, model in found.items()
+    }
+    for symbol in "uvr":
+        new, old = (scores[m][symbol] for m in ("output-error", "equation-error"))
+        assert new.rms < old.rms
+        assert new.rms < 1.1 * new.floor  # nothing is left but the noise of start and reference
+
+
+def test_a_recording_too_short_for_its_parameters_is_refused(trials):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 6)
+    with pytest.raises(SeatrialError, match=r"blocks of 10 s for 15 parameters; record longer"):
+        output_error([r.cut(20, 60) for r in recordings], vehicle)
