@@ -822,3 +822,20 @@ def test_init_is_there_in_python_too(log, tmp_path):
     assert found.drive.undriven == ()
     with pytest.raises(RecordingError, match="no topic looks like poses"):
         seatrial.init(write_bag(tmp_path / "joy.bag", log.topics()[1:]))
+
+
+@pytest.mark.parametrize("answers", [["2"], ["x", ""]])
+def test_at_a_terminal_the_axes_are_asked_for(answers, log, tmp_path, monkeypatch, capsys):
+    axes = "right-down" if answers == ["2"] else "left-up"  # enter is the first
+    bag = log.write(tmp_path / "log.bag")
+    given = iter(answers)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setattr("builtins.input", lambda _: next(given))
+    assert main(["init", str(bag), "-o", str(tmp_path / "v.yaml")]) == 0
+    assert "does psi rise" in capsys.readouterr().out
+    assert seatrial.load_vehicle(tmp_path / "v.yaml").axes.value == f"forward-{axes}"
+    assert (
+        main(["init", str(bag), "--axes", "forward-left-up", "-o", str(tmp_path / "w.yaml")]) == 0
+    )
+    assert "does psi rise" not in capsys.readouterr().out

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from seatrial.vehicle import Vehicle
 
 DONE, MISTAKE = 0, 1
+AXES_NAMES = ("forward-left-up", "forward-right-down")
+AXES_QUESTION = """\
+No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
+port) or fall (y to starboard)?"""
 BAG_FORMATS = ("bag", "mcap", "db3")
 Command = Callable[[argparse.Namespace, Progress], None]
 
@@ -70,10 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
     init.add_argument("--name", help="the boat's name (default: the recording's)")
     init.add_argument(
-        "--axes",
-        choices=("forward-left-up", "forward-right-down"),
-        default="forward-left-up",
-        help="of the recording (default: %(default)s)",
+        "--axes", choices=AXES_NAMES, help=f"of the recording (default: {AXES_NAMES[0]})"
     )
     init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
     init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
@@ -242,8 +243,9 @@ def _init(args: argparse.Namespace, progress: Progress) -> None:
         raise FileError(
             f"{args.out}: exists already; give another name, or --force to write over it"
         )
-    choices = Choices(args.name, args.axes, args.pose, args.commands, args.parent, args.child)
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
+    axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
+    choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
     progress.say("looking")
     proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
@@ -259,7 +261,10 @@ def _ask(question: str, options: Sequence[str]) -> str:
     for i, option in enumerate(options, 1):
         print(f"  {i}  {option}")
     while True:
-        answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+        try:
+            answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+        except EOFError:
+            return options[0]
         if answer.isdecimal() and 1 <= int(answer) <= len(options):
             return options[int(answer) - 1]
 
