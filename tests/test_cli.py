@@ -336,6 +336,8 @@ def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, c
         ["validate", model, bag, "--json", model],
         ["report", model, bag, "-o", model],
         ["report", model, bag, "-o", bag],
+        ["report", model, bag, "-o", tmp_path],
+        ["init", bag / "poses.csv", "-o", bag / "poses.csv", "--force"],
     ):
         code, _, err = run(capsys, *command)
         assert code == 1, command
@@ -353,3 +355,12 @@ def test_validate_says_what_the_model_was_identified_from(pool, tmp_path, capsys
     code, out, _ = run(capsys, "validate", model, trials[0], pool / "S7-AF")
     assert code == 0
     assert "identified from S1-AF: no test of it" in out
+
+
+def test_the_papers_misprint_is_not_asked_of_another_method(pool, tmp_path, capsys):
+    code, _, err = run(
+        capsys, "identify", pool / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml", "--literal",
+        "--method", "output-error", "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 1
+    assert "belongs to equation-error" in err

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.errors import SeatrialError
+from seatrial.frames import Axes
 from seatrial.identify import DEFAULT_METHOD, METHODS
+from seatrial.io.write_bag import FORMATS
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.progress import Progress
 
@@ -20,11 +22,10 @@ if TYPE_CHECKING:
     from seatrial.vehicle import Vehicle
 
 DONE, MISTAKE = 0, 1
-AXES_NAMES = ("forward-left-up", "forward-right-down")
+AXES_NAMES = tuple(axes.value for axes in Axes)
 AXES_QUESTION = """\
 No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
 port) or fall (y to starboard)?"""
-BAG_FORMATS = ("bag", "mcap", "db3")
 Command = Callable[[argparse.Namespace, Progress], None]
 
 
@@ -91,7 +92,7 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     simulate.add_argument("--seed", type=int, help="instead of the plan's")
     simulate.add_argument(
-        "--format", choices=("csv", *BAG_FORMATS), default="csv",
+        "--format", choices=("csv", *FORMATS), default="csv",
         help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
@@ -139,13 +140,16 @@ def _guard(out: "Path | None", begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
     from seatrial.errors import FileError
 
-    if out is None or not out.exists() or not (out.is_file() or out.is_dir()):
-        return
     given = [Path(str(path)).resolve() for path in inputs if path is not None]
-    if any(out.resolve() == path or out.resolve() in path.parents for path in given):
+    if out is not None and out.resolve() in given:
         raise FileError(f"{out}: is an input of this command; give another name to write to")
-    with out.open("rb") as file:
-        first = file.read(len(begins)).decode("utf-8", "replace")
+    if out is None or not out.is_file():  # a folder or an odd path is refused where it is written
+        return
+    try:
+        with out.open("rb") as file:
+            first = file.read(len(begins)).decode("utf-8", "replace")
+    except OSError as error:
+        raise FileError(f"{out}: can't be written ({error.strerror})") from None
     if first.lower() != begins.lower():
         raise FileError(
             f"{out}: exists, and is not a file of this kind; give another name, or remove it"
@@ -239,6 +243,7 @@ def _init(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.files import write_text
     from seatrial.init import Choices, init
 
+    _guard(args.out, "", *args.recordings)
     if args.out.exists() and not args.force:
         raise FileError(
             f"{args.out}: exists already; give another name, or --force to write over it"

@@ -59,6 +59,8 @@ def identify(
         for sentence in implausible(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
     if method == OUTPUT_ERROR:
+        if settings is not None and settings.literal:
+            raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
         model = output_error(recordings, vehicle, roles=roles)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.errors import RecordingError
+from seatrial.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
@@ -17,7 +18,7 @@ class Choices:
     """What the user said already."""
 
     name: str | None = None
-    axes: str = "forward-left-up"
+    axes: str = Axes.FLU.value
     pose: str | None = None  # topic, or table of a folder
     commands: str | None = None
     parent: str | None = None

@@ -68,6 +68,14 @@ class Bag(ABC):
     def close(self) -> None:
         """Let go of the files."""
 
+    def _salvaged(self, count: int, lost: int) -> tuple[str, ...]:
+        """What to say of a salvaged bag. Raises RecordingError where nothing is left of it."""
+        if not count:
+            self.close()
+            raise RecordingError(f"{self.path}: no message could be salvaged")
+        stretches = f", {lost} damaged stretches left out" if lost else ""
+        return (f"salvaged: {count} messages{stretches}",)
+
     def __enter__(self) -> "Bag":
         return self
 

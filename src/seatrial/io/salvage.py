@@ -54,12 +54,7 @@ class SalvagedMcap(Bag):
         counts = Counter(channel for channel, _, _ in self._walk())
         found = [replace(t, messages=counts[i]) for i, t in self._known.items()]
         self.topics = merged_topics(found)
-        count = sum(t.messages for t in found)
-        if not count:
-            self.close()
-            raise RecordingError(f"{path}: no message could be salvaged")
-        lost = f", {self._lost} damaged stretches left out" if self._lost else ""
-        self.remarks = (f"salvaged: {count} messages{lost}",)
+        self.remarks = self._salvaged(sum(t.messages for t in found), self._lost)
 
     def close(self) -> None:
         """Let go of the file."""

@@ -50,12 +50,7 @@ class SalvagedDb3(Bag):
             for i, (name, kind) in names.items()
         }  # fmt: skip
         self.topics = merged_topics(list(self._topics.values()))
-        count = sum(t.messages for t in self._topics.values())
-        if not count:
-            self.close()
-            raise RecordingError(f"{path}: no message could be salvaged")
-        lost = f", {self._lost} damaged stretches left out" if self._lost else ""
-        self.remarks = (f"salvaged: {count} messages{lost}",)
+        self.remarks = self._salvaged(sum(t.messages for t in self._topics.values()), self._lost)
 
     def close(self) -> None:
         """Let go of the file."""
