@@ -73,7 +73,7 @@ def edit(path, change):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda c: c.update(seatrial="model 2"), "says 'seatrial: model 2'"),
+        (lambda c: c.update(seatrial="model 3"), "says 'seatrial: model 3'"),
         (lambda c: c.update(seatrial="vehicle 1"), "says 'seatrial: vehicle 1'"),
         (lambda c: c.update(colour="red"), "unknown key 'colour'"),
         (lambda c: c["coefficients"].pop("X_u"), "disagree on X_u"),
@@ -83,9 +83,9 @@ def edit(path, change):
         (lambda c: c["covariance"].pop(), "11 x 11"),
         (lambda c: c["covariance"][0].__setitem__(0, -1.0), "variances >= 0"),
         (lambda c: c["covariance"][0].__setitem__(1, 9.0), "symmetric"),
-        (lambda c: c["coefficients"]["X_u"].update(unit="kg"), "X_u is in 'kg'; its term makes it 1/s"),
+        (lambda c: c["coefficients"]["X_u"].update(unit="kg"), "X_u is in 'kg'; it must be in '1/s'"),
         (lambda c: c.update(axes="forward-right-down"), "its vehicle's are"),
-        (lambda c: c.update(constants={"lag": 0.1}), "disagree on lag"),
+        (lambda c: c.update(constants={"lag": {"value": 0.1, "standard_error": 0.0}}), "disagree on lag"),
         (lambda c: c["integration"].update(step=0.0), "integration"),
         (lambda c: c["vehicle"].update(axis="x"), "unknown key 'axis'"),
         (lambda c: c.pop("noise"), "key 'noise' is missing"),

@@ -28,7 +28,7 @@ from seatrial.schema import (
 from seatrial.structure import Structure
 from seatrial.vehicle import Vehicle, vehicle_from
 
-MODEL_FORMAT: Final = "model 1"
+MODEL_FORMAT: Final = "model 2"
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
 
@@ -39,7 +39,7 @@ class Model:
 
     vehicle: Vehicle
     coefficients: Array  # (n,) in the order of structure.coefficients
-    covariance: Array  # (n, n)
+    covariance: Array  # (n + m, n + m) of coefficients and constants; (n, n): constants are given
     constants: Array  # (m,) of the actuator chain, in the order of vehicle.constants.names
     integration: Integration
     noise: NoiseEntry
@@ -49,10 +49,12 @@ class Model:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        n = len(self.structure.coefficients)
+        n, m = len(self.structure.coefficients), len(self.vehicle.constants.names)
+        if self.covariance.shape == (n, n):
+            object.__setattr__(self, "covariance", np.pad(self.covariance, (0, m)))
         for name in ("coefficients", "covariance", "constants"):
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
-        if self.coefficients.shape != (n,) or self.covariance.shape != (n, n):
+        if self.coefficients.shape != (n,) or self.covariance.shape != (n + m, n + m):
             raise ModelError(
                 f"{n} coefficients expected, got {self.coefficients.shape} and covariance "
                 f"{self.covariance.shape}"
@@ -73,15 +75,20 @@ class Model:
         return self.vehicle.structure
 
     @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of coefficients and constants, in the covariance's order."""
+        return (*self.structure.coefficients, *self.vehicle.constants.names)
+
+    @cached_property
     def values(self) -> dict[str, float]:
         """Coefficients by name, forward-left-up."""
         return dict(zip(self.structure.coefficients, self.coefficients.tolist(), strict=True))
 
     @cached_property
     def standard_errors(self) -> dict[str, float]:
-        """Standard errors by name."""
+        """Standard errors of coefficients and constants by name; 0 where a value was given."""
         errors = np.sqrt(np.diag(self.covariance)).tolist()
-        return dict(zip(self.structure.coefficients, errors, strict=True))
+        return dict(zip(self.parameters, errors, strict=True))
 
     @cached_property
     def boat(self) -> _core.Boat:
@@ -153,18 +160,25 @@ def load(path: str | Path) -> Model:
     return _from_file(convert(content, ModelFile, path), str(path))
 
 
-def _signs(structure: Structure) -> Array:
-    flipped = structure.flipped_coefficients
-    return np.array([-1.0 if name in flipped else 1.0 for name in structure.coefficients])
+def _signs(vehicle: Vehicle) -> Array:
+    """What turns coefficients and constants from one kind of axes into the other."""
+    flipped = vehicle.structure.flipped_coefficients
+    names = (*vehicle.structure.coefficients, *vehicle.constants.names)
+    return np.array([-1.0 if name in flipped else 1.0 for name in names])
 
 
 def _to_content(model: Model) -> dict[str, Any]:
     vehicle, frd = model.vehicle, model.vehicle.axes is Axes.FRD
     structure = model.structure.flipped() if frd else model.structure
-    sign = _signs(structure) if frd else np.ones(len(model.coefficients))
-    values = (model.coefficients * sign).tolist()
+    sign = _signs(model.vehicle) if frd else np.ones(len(model.parameters))
+    values = (np.concatenate([model.coefficients, model.constants]) * sign).tolist()
     covariance = (model.covariance * np.outer(sign, sign)).tolist()
-    errors = np.sqrt(np.diag(model.covariance)).tolist()
+    units = {**structure.units, **{n: vehicle.constants.unit(n) for n in vehicle.constants.names}}
+    entries = [
+        CoefficientEntry(value, float(f"{model.standard_errors[name]:.6g}"), units[name])
+        for name, value in zip(model.parameters, values, strict=True)
+    ]
+    size = len(structure.coefficients)
     mapping = vehicle.to_mapping()
     del mapping["structure"]
     file = ModelFile(
@@ -173,12 +187,9 @@ def _to_content(model: Model) -> dict[str, Any]:
         model.name,
         vehicle.axes.value,
         structure.lines(),
-        {
-            name: CoefficientEntry(v, float(f"{e:.6g}"), structure.units[name])
-            for name, v, e in zip(structure.coefficients, values, errors, strict=True)
-        },
+        dict(zip(structure.coefficients, entries[:size], strict=True)),
+        dict(zip(vehicle.constants.names, entries[size:], strict=True)),
         covariance,
-        dict(zip(vehicle.constants.names, model.constants.tolist(), strict=True)),
         model.integration,
         model.noise,
         _flip_envelope(model.envelope, structure) if frd else model.envelope,
@@ -198,25 +209,26 @@ def _from_file(file: ModelFile, path: str) -> Model:
     structure, frd = vehicle.structure, vehicle.axes is Axes.FRD
     _same_names(path, "coefficients", file.coefficients, structure.coefficients)
     _same_names(path, "constants", file.constants, vehicle.constants.names)
-    n = len(structure.coefficients)
+    n = len(structure.coefficients) + len(vehicle.constants.names)
     covariance = file.covariance
     if len(covariance) != n or any(len(row) != n for row in covariance):
-        raise ModelError(f"{path}: covariance must be {n} x {n}, as there are {n} coefficients")
+        raise ModelError(
+            f"{path}: covariance must be {n} x {n}, as there are {n} coefficients and constants"
+        )
     matrix = np.array(covariance)
     if not np.allclose(matrix, matrix.T, rtol=1e-6, atol=0) or np.any(np.diag(matrix) < 0):
         raise ModelError(f"{path}: covariance must be symmetric with variances >= 0")
-    for name, entry in file.coefficients.items():
-        if entry.unit and entry.unit != structure.units[name]:
-            raise ModelError(
-                f"{path}: {name} is in '{entry.unit}'; its term makes it {structure.units[name]}"
-            )
-    sign = _signs(structure) if frd else np.ones(n)
+    units = {**structure.units, **{c: vehicle.constants.unit(c) for c in vehicle.constants.names}}
+    for name, entry in {**file.coefficients, **file.constants}.items():
+        if entry.unit and entry.unit != units[name]:
+            raise ModelError(f"{path}: {name} is in '{entry.unit}'; it must be in '{units[name]}'")
+    sign = _signs(vehicle) if frd else np.ones(n)
     values = np.array([file.coefficients[name].value for name in structure.coefficients])
     return Model(
         vehicle,
-        values * sign,
+        values * sign[: len(values)],
         matrix * np.outer(sign, sign),
-        np.array([file.constants[name] for name in vehicle.constants.names]),
+        np.array([file.constants[name].value for name in vehicle.constants.names]),
         file.integration,
         file.noise,
         _flip_envelope(file.envelope, structure) if frd else file.envelope,

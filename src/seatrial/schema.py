@@ -135,7 +135,7 @@ class VehicleFile(Strict, frozen=True):
 
 
 class CoefficientEntry(Strict, frozen=True):
-    """A coefficient as found."""
+    """A coefficient or constant as found; a standard error of 0: it was given."""
 
     value: float
     standard_error: float
@@ -149,11 +149,22 @@ class Integration(Strict, frozen=True):
     step: Positive  # [s] longest step of Runge-Kutta; the step of forward Euler
 
 
+class ProcessEntry(Strict, frozen=True):
+    """What the model leaves out, as the filter is to believe it: noise of the motion itself."""
+
+    walk_linear: NotNegative  # [m/s / sqrt(s)] random walk of u and v
+    walk_yaw: NotNegative  # [rad/s / sqrt(s)]
+    disturbance_linear: NotNegative  # [m/s^2] body-fixed, comes and goes
+    disturbance_yaw: NotNegative  # [rad/s^2]
+    memory: Positive  # [s] time constant of the disturbance
+
+
 class NoiseEntry(Strict, frozen=True):
-    """Standard deviations of the pose noise."""
+    """Standard deviations of the pose noise, and the process noise where it was estimated."""
 
     position: NotNegative  # [m]
     heading: NotNegative  # [rad]
+    process: ProcessEntry | None = None
 
 
 class EnvelopeEntry(Strict, frozen=True):
@@ -201,14 +212,14 @@ class EstimatorEntry(Strict, frozen=True):
 class ModelFile(Strict, frozen=True):
     """`model.yaml`."""
 
-    seatrial: Literal["model 1"]
+    seatrial: Literal["model 2"]
     version: str  # of seatrial
     name: str
     axes: Literal["forward-left-up", "forward-right-down"]
     structure: dict[str, list[str]]
     coefficients: dict[str, CoefficientEntry]
-    covariance: list[list[float]]
-    constants: dict[str, float]
+    constants: dict[str, CoefficientEntry]
+    covariance: list[list[float]]  # of coefficients and constants, in this order
     integration: Integration
     noise: NoiseEntry
     envelope: EnvelopeEntry

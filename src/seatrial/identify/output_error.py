@@ -24,7 +24,14 @@ from seatrial.frames import Array
 from seatrial.identify.equation_error import equation_error
 from seatrial.model import Model, thrust_trace
 from seatrial.recording import Recording
-from seatrial.schema import ChainGroup, DeadZone, EstimatorEntry, Integration, NoiseEntry
+from seatrial.schema import (
+    ChainGroup,
+    DeadZone,
+    EstimatorEntry,
+    Integration,
+    NoiseEntry,
+    ProcessEntry,
+)
 from seatrial.structure import Row
 from seatrial.vehicle import STAGES, Vehicle
 from seatrial.velocity import motion
@@ -295,22 +302,16 @@ def _covariance(problem: Problem, passes: Passes) -> Array:
 
 def _model(problem: Problem, start: Model, theta: Array, noise: Array, covariance: Array) -> Model:
     n = problem.size
-    constants = theta[n:]
-    errors = dict(zip(problem.free, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    whole = np.zeros((len(theta), len(theta)))
+    whole[np.ix_(problem.free, problem.free)] = covariance
     settings: dict[str, str | float | int | bool | None] = {
-        f"error of {problem.names[i]}": float(f"{e:.4g}") for i, e in errors.items() if i >= n
-    }
-    walk, memory = noise[2:6], noise[6]
-    settings |= {
         "outlier": problem.settings.outlier, "block": problem.settings.block,
-        "walk_linear": float(walk[0]), "walk_yaw": float(walk[1]),
-        "disturbance_linear": float(walk[2]), "disturbance_yaw": float(walk[3]),
-        "memory": float(memory),
     }  # fmt: skip
+    position, heading, *process = noise.tolist()
     return replace(
         start,
-        coefficients=theta[:n], covariance=covariance[:n, :n], constants=constants,
+        coefficients=theta[:n], covariance=whole, constants=theta[n:],
         integration=Integration("runge-kutta", problem.settings.step),
-        noise=NoiseEntry(float(noise[0]), float(noise[1])),
+        noise=NoiseEntry(position, heading, ProcessEntry(*process)),
         estimator=EstimatorEntry(METHOD, settings),
     )  # fmt: skip
