@@ -207,6 +207,7 @@ class EstimatorEntry(Strict, frozen=True):
     method: str
     settings: dict[str, str | float | int | bool | None] = {}
     steps: list[StepEntry] = []
+    notes: list[str] = []  # what was not sought, and why
 
 
 class ModelFile(Strict, frozen=True):
