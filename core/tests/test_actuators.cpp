@@ -197,3 +197,17 @@ TEST_CASE("forces are T times the scaled levels") {
     CHECK(force[j] == doctest::Approx(want).epsilon(1e-13));
   }
 }
+
+TEST_CASE("a lag gives its exact impulse over a step, however short it is beside it") {
+  for (const double x : {1e-6, 9.9e-5, 1.01e-4, 0.3, 5.0, 400.0}) {
+    Fade slope;
+    const Fade f = fade(x, &slope);
+    const double mean = -std::expm1(-x) / x;
+    CHECK((1.0 + 4.0 * f.middle + f.end) / 6.0 == doctest::Approx(mean).epsilon(1e-12));
+    const double d = 1e-4 * x;
+    const Fade up = fade(x + d);
+    const Fade down = fade(x - d);
+    CHECK(slope.end == doctest::Approx((up.end - down.end) / (2 * d)).epsilon(1e-6));
+    CHECK(slope.middle == doctest::Approx((up.middle - down.middle) / (2 * d)).epsilon(1e-5));
+  }
+}

@@ -116,6 +116,28 @@ inline double decay(const Chain& c, const double* q, int k, double h) {
   return lag > kShortestLag ? std::exp(-h / lag) : 0.0;
 }
 
+/// What a lag leaves, over one step, of an actuator's distance to its target.
+struct Fade {
+  double end = 0.0;     // at the step's end
+  double middle = 0.0;  // at the middle node, such that Simpson's rule has the step's exact mean
+};
+
+/// The fade over x = h / lag, and its derivative to x. However short the lag is beside the step,
+/// the impulse is exact: exp(-x / 2) in the middle would act like up to h / 6 of latency.
+inline Fade fade(double x, Fade* slope = nullptr) {
+  const double end = std::exp(-x);
+  const bool small = x < 1e-4;
+  const double mean =
+      small ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) : -std::expm1(-x) / x;
+  if (slope != nullptr) {
+    const double dmean =
+        small ? -0.5 + x * (1.0 / 3.0 - x * (0.125 - x / 30.0)) : (end - mean) / x;
+    slope->end = -end;
+    slope->middle = 0.25 * (6.0 * dmean + end);
+  }
+  return {end, 0.25 * (6.0 * mean - 1.0 - end)};
+}
+
 /// What drives the boat at one instant: for each actuator where its thrust is and where it goes.
 struct Thrust {
   double level[kMaxActuators] = {};       // after the lag

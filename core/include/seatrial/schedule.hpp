@@ -101,7 +101,7 @@ class Schedule {
   }
 
   void add(double t0, double t1) {
-    double remains[kMaxActuators];
+    Fade fading[kMaxActuators];
     Thrust f;
     int cursor = trace_.find(t0);
     for (double t = t0; t < t1;) {
@@ -111,9 +111,9 @@ class Schedule {
       const int n = steps_for(end - t, boat_.longest_step);
       Step step{(end - t) / n, {}};
       trace_.at(cursor, t, f);
-      decays(trace_.chain(), trace_.constants(), 0.5 * step.h, remains);
+      fades(trace_.chain(), trace_.constants(), step.h, fading);
       for (int i = 0; i < n; ++i) {
-        step_forces(trace_.chain(), remains, f, step.force);
+        step_forces(trace_.chain(), fading, f, step.force);
         steps_.push_back(step);
       }
       t = end;

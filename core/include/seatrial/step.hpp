@@ -66,26 +66,26 @@ inline int steps_for(double length, double longest) {
   return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
 }
 
-/// What is left of each actuator's distance to its target after h [s].
-inline void decays(const Chain& c, const double* q, double h, double* remains) {
+/// The fade of each actuator over a step of h [s]; none is left of a distance without a lag.
+inline void fades(const Chain& c, const double* q, double h, Fade* fading) {
   for (int k = 0; k < c.n_actuators(); ++k) {
+    const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
     const bool same = k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag;
-    remains[k] = same ? remains[k - 1] : decay(c, q, k, h);
+    fading[k] = same ? fading[k - 1] : (lag > kShortestLag ? fade(h / lag) : Fade{});
   }
 }
 
 /// Forces at begin, middle and end of a step without a break; the levels move to its end.
-/// `remains`: the decays over half of the step.
-inline void step_forces(const Chain& c, const double* remains, Thrust& f,
+inline void step_forces(const Chain& c, const Fade* fading, Thrust& f,
                         double force[3][kMaxForces]) {
   double output[3][kMaxActuators];
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double away = f.level[k] - f.target[k];
-    const double whole = f.target[k] + away * remains[k] * remains[k];
+    const double end = f.target[k] + away * fading[k].end;
     output[0][k] = f.multiplier[k] * f.level[k];
-    output[1][k] = f.multiplier[k] * (f.target[k] + away * remains[k]);
-    output[2][k] = f.multiplier[k] * whole;
-    f.level[k] = whole;
+    output[1][k] = f.multiplier[k] * (f.target[k] + away * fading[k].middle);
+    output[2][k] = f.multiplier[k] * end;
+    f.level[k] = end;
   }
   for (int node = 0; node < 3; ++node) mix_forces(c, output[node], force[node]);
 }
@@ -96,13 +96,13 @@ inline bool advance(const Structure& s, const double* coefficient, const Chain& 
   if (!(length > 0.0)) return true;
   const int n = steps_for(length, longest);
   const double h = length / n;
-  double remains[kMaxActuators];
+  Fade fading[kMaxActuators];
   double force[3][kMaxForces];
-  decays(c, q, 0.5 * h, remains);
+  fades(c, q, h, fading);
   // without a lag the level has jumped to its target
   for (int k = 0; k < c.n_actuators(); ++k) f.level[k] = level_after(c, q, f, k, 0.0);
   for (int i = 0; i < n; ++i) {
-    step_forces(c, remains, f, force);
+    step_forces(c, fading, f, force);
     if (!runge_kutta_step(s, coefficient, h, force, x)) return false;
   }
   return bounded(x);

@@ -212,25 +212,41 @@ inline double output_tangent(const Columns& columns, const Thrust& f, const Thru
 inline void step_forces_tangent(const Chain& c, const double* q, const Columns& columns, double h,
                                 const double* dh, Thrust& f, ThrustTangent& df,
                                 detail::StepForces& to) {
-  double dnode[kMaxConstants];
-  double level[kMaxActuators];
-  double dlevel[kMaxActuators][kMaxConstants];
-  double output[kMaxActuators];
-  double doutput[kMaxActuators][kMaxConstants];
-  for (int node = 0; node < 3; ++node) {
-    detail::scaled(dh, columns.n_constants, 0.5 * node, dnode);
-    for (int k = 0; k < c.n_actuators(); ++k) {
-      double dremains[kMaxConstants];
-      const double remains =
-          detail::decay_tangent(c, q, columns, k, 0.5 * node * h, dnode, dremains);
-      level[k] = detail::level_tangent(columns, f, df, k, remains, dremains, dlevel[k]);
-      output[k] = detail::output_tangent(columns, f, df, k, level[k], dlevel[k], doutput[k]);
-    }
-    detail::mix_node(c, columns, output, doutput, node, to);
-  }
+  double output[3][kMaxActuators];
+  double doutput[3][kMaxActuators][kMaxConstants];
+  const double none[kMaxConstants] = {0.0};
+  bool lags = false;
+  Fade fading;
+  Fade slope;
+  double dx[kMaxConstants];
   for (int k = 0; k < c.n_actuators(); ++k) {
-    f.level[k] = level[k];
-    detail::scaled(dlevel[k], columns.n_constants, 1.0, df.level[k]);
+    const std::int8_t own = c.actuators[k].lag;
+    if (k == 0 || own != c.actuators[k - 1].lag) {
+      const double lag = detail::constant(q, own, 0.0);
+      lags = lag > kShortestLag;
+      slope = Fade{};
+      fading = lags ? fade(h / lag, &slope) : Fade{};
+      for (int p = 0; p < columns.n_constants; ++p) {
+        const double dlag = columns.constant[p] == own ? 1.0 : 0.0;
+        dx[p] = lags ? (dh[p] - h * dlag / lag) / lag : 0.0;
+      }
+    }
+    double dfade[kMaxConstants];
+    double dlevel[kMaxConstants];
+    // without a lag the level has jumped to its target
+    double level = detail::level_tangent(columns, f, df, k, lags ? 1.0 : 0.0, none, dlevel);
+    output[0][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[0][k]);
+    detail::scaled(dx, columns.n_constants, slope.middle, dfade);
+    level = detail::level_tangent(columns, f, df, k, fading.middle, dfade, dlevel);
+    output[1][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[1][k]);
+    detail::scaled(dx, columns.n_constants, slope.end, dfade);
+    level = detail::level_tangent(columns, f, df, k, fading.end, dfade, dlevel);
+    output[2][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[2][k]);
+    f.level[k] = level;
+    std::copy(dlevel, dlevel + columns.n_constants, df.level[k]);
+  }
+  for (int node = 0; node < 3; ++node) {
+    detail::mix_node(c, columns, output[node], doutput[node], node, to);
   }
 }
 
