@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Python's view of the estimator's filter.
 #pragma once
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -71,17 +73,32 @@ struct Series {
   Series& operator=(const Series&) = delete;
 };
 
+Effects make_effects(const Vector& effects) {
+  require(effects.shape(0) == kEffects, "effects: lever (2), current (2), bias (3), wind (2)");
+  const double* from = effects.data();
+  Effects out;
+  std::copy(from + kLever, from + kLever + 2, out.lever);
+  std::copy(from + kCurrent, from + kCurrent + 2, out.current);
+  std::copy(from + kBias, from + kBias + kAxes, out.bias);
+  std::copy(from + kWind, from + kWind + 2, out.wind);
+  return out;
+}
+
 FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
-                           double outlier) {
+                           double outlier, std::optional<Vector> effects,
+                           std::optional<Vector> counts) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
               columns.coefficient[columns.n_coefficients - kAxes] ==
                   boat.structure.n_coefficients - kAxes,
           "columns: initial state, then coefficients that end with the disturbance's three");
+  require(!counts || counts->shape(0) == series.time.size(), "counts: one for each pose");
   const FilterNoise believed = make_noise(noise, outlier);
+  const Effects chosen = effects ? make_effects(*effects) : Effects{};
+  const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
-  return innovations(boat, trace, series.poses, believed, series.start);
+  return innovations(boat, trace, series.poses, believed, series.start, chosen, often);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
@@ -146,7 +163,9 @@ void bind_filter(nb::module_& m) {
   nb::class_<Series>(m, "Series")
       .def(nb::init<Vector, Matrix, Flags, Vector, Vector>(), "time"_a, "eta"_a, "use"_a, "start"_a,
            "velocity"_a);
-  m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.attr("EFFECTS") = kEffects;
+  m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
+        "effects"_a = nb::none(), "counts"_a = nb::none());
   m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);
 }

@@ -179,3 +179,68 @@ TEST_CASE("a boat that diverges is said to") {
   run.problem.boat.coefficient[boats::kXu] = 4000.0;
   CHECK_FALSE(run.pass(kBelieved).good);
 }
+
+TEST_CASE("lever arm, current, trim and wind bend the cost as the information says") {
+  Run run = mallard_run();
+  Effects at;
+  at.lever[0] = 0.2, at.lever[1] = -0.1;
+  at.current[0] = 0.01, at.current[1] = -0.02;
+  const std::vector<double> states = problems::simulated(run.problem, nullptr);
+  for (std::size_t k = 0; k < run.problem.time.size(); ++k) {  // poses without noise
+    const double* x = &states[k * kStates];
+    const double c = std::cos(x[2]);
+    const double s = std::sin(x[2]);
+    const double t = run.problem.time[k];
+    run.eta[3 * k] = x[0] + c * at.lever[0] - s * at.lever[1] + at.current[0] * t;
+    run.eta[3 * k + 1] = x[1] + s * at.lever[0] + c * at.lever[1] + at.current[1] * t;
+    run.eta[3 * k + 2] = x[2];
+  }
+  const auto pass = [&](const Effects& effects) {
+    const Problem& p = run.problem;
+    return innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, effects);
+  };
+  double* const moved[kEffects] = {&at.lever[0],   &at.lever[1], &at.current[0],
+                                   &at.current[1], &at.bias[0],  &at.bias[1],
+                                   &at.bias[2],    &at.wind[0],  &at.wind[1]};
+  const FilterPass here = pass(at);
+  REQUIRE(here.good);
+  const int own = here.parameters - kEffects;
+  const double step = 1e-5;
+  const auto bend = [&](int i, int j) {  // of the cost along both together
+    const double is = *moved[i];
+    const double js = *moved[j];
+    double sum = -2.0 * here.cost;
+    for (const double d : {step, -step}) {
+      *moved[i] = is + d;
+      *moved[j] = (i == j ? is : js) + d;
+      sum += pass(at).cost;
+      *moved[i] = is;
+      *moved[j] = js;
+    }
+    return 0.5 * sum / (step * step);
+  };
+  const auto entry = [&](int i, int j) {
+    return here.information[static_cast<std::size_t>((own + i) * here.parameters + own + j)];
+  };
+  for (int i = 0; i < kEffects; ++i) {
+    CHECK(std::abs(here.gradient[static_cast<std::size_t>(own + i)]) * step < 1e-3);
+    CHECK(bend(i, i) == doctest::Approx(entry(i, i)).epsilon(1e-3));
+    for (int j = 0; j < i; ++j) {
+      const double want = entry(i, i) + entry(j, j) + 2.0 * entry(i, j);
+      CHECK(bend(i, j) == doctest::Approx(want).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("a pose that counts twice counts twice") {
+  const Run run = mallard_run();
+  const Problem& p = run.problem;
+  const std::vector<double> twice(p.time.size(), 2.0);
+  const FilterPass once = run.pass(kBelieved);
+  const FilterPass both =
+      innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, {}, twice.data());
+  CHECK(both.cost == doctest::Approx(2.0 * once.cost));
+  CHECK(both.gradient[0] == doctest::Approx(2.0 * once.gradient[0]));
+  CHECK(both.information[0] == doctest::Approx(2.0 * once.information[0]));
+  CHECK(both.state == once.state);
+}

@@ -127,11 +127,9 @@ struct Fade {
 inline Fade fade(double x, Fade* slope = nullptr) {
   const double end = std::exp(-x);
   const bool small = x < 1e-4;
-  const double mean =
-      small ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) : -std::expm1(-x) / x;
+  const double mean = small ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) : -std::expm1(-x) / x;
   if (slope != nullptr) {
-    const double dmean =
-        small ? -0.5 + x * (1.0 / 3.0 - x * (0.125 - x / 30.0)) : (end - mean) / x;
+    const double dmean = small ? -0.5 + x * (1.0 / 3.0 - x * (0.125 - x / 30.0)) : (end - mean) / x;
     slope->end = -end;
     slope->middle = 0.25 * (6.0 * dmean + end);
   }

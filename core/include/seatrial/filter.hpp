@@ -49,6 +49,16 @@ struct FilterStart {
   double velocity[kAxes];  // [m/s, m/s, rad/s]
 };
 
+/// What stands between boat and sensor, or differs from one recording to the next.
+struct Effects {
+  double lever[2] = {0.0, 0.0};      // [m] the measured point, forward and left of the origin
+  double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
+  double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
+  double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
+};
+enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
+inline constexpr int kEffects = 9;
+
 /// Poses of one recording.
 struct PoseSeries {
   int n = 0;
@@ -65,10 +75,12 @@ struct Transition {
   double length;                         // [s]
 };
 
-/// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants.
+/// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
+/// all effects.
 struct FilterPass {
   int parameters = 0;
   bool good = true;
+  Effects effects;
   double cost = 0.0;                // sum of rho(e' S^-1 e) + log det S over measured poses
   std::vector<double> information;  // (p, p) sum of J' S^-1 J
   std::vector<double> gradient;     // (p) sum of J' S^-1 e
@@ -83,6 +95,7 @@ struct FilterPass {
 
 namespace detail {
 
+inline constexpr int kMaxParameters = kMaxColumns + kEffects;
 using Covariance = double[kFilterStates][kFilterStates];
 
 /// Inverse of a symmetric 3 x 3, and its determinant.
@@ -104,8 +117,13 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
 /// The filter between two poses.
 class Filter {
  public:
-  Filter(const Columns& columns, const FilterNoise& noise, const FilterStart& start)
-      : columns_(columns), noise_(noise), parameters_(columns.size() - kStates - kAxes) {
+  Filter(const Columns& columns, const FilterNoise& noise, const FilterStart& start,
+         const Effects& effects)
+      : columns_(columns),
+        noise_(noise),
+        effects_(effects),
+        own_(columns.size() - kStates - kAxes),
+        parameters_(own_ == 0 ? 0 : own_ + kEffects) {
     std::copy(start.state, start.state + kStates, x_);
     std::fill(x_ + kStates, x_ + kFilterStates, 0.0);
     for (int i = 0; i < kFilterStates; ++i) {
@@ -114,7 +132,7 @@ class Filter {
                                          : noise.disturbance(i - kStates);
       std::fill(p_[i], p_[i] + kFilterStates, 0.0);
       p_[i][i] = sigma * sigma;
-      std::fill(d_[i], d_[i] + kMaxColumns, 0.0);
+      std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
     }
   }
 
@@ -127,19 +145,27 @@ class Filter {
     StateTangent dx;
     seed(columns_, dx);
     const int first = boat.structure.n_coefficients - kAxes;
-    std::copy(x_ + kStates, x_ + kFilterStates, boat.coefficient + first);
+    const double c = std::cos(x_[2]);
+    const double s = std::sin(x_[2]);
+    const double* w = effects_.wind;
+    const double wind[kAxes] = {c * w[0] + s * w[1], c * w[1] - s * w[0], 0.0};
+    for (int a = 0; a < kAxes; ++a) {
+      boat.coefficient[first + a] = x_[kStates + a] + effects_.bias[a] + wind[a];
+    }
     std::copy(x_, x_ + kFilterStates, way.from);
     if (!schedule.run(interval, x_, dx)) return false;
     const int force = kStates + columns_.n_coefficients - kAxes;
     for (int i = 0; i < kStates; ++i) {
       std::copy(dx.row[i], dx.row[i] + kStates, way.slope[i]);
       std::copy(dx.row[i] + force, dx.row[i] + force + kAxes, way.slope[i] + kStates);
+      // a turn of the boat turns the wind on it
+      way.slope[i][2] += way.slope[i][kStates] * wind[1] - way.slope[i][kStates + 1] * wind[0];
     }
     std::copy(x_, x_ + kFilterStates, way.to);
     way.length = length;
     const double stays = std::exp(-length / noise_.memory);
     for (int i = kStates; i < kFilterStates; ++i) x_[i] *= stays;
-    carry_sensitivity(dx, way, stays);
+    carry_sensitivity(dx, way, stays, c, s);
     carry_covariance(way, stays);
     add_process_noise(way.from[2], length, stays);
     return true;
@@ -168,14 +194,24 @@ class Filter {
     }
   }
 
-  /// Use a pose; writes row k of the pass.
-  void update(const double* eta, int k, FilterPass& pass) {
+  /// Use a pose of time t [s]; writes row k of the pass. `counts`: how often it counts.
+  void update(const double* eta, double t, double counts, int k, FilterPass& pass) {
+    const double cp = std::cos(x_[2]);
+    const double sp = std::sin(x_[2]);
+    const double* l = effects_.lever;
+    const double arm[2] = {cp * l[0] - sp * l[1], sp * l[0] + cp * l[1]};
+    const double turn[kPose] = {-arm[1], arm[0], 0.0};  // d measured / d psi, beyond the state's
+    double hp[kPose][kFilterStates];
     double s[kPose][kPose];
     double inverse[kPose][kPose];
     double e[kPose];
     for (int i = 0; i < kPose; ++i) {
-      e[i] = eta[i] - x_[i];
-      for (int j = 0; j < kPose; ++j) s[i][j] = p_[i][j];
+      const double moved = i < 2 ? arm[i] + effects_.current[i] * t : 0.0;
+      e[i] = eta[i] - x_[i] - moved;
+      for (int j = 0; j < kFilterStates; ++j) hp[i][j] = p_[i][j] + turn[i] * p_[2][j];
+    }
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < kPose; ++j) s[i][j] = hp[i][j] + hp[i][2] * turn[j];
       s[i][i] += noise_.pose(i) * noise_.pose(i);
     }
     const double determinant = inverse3(s, inverse);
@@ -188,10 +224,12 @@ class Filter {
     const double size = std::sqrt(std::max(0.0, square));
     const bool outlier = size > noise_.outlier;
     const double weight = outlier ? noise_.outlier / size : 1.0;
-    pass.cost +=
-        (outlier ? 2.0 * noise_.outlier * size - noise_.outlier * noise_.outlier : square) +
-        std::log(determinant);
-    accumulate(z, inverse, weight, k, pass);
+    const double rho =
+        outlier ? 2.0 * noise_.outlier * size - noise_.outlier * noise_.outlier : square;
+    pass.cost += counts * (rho + std::log(determinant));
+    double slope[kPose][kMaxParameters];
+    measured_slope(turn, cp, sp, t, slope);
+    accumulate(z, inverse, slope, counts * weight, k, pass);
     const int spread[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
     for (int i = 0; i < 6; ++i) pass.spread[row(k, 6) + i] = s[spread[i][0]][spread[i][1]];
     std::copy(e, e + kPose, pass.innovation.begin() + static_cast<std::ptrdiff_t>(row(k, kPose)));
@@ -203,7 +241,7 @@ class Filter {
       }
       inverse3(s, inverse);
     }
-    correct(e, inverse);
+    correct(e, inverse, hp, slope);
   }
 
  private:
@@ -217,17 +255,42 @@ class Filter {
     return kStates + (c < own ? c : c + kAxes);
   }
 
-  void carry_sensitivity(const StateTangent& dx, const Transition& way, double stays) {
-    for (int c = 0; c < parameters_; ++c) {
-      double next[kStates];
-      for (int i = 0; i < kStates; ++i) {
-        double sum = dx.row[i][column(c)];
-        for (int j = 0; j < kFilterStates; ++j) sum += way.slope[i][j] * d_[j][c];
-        next[i] = sum;
+  void carry_sensitivity(const StateTangent& dx, const Transition& way, double stays, double cp,
+                         double sp) {
+    for (int i = 0; i < kStates; ++i) {
+      std::fill(next_[i], next_[i] + parameters_, 0.0);
+      for (int c = 0; c < own_; ++c) next_[i][c] = dx.row[i][column(c)];
+      const double* push = way.slope[i] + kStates;
+      double* effect = next_[i] + own_;
+      if (parameters_ > 0) {
+        for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
+        effect[kWind] = cp * push[0] - sp * push[1];
+        effect[kWind + 1] = sp * push[0] + cp * push[1];
       }
-      for (int i = 0; i < kStates; ++i) d_[i][c] = next[i];
-      for (int i = kStates; i < kFilterStates; ++i) d_[i][c] *= stays;
+      for (int j = 0; j < kFilterStates; ++j) {
+        const double f = way.slope[i][j];
+        for (int c = 0; c < parameters_; ++c) next_[i][c] += f * d_[j][c];
+      }
     }
+    for (int i = 0; i < kStates; ++i) std::copy(next_[i], next_[i] + parameters_, d_[i]);
+    for (int i = kStates; i < kFilterStates; ++i) {
+      for (int c = 0; c < parameters_; ++c) d_[i][c] *= stays;
+    }
+  }
+
+  /// d measured pose / d parameters.
+  void measured_slope(const double* turn, double cp, double sp, double t,
+                      double slope[kPose][kMaxParameters]) const {
+    for (int i = 0; i < kPose; ++i) {
+      for (int c = 0; c < parameters_; ++c) slope[i][c] = d_[i][c] + turn[i] * d_[2][c];
+    }
+    if (parameters_ == 0) return;
+    slope[0][own_ + kLever] += cp;
+    slope[1][own_ + kLever] += sp;
+    slope[0][own_ + kLever + 1] -= sp;
+    slope[1][own_ + kLever + 1] += cp;
+    slope[0][own_ + kCurrent] += t;
+    slope[1][own_ + kCurrent + 1] += t;
   }
 
   /// F P F'.
@@ -274,44 +337,42 @@ class Filter {
     }
   }
 
-  void accumulate(const double* z, const double inverse[kPose][kPose], double weight, int k,
+  void accumulate(const double* z, const double inverse[kPose][kPose],
+                  const double slope[kPose][kMaxParameters], double weight, int k,
                   FilterPass& pass) const {
-    for (int a = 0; a < parameters_; ++a) {
-      double si[kPose];
-      double slope = 0.0;
-      for (int i = 0; i < kPose; ++i) {
-        si[i] = inverse[i][0] * d_[0][a] + inverse[i][1] * d_[1][a] + inverse[i][2] * d_[2][a];
-        slope += d_[i][a] * z[i];
+    double scaled[kPose][kMaxParameters];
+    for (int i = 0; i < kPose; ++i) {
+      for (int a = 0; a < parameters_; ++a) {
+        scaled[i][a] = weight * (inverse[i][0] * slope[0][a] + inverse[i][1] * slope[1][a] +
+                                 inverse[i][2] * slope[2][a]);
       }
-      pass.gradient[static_cast<std::size_t>(a)] += weight * slope;
-      pass.score[row(k, parameters_) + static_cast<std::size_t>(a)] = weight * slope;
+    }
+    for (int a = 0; a < parameters_; ++a) {
+      const double sum = slope[0][a] * z[0] + slope[1][a] * z[1] + slope[2][a] * z[2];
+      pass.gradient[static_cast<std::size_t>(a)] += weight * sum;
+      pass.score[row(k, parameters_) + static_cast<std::size_t>(a)] = weight * sum;
+      double* line = &pass.information[row(a, parameters_)];
       for (int b = 0; b <= a; ++b) {
-        const double sum = si[0] * d_[0][b] + si[1] * d_[1][b] + si[2] * d_[2][b];
-        pass.information[row(a, parameters_) + static_cast<std::size_t>(b)] += weight * sum;
+        line[b] +=
+            scaled[0][a] * slope[0][b] + scaled[1][a] * slope[1][b] + scaled[2][a] * slope[2][b];
       }
     }
   }
 
-  void correct(const double* e, const double inverse[kPose][kPose]) {
+  /// x += K e, P -= K H P, and so for the sensitivities: the gain is held.
+  void correct(const double* e, const double inverse[kPose][kPose],
+               const double hp[kPose][kFilterStates], const double slope[kPose][kMaxParameters]) {
     double gain[kFilterStates][kPose];
     for (int i = 0; i < kFilterStates; ++i) {
       for (int j = 0; j < kPose; ++j) {
-        gain[i][j] = p_[i][0] * inverse[0][j] + p_[i][1] * inverse[1][j] + p_[i][2] * inverse[2][j];
+        gain[i][j] = hp[0][i] * inverse[0][j] + hp[1][i] * inverse[1][j] + hp[2][i] * inverse[2][j];
       }
     }
     for (int i = 0; i < kFilterStates; ++i) {
       for (int m = 0; m < kPose; ++m) x_[i] += gain[i][m] * e[m];
-    }
-    double top[kPose][kMaxColumns];
-    for (int m = 0; m < kPose; ++m) std::copy(d_[m], d_[m] + parameters_, top[m]);
-    for (int i = 0; i < kFilterStates; ++i) {
       for (int c = 0; c < parameters_; ++c) {
-        d_[i][c] -= gain[i][0] * top[0][c] + gain[i][1] * top[1][c] + gain[i][2] * top[2][c];
+        d_[i][c] -= gain[i][0] * slope[0][c] + gain[i][1] * slope[1][c] + gain[i][2] * slope[2][c];
       }
-    }
-    double hp[kPose][kFilterStates];
-    for (int m = 0; m < kPose; ++m) std::copy(p_[m], p_[m] + kFilterStates, hp[m]);
-    for (int i = 0; i < kFilterStates; ++i) {
       for (int j = i; j < kFilterStates; ++j) {
         const double less = gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j];
         p_[i][j] = p_[j][i] = p_[i][j] - less;
@@ -321,10 +382,13 @@ class Filter {
 
   const Columns& columns_;
   const FilterNoise& noise_;
+  const Effects& effects_;
+  int own_;  // chosen coefficients and constants
   int parameters_;
   double x_[kFilterStates];
   Covariance p_;
-  double d_[kFilterStates][kMaxColumns];
+  double d_[kFilterStates][kMaxParameters];  // d state / d parameters
+  double next_[kStates][kMaxParameters];
 };
 
 }  // namespace detail

@@ -16,14 +16,17 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 /// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
 /// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
-/// state, the chosen coefficients with these three last, and the chosen constants.
+/// state, the chosen coefficients with these three last, and the chosen constants. `counts`: how
+/// often each pose counts (bootstrap), once where it is null.
 inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start) {
-  detail::Filter filter(trace.columns(), noise, start);
+                              const FilterNoise& noise, const FilterStart& start,
+                              const Effects& effects = {}, const double* counts = nullptr) {
+  detail::Filter filter(trace.columns(), noise, start, effects);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
   FilterPass pass;
   pass.parameters = p;
+  pass.effects = effects;
   pass.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
   pass.gradient.assign(static_cast<std::size_t>(p), 0.0);
   pass.score.assign(n * static_cast<std::size_t>(p), 0.0);
@@ -37,8 +40,10 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
     const Schedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
       if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
-      if (poses.use[k] != 0)
-        filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, k, pass);
+      if (poses.use[k] != 0) {
+        filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
+                      counts == nullptr ? 1.0 : counts[k], k, pass);
+      }
       for (int i = 0; i < kFilterStates; ++i) {
         pass.state[static_cast<std::size_t>(k) * kFilterStates + static_cast<std::size_t>(i)] =
             filter.state()[i];
@@ -69,7 +74,7 @@ inline void repeated(const FilterPass& first, const PoseSeries& poses, const Fil
   Columns none;
   none.n_initial = kStates;
   none.n_coefficients = kAxes;
-  detail::Filter filter(none, noise, start);
+  detail::Filter filter(none, noise, start, first.effects);
   const auto n = static_cast<std::size_t>(poses.n);
   pass.cost = 0.0;
   pass.innovation.assign(n * kPose, std::nan(""));
@@ -78,7 +83,8 @@ inline void repeated(const FilterPass& first, const PoseSeries& poses, const Fil
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
     if (poses.use[k] != 0) {
-      filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, k, pass);
+      filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k], 1.0, k,
+                    pass);
     }
     if (k < poses.n - 1) filter.repeat(first.way[static_cast<std::size_t>(k)]);
   }
