@@ -12,11 +12,10 @@ import numpy as np
 
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
-from seatrial.identify.weak_rows import Weighed, Widths, weighed
+from seatrial.identify.weak_rows import Weighed, choose_widths, weighed
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
-WIDTHS = Widths(state=0.4, test=0.8)  # [s]
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
 RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
@@ -84,10 +83,11 @@ def start_values(
 
 
 def _rows(recordings: Sequence[Recording], vehicle: Vehicle) -> Rows:
+    widths = choose_widths(recordings)
     each, why = [], "no recording given; pass at least one"
     for recording in recordings:
         try:
-            each.append(weighed(vehicle, recording, WIDTHS, FINEST))
+            each.append(weighed(vehicle, recording, widths, FINEST))
         except IdentificationError as error:  # the others may do
             why = str(error)
     if not each:

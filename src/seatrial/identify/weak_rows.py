@@ -23,11 +23,16 @@ from seatrial import _core
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Mask
 from seatrial.model import thrust_trace
+from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.signs.smooth import Complex, smooth_poses
 from seatrial.structure import VELOCITIES
 from seatrial.vehicle import Vehicle
 
+SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
+LEFT_NOISE = 0.10  # and of the RMS acceleration what it may make of the left side
+STATE_RANGE = (0.1, 0.6)  # [s]
+TEST_RANGE = (0.4, 1.5)  # [s]
 BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
 
 
@@ -53,6 +58,30 @@ class Kernels:
     def support(self) -> Mask:
         """Where a window looks at the state."""
         return self.test > 0
+
+
+def choose_widths(recordings: Sequence[Recording]) -> Widths:
+    """As narrow as pose noise against excitation allows, for the plane and the heading alike.
+
+    A local quadratic through n poses has a slope with noise sigma sqrt(12 / n^3) / period; the
+    second derivative of a test function of half-length h takes white noise to
+    sigma sqrt(22.5 period / h^5).
+    """
+    noise = pose_noise(*recordings)
+    period = float(np.median([r.period for r in recordings]))
+    parts = [smooth_poses(r.t, r.eta, r.valid, r.segment) for r in recordings]
+    sigma = np.array([noise.position, noise.heading])
+    rates = [[p.velocity for p in parts], [p.r for p in parts]]
+    bends = [[p.acceleration for p in parts], [p.r_dot for p in parts]]
+    speed, bend = (
+        np.array([np.sqrt(np.mean(np.abs(np.concatenate(x)) ** 2)) for x in kinds]) + 1e-12
+        for kinds in (rates, bends)
+    )
+    poses = float(np.max(12.0 * (sigma / period / (SLOPE_NOISE * speed)) ** 2)) ** (1 / 3)
+    half = float(np.max(22.5 * period * (sigma / (LEFT_NOISE * bend)) ** 2)) ** (1 / 5)
+    return Widths(
+        float(np.clip(poses * period / 2, *STATE_RANGE)), float(np.clip(half, *TEST_RANGE))
+    )
 
 
 def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
