@@ -19,10 +19,10 @@ from seatrial.vehicle import Vehicle
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
 RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
-DELAYS = (-0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # [s] latency
+DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
 LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
-EDGES = (0.0, 0.06, 0.12, 0.2, 0.3, 0.4)
-REFINED = 3  # Gauss-Newton steps at most
+EDGES = (0.0, 0.08, 0.16, 0.3)
+REFINED = 2  # Gauss-Newton steps at most
 SETTLED = 1e-3  # share of the cost that the next is worth
 
 

@@ -30,7 +30,7 @@ from seatrial.structure import VELOCITIES
 from seatrial.vehicle import Vehicle
 
 SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
-LEFT_NOISE = 0.10  # and of the RMS acceleration what it may make of the left side
+LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side
 STATE_RANGE = (0.1, 0.6)  # [s]
 TEST_RANGE = (0.4, 1.5)  # [s]
 BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
@@ -101,7 +101,7 @@ def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
     test = test / test.sum()
     pad = len(average) // 2
     driven = np.convolve(test, average / average.sum())
-    return Kernels(step, max(1, half // 3), np.pad(test, pad), np.pad(slope, pad), driven)
+    return Kernels(step, max(1, half // 2), np.pad(test, pad), np.pad(slope, pad), driven)
 
 
 def weigh(values: Array, weights: Array, stride: int) -> Array:
