@@ -25,6 +25,7 @@ def shown(path: Path, *, any_code: bool) -> str:
     parts = ["## Overview", tables.overview(records, names["still"] + names["pushed"])]
     parts += ["## Thrusters", tables.thrusters(records, names["still"] + names["together"])]
     parts += ["## S7, 1 s ahead", tables.prediction(records)]
+    parts += ["### With the unmodelled force", tables.prediction(records, " pushed")]
     parts += ["## Faults", tables.fault_moves(records, names["faults"])]
     parts += ["## Noise found", tables.believed(records, [n for g in names.values() for n in g])]
     parts += ["## Parameter by parameter"]

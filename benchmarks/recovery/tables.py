@@ -92,13 +92,13 @@ def overview(records: Sequence[Record], names: Sequence[str]) -> str:
         worst, low, high = int(ratio.argmax()), int(each.argmin()), int(each.argmax())
         rows.append([
             scene, f"{len(mine)}", f"{failed}", f"{ratio[worst]:.2f} ({parameters[worst]})",
-            f"{LIMIT[mine[0]['group']]}", f"{100 * covered.mean():.1f}",
+            f"{LIMIT[mine[0]['group']]}", f"{rms(ratio):.2f}", f"{100 * covered.mean():.1f}",
             f"{100 * covered[:, :size].mean():.1f}", f"{100 * each[low]:.0f} ({parameters[low]})",
             f"{100 * each[high]:.0f}", f"{np.median([r['seconds'] for r in mine]):.2f}",
         ])  # fmt: skip
     head = [
-        "scene", "seeds", "failed", "largest RMS / bound", "limit", "coverage, %",
-        "of coefficients", "lowest", "highest", "fit, s",
+        "scene", "seeds", "failed", "largest RMS / bound", "limit", "all, RMS",
+        "coverage, %", "of coefficients", "lowest", "highest", "fit, s",
     ]  # fmt: skip
     return table(head, rows)
 
@@ -151,12 +151,12 @@ def thrusters(records: Sequence[Record], names: Sequence[str]) -> str:
     return table(head, rows)
 
 
-def prediction(records: Sequence[Record]) -> str:
+def prediction(records: Sequence[Record], drive: str = "") -> str:
     """S7, 1 s ahead against the true velocity: RMS over seeds, and how many times lower it is."""
     rows, found = [], {}
     for preset in PRESETS:
         for allocation in ALLOCATIONS:
-            mine = good(records, f"{preset} {allocation}")
+            mine = good(records, f"{preset} {allocation}{drive}")
             if not mine:
                 continue
             level = {k: rms(np.array([r["ahead"][k] for r in mine])) for k in mine[0]["ahead"]}

@@ -89,13 +89,6 @@ def still(scene: Scene, seed: int) -> Record:
     return record | {"ahead": ahead(model, paper, unseen)}
 
 
-def pushed(scene: Scene, seed: int) -> Record:
-    """Coefficients and bounds."""
-    training = list(scene.trials(seed).values())
-    model, record = _fit(scene, [t.recording for t in training], vehicle_of(scene.allocations[0]))
-    return record | {"bound": _bounded(scene, model, training)}
-
-
 def together(scene: Scene, seed: int) -> Record:
     """MP and AF in one fit."""
     vehicle, recordings = by_thrusters(list(scene.trials(seed).values()))
@@ -160,7 +153,7 @@ def ahead(model: Model, paper: Model, trial: Trial) -> dict[str, list[float]]:
 
 KINDS = {
     "still": still,
-    "pushed": pushed,
+    "pushed": still,
     "together": together,
     "faults": faults,
     "noise": noise,
