@@ -14,7 +14,7 @@ from seatrial.errors import ModelError, VehicleError
 from seatrial.faults import FaultKind
 from seatrial.identify import equation_error
 from seatrial.io.write import write_setting, write_trial
-from seatrial.plan import TrialEntry, load_plan
+from seatrial.plan import TrialEntry, Unmodelled, load_plan
 from seatrial.simulate import plant_model, simulate
 
 
@@ -87,6 +87,51 @@ def test_noise_jumps_drop_outs_and_clocks_are_as_asked(mp):
         plan.joypad.clock_offset, abs=1e-9
     )
     assert {FaultKind.EXCURSION, FaultKind.GAP} <= {f.kind for f in trial.recording.faults}
+
+
+def autocorrelation(x, lag):
+    return (x[lag:] * x[:-lag]).mean(axis=0) / (x**2).mean(axis=0)
+
+
+def test_correlated_pose_noise_has_the_variance_and_the_memory_it_is_asked_for(mp):
+    plan = load_plan("clean")
+    pose = msgspec.structs.replace(
+        plan.pose, position_noise=0.002, heading_noise=0.004, noise_correlation=0.3
+    )
+    for trial in simulate(msgspec.structs.replace(plan, pose=pose), mp):
+        if trial.name != "S7-MP":
+            continue
+        error = trial.pose - trial.truth[:, :3]
+        error[:, 2] = (error[:, 2] + np.pi) % (2 * np.pi) - np.pi
+        assert error.std(axis=0) == pytest.approx([0.002, 0.002, 0.004], rel=0.1)
+        for lag in (1, 3, 6):
+            want = np.exp(-lag / 15 / 0.3)
+            assert autocorrelation(error, lag) == pytest.approx([want] * 3, abs=0.08)
+
+
+def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
+    """What the true model misses from pose to pose is the force's acceleration times the period."""
+    plan = load_plan("clean")
+    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.04, 2.0))
+    truth, missed = plant_model(plan, mp), []
+    for trial in simulate(msgspec.structs.replace(plan, plant=plant), mp):
+        ahead = seatrial.predict(truth, trial.recording, 1 / 15, velocities=trial.true_motion)
+        missed.append(ahead.errors * 15)
+    assert len(missed) == 7
+    found = np.sqrt(np.mean([np.mean(m**2, axis=0) for m in missed], axis=0))
+    c = plan.plant.coefficients
+    assert found == pytest.approx([0.04 * c[n] for n in ("X_F", "Y_F", "N_F")], rel=0.1)
+    memory = np.mean([autocorrelation(m, 30) for m in missed], axis=0)
+    assert memory == pytest.approx([np.exp(-1)] * 3, abs=0.1)
+
+
+def test_without_unmodelled_force_there_is_none(mp):
+    plan = msgspec.structs.replace(load_plan("clean"), trials={"S1": TrialEntry("surge", 20.0)})
+    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.0, 2.0))
+    none, zero = (
+        next(iter(simulate(p, mp))) for p in (plan, msgspec.structs.replace(plan, plant=plant))
+    )
+    np.testing.assert_allclose(zero.truth, none.truth, atol=1e-7)  # other steps, same boat
 
 
 def test_every_injected_false_match_is_masked_and_hardly_anything_else(mp):

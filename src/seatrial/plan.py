@@ -15,12 +15,20 @@ PLAN_FORMAT = "plan 1"
 Range = tuple[float, float]
 
 
+class Unmodelled(Strict, frozen=True):
+    """A body-fixed force that no model knows of, in every axis a first-order Gauss-Markov process."""
+
+    share: NotNegative  # of full thrust, standard deviation
+    correlation: Positive  # [s] its time constant
+
+
 class PlantEntry(Strict, frozen=True):
     """The truth."""
 
     coefficients: dict[str, float]
     step: Positive  # [s] of the integration
     chain: list[ChainGroup] = msgspec.field(default_factory=list)
+    unmodelled: Unmodelled | None = None
 
 
 class Pool(Strict, frozen=True):
@@ -57,6 +65,7 @@ class PoseSensor(Strict, frozen=True):
     stamp_jitter: NotNegative  # [s]
     drop_outs: DropOuts
     jumps: Jumps
+    noise_correlation: NotNegative = 0.0  # [s] time constant of the noise; 0: white
 
 
 class Joypad(Strict, frozen=True):

@@ -14,7 +14,7 @@ from seatrial.errors import ModelError, VehicleError
 from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
 from seatrial.operators import make_operator
-from seatrial.plan import PlanFile, PoseSensor, TrialEntry
+from seatrial.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
 from seatrial.recording import Recording, Signal, make_recording
 from seatrial.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
 from seatrial.vehicle import WRENCH, Vehicle
@@ -24,6 +24,7 @@ SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
 TRANSPORT = 0.002  # [s] from a message's making to its arrival at the recorder
 LEAD = 0.5  # [s] the joypad is recorded before the first pose and after the last
 OVERSHOOT = 0.3  # [m] past the wall at which a trial is given up
+PUSH = 0.01  # [s] between pushes of the unmodelled force
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ def _drive(
     """Operator and boat in closed loop: stick times and positions, truth at the pose ticks."""
     operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
     order = [WRENCH.index(i) for i in model.vehicle.inputs]
-    plant = _core.Plant(model.boat, model.vehicle.chain, model.constants)
+    pushes = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
+    plant = _Pushed(model, plan.plant.unmodelled, pushes)
     state = np.zeros(6)
     state[2] = operator.start_heading()
     plant.state = state
@@ -157,6 +159,44 @@ def _drive(
     return looks, sticks, poses, truth, force
 
 
+class _Pushed(_core.Plant):
+    """The plant with an unmodelled force: kicks to its velocity every PUSH."""
+
+    def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
+        super().__init__(model.boat, model.vehicle.chain, model.constants)
+        self.force, self.rng = force, rng
+        if force is not None:
+            self.response = _response(model) * force.share  # to full thrust, force by force
+            self.level = rng.normal(size=len(self.response))
+
+    def advance_to(self, t: float) -> bool:
+        """On to t [s]."""
+        if self.force is None:
+            return super().advance_to(t)
+        begin, good = self.time, True
+        steps = max(1, round((t - begin) / PUSH))
+        length = (t - begin) / steps
+        stays = np.exp(-length / self.force.correlation)
+        fresh = np.sqrt(1.0 - stays**2) * self.rng.normal(size=(steps, len(self.level)))
+        for i in range(steps):
+            state = self.state
+            state[3:] += self.level @ self.response * length
+            self.state = state
+            good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
+            self.level = stays * self.level + fresh[i]
+        return good
+
+
+def _response(model: Model) -> Array:
+    """Accelerations (forces, 3) [m/s^2, rad/s^2] of the boat at rest under full thrust: Eq. (12)."""
+    n = len(model.structure.forces)
+    full = np.vstack([np.eye(n), np.zeros((1, n))])
+    found = _core.accelerations(
+        model.structure.compiled, model.coefficients, np.zeros((n + 1, 3)), full
+    )
+    return np.asarray(found[:-1] - found[-1])
+
+
 def _note(plant: _core.Plant, poses: Array, truth: Array, force: Array, j: int) -> int:
     plant.advance_to(float(poses[j]))
     truth[j] = plant.state
@@ -170,7 +210,7 @@ def _observe(
     """Poses as a SLAM gives them: noisy, sometimes away, sometimes somewhere else."""
     n = len(t)
     noise = np.array([sensor.position_noise, sensor.position_noise, sensor.heading_noise])
-    pose = eta + rng.normal(0.0, 1.0, (n, 3)) * noise
+    pose = eta + _coloured(rng.normal(0.0, 1.0, (n, 3)), t, sensor.noise_correlation) * noise
     minutes = (t[-1] - t[0]) / 60.0
     for _ in range(rng.poisson(sensor.jumps.per_minute * minutes)):
         first = int(rng.integers(1, n))
@@ -188,6 +228,17 @@ def _observe(
     arrived[0] = True
     pose[:, 2] = _core.wrap(np.ascontiguousarray(pose[:, 2]))
     return pose, arrived
+
+
+def _coloured(white: Array, t: Array, correlation: float) -> Array:
+    """First-order Gauss-Markov noise of the same variance; white where `correlation` [s] is 0."""
+    if correlation == 0.0:
+        return white
+    stays = np.exp(-np.diff(t) / correlation)
+    out = white.copy()
+    for k, a in enumerate(stays.tolist(), start=1):
+        out[k] = a * out[k - 1] + np.sqrt(1.0 - a * a) * white[k]
+    return out
 
 
 def _nanoseconds(t: Array) -> Stamps:

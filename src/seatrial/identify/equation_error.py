@@ -15,15 +15,13 @@ from seatrial.errors import IdentificationError
 from seatrial.excitation import find_roles
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.identify.least_squares import Fit, solve
+from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.model import Model, thrust_trace
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import (
-    EnvelopeEntry,
     EstimatorEntry,
     Integration,
-    RecordingEntry,
-    SourceEntry,
     StepEntry,
 )
 from seatrial.structure import Structure, Term
@@ -84,8 +82,8 @@ def equation_error(
         vehicle.constants.values,
         Integration("forward-euler", round(period, 9)),
         pose_noise(*recordings),
-        _envelope(vehicle, recordings, moving),
-        tuple(_entry(r) for r in recordings),
+        envelope(vehicle, vehicle.constants.values, recordings, moving),
+        tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
             METHOD, {"literal": chosen.literal, "correlation": chosen.correlation}, solver.steps
         ),
@@ -140,8 +138,8 @@ class _Steps:
 
     def own(self, axis: int) -> None:
         """The axis' own drag and force, from its own recordings."""
-        terms = [t for t in self._free(axis) if not _couplings(t)]
-        coupled = [t for t in self._free(axis) if _couplings(t)]
+        terms = [t for t in self._free(axis) if not couplings(t)]
+        coupled = [t for t in self._free(axis) if couplings(t)]
         together = coupled and all(self._data(axis, [t]) == self.roles[axis] for t in coupled)
         self._solve(axis, terms + (coupled if together else []), self.roles[axis], EQUATIONS[axis])
 
@@ -158,7 +156,7 @@ class _Steps:
         return self.structure.coefficients.index(str(term.coefficient))
 
     def _data(self, axis: int, terms: Sequence[Term]) -> tuple[int, ...]:
-        axes = sorted({a for t in terms for a in _couplings(t)})
+        axes = sorted({a for t in terms for a in couplings(t)})
         return tuple(sorted({i for a in axes for i in self.roles[a]})) or self.roles[axis]
 
     def _solve(
@@ -205,33 +203,9 @@ class _Steps:
         self.covariance[np.ix_(others, places)] = cross[:, others].T
 
 
-def _couplings(term: Term) -> list[int]:
+def couplings(term: Term) -> list[int]:
     """Other axes that a term brings in, by velocity or acceleration."""
     axes = {SYMBOLS.index(f.strip("|")) for f in term.factors if f.strip("|") in SYMBOLS}
     if term.acceleration is not None:
         axes.add(term.acceleration)
     return sorted(axes - {term.axis})
-
-
-def _envelope(
-    vehicle: Vehicle, recordings: Sequence[Recording], moving: Sequence[Motion]
-) -> EnvelopeEntry:
-    nu = np.concatenate([m.nu[m.valid] for m in moving])
-    low, high = np.percentile(nu, [0.5, 99.5], axis=0)
-    force = np.concatenate(
-        [thrust_trace(vehicle, vehicle.constants.values, r).forces(r.t) for r in recordings]
-    )
-    return EnvelopeEntry(
-        {s: (float(low[i]), float(high[i])) for i, s in enumerate(SYMBOLS)},
-        {
-            f.name: (float(force[:, i].min()), float(force[:, i].max()))
-            for i, f in enumerate(vehicle.forces)
-        },
-    )
-
-
-def _entry(recording: Recording) -> RecordingEntry:
-    files = [SourceEntry(s.name, s.sha256) for s in recording.sources]
-    return RecordingEntry(
-        recording.name, round(recording.duration, 3), round(recording.offset, 3), files
-    )

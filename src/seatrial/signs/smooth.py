@@ -38,19 +38,27 @@ class Smooth:
     acceleration: Complex  # (m,) [m/s^2] earth-fixed
 
 
-def smooth_poses(t: Array, eta: Array, valid: Mask, segment: NDArray[np.int64]) -> Smooth:
+def smooth_poses(
+    t: Array,
+    eta: Array,
+    valid: Mask,
+    segment: NDArray[np.int64],
+    *,
+    window: float = WINDOW,
+    stride: float = STRIDE,
+) -> Smooth:
     """Local quadratics through the usable poses eta (n, 3) at t (n,) [s].
 
-    No window reaches over a gap or a jump.
+    `window` [s] long, every `stride` [s]. No window reaches over a gap or a jump.
     """
     period = float(np.median(np.diff(t)))  # [s]
-    side = max(2, round(WINDOW / 2 / period))
+    side = max(2, round(window / 2 / period))
     index = np.flatnonzero(valid)
     count = 2 * side + 1
     windows = np.zeros((0, count), dtype=np.int64)
     if len(index) >= count:
         windows = np.lib.stride_tricks.sliding_window_view(index, count)
-        windows = windows[:: max(1, round(STRIDE / period))]
+        windows = windows[:: max(1, round(stride / period))]
     half = (side + 0.5) * period
     s = (t[windows] - t[windows[:, side]][:, None]) / half
     usable = (s[:, -1] - s[:, 0] < 2 * STRETCHED) & (np.ptp(segment[windows], axis=1) == 0)

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""The real boat CSE1: prediction of the run that was left out, and drag against towing tests.
+
+    python benchmarks/cse1.py
+    python benchmarks/cse1.py --vehicle data/cse1/coupled.yaml --method output-error
+
+Velocities to compare with come from one Savitzky-Golay filter (Anal. Chem. 36, 1627, 1964), the
+local cubic through 21 poses. It gives the starts, too, for the model and for "stays constant"
+alike; then both start from the past alone, a parabola through the last poses.
+"""
+
+import argparse
+import csv
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import seatrial
+from seatrial.frames import POSE_SIGNS, Array, Axes, body_velocity
+from seatrial.identify import METHODS
+from seatrial.recording import Recording
+from seatrial.velocity import UNEVEN, Motion
+
+SHIP = Path(__file__).parents[1] / "data" / "cse1"
+RUNS = ("run1", "random_run1", "random_run3")
+CENTRED = (21, 3)  # poses and degree of the reference
+PAST = (9, 2)  # of starts that know the past only
+NORMAL = 1.96  # of a 95 % interval
+PROPELLERS = 2
+
+
+def local_polynomial(recording: Recording, width: int, degree: int, place: int) -> Motion:
+    """Poses and velocities of the polynomial through `width` poses, at the `place`-th of them.
+
+    Windows never reach over a masked pose, a gap or a jump.
+    """
+    n = len(recording.t)
+    eta, nu, valid = recording.eta.copy(), np.full((n, 3), np.nan), np.zeros(n, dtype=bool)
+    index = np.flatnonzero(recording.valid)
+    windows = np.lib.stride_tricks.sliding_window_view(index, width)
+    t = recording.t[windows]
+    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.period
+    usable &= np.ptp(recording.segment[windows], axis=1) == 0
+    windows, t = windows[usable], t[usable]
+    powers = (t - t[:, place, None])[:, :, None] ** np.arange(degree + 1)
+    fitted = np.linalg.pinv(powers)[:, :2] @ recording.eta[windows]  # value and slope (n, 2, 3)
+    at = windows[:, place]
+    eta[at], valid[at] = fitted[:, 0], True
+    nu[at] = body_velocity(fitted[:, 0, 2], np.ascontiguousarray(fitted[:, 1]))
+    return Motion(recording.t, eta, nu, valid)
+
+
+def reference(recording: Recording) -> Motion:
+    """The Savitzky-Golay filter's motion."""
+    return local_polynomial(recording, *CENTRED, CENTRED[0] // 2)
+
+
+def past(recording: Recording) -> Motion:
+    """Motion known at its own time."""
+    return local_polynomial(recording, *PAST, PAST[0] - 1)
+
+
+def ratios(
+    model: seatrial.Model, recording: Recording, start: Motion, truth: Motion, horizon: float
+) -> Array:
+    """RMS error over that of a velocity that stays as it was at the start, for u, v, r."""
+    ahead = seatrial.predict(model, recording, horizon, velocities=start)
+    known = truth.valid[ahead.index]
+    measured = truth.nu[ahead.index][known]
+    wrong = np.sqrt(np.mean((measured - ahead.nu[known]) ** 2, axis=0))
+    return np.asarray(wrong / np.sqrt(np.mean((measured - ahead.start[known]) ** 2, axis=0)))
+
+
+def leave_one_out(
+    runs: dict[str, Recording], vehicle: seatrial.Vehicle, method: str, horizon: float
+) -> None:
+    """One line for every run, predicted by a model of the others."""
+    for name, run in runs.items():
+        others = [r for other, r in runs.items() if other != name]
+        begin = time.perf_counter()
+        try:
+            model = seatrial.identify(others, vehicle, method=method)
+        except seatrial.SeatrialError as error:
+            print(f"  {name:<14} refused: {str(error).partition('; ')[0]}")
+            continue
+        seconds = time.perf_counter() - begin
+        truth = reference(run)
+        centred, causal = (
+            "  ".join(f"{x:4.2f}" for x in ratios(model, run, start, truth, horizon))
+            for start in (truth, past(run))
+        )
+        print(f"  {name:<14} {centred}     {causal}     {seconds:5.1f} s")
+
+
+def towing(group: str) -> tuple[Array, Array]:
+    """Abscissa (n,) and mean force [N] (n,) of a group of towing or bollard tests, rising."""
+    with (SHIP / "tow_and_bollard_summary.csv").open(newline="") as file:
+        rows = [r for r in csv.DictReader(file) if r["group"] == group]
+    points = np.array([[float(r["value"]), float(r["force_N"])] for r in rows])
+    points = points[np.argsort(points[:, 0], kind="stable")]
+    return points[:, 0], points[:, 1]
+
+
+def projected(regressors: Array, group: str, values: Array, inside: NDArray[np.bool_]) -> Array:
+    """The tests' force at the values that occurred, as multiples of the model's own terms."""
+    at, force = towing(group)
+    inside = inside & (values >= at[0]) & (values <= at[-1])
+    wanted = np.interp(values[inside], at, force)
+    return np.asarray(np.linalg.lstsq(regressors[inside], wanted, rcond=None)[0])
+
+
+def drag_and_thrust(model: seatrial.Model, runs: Sequence[Recording]) -> None:
+    """Drag over thrust of the model and of the towing and bollard tests, term by term.
+
+    Both tests are weighed as the recordings weigh them: towing force at the speeds, bollard force
+    at the commands that occurred, fitted by the model's own terms and its own thruster curve.
+    """
+    speed = np.concatenate([m.nu[m.valid] for m in map(reference, runs)])
+    command = np.concatenate([r.commands.values for r in runs])
+    everywhere = np.ones(len(speed), dtype=bool)
+    axes = POSE_SIGNS if model.vehicle.axes is Axes.FRD else np.ones(3)  # the tests' are the file's
+    chain, inputs = model.vehicle.chain, model.vehicle.inputs
+    constants = np.array(model.constants)
+    cases = [
+        ("X_u", "X_uu", "X_F", 0, "SurgeDamping", "VSPsurge", "port_surge", PROPELLERS),
+        ("Y_v", "Y_vv", "Y_F", 1, "SwayDamping", "VSPsway", "port_sway", PROPELLERS),
+        ("Y_v", "Y_vv", "Y_b", 1, "SwayDamping", "BowThruster", "bow", 1),
+    ]
+    print("  ratio          model    95 % interval         tests")
+    for linear, quadratic, gain, axis, drag, thrust, name, number in cases:
+        if not {linear, quadratic, gain} <= set(model.values):
+            continue
+        v, k = np.ascontiguousarray(speed[:, axis] * axes[axis]), inputs.index(name)
+        resisted = projected(np.column_stack([v, np.abs(v) * v]), drag, v, everywhere)
+        c = np.ascontiguousarray(command[:, k])
+        g = seatrial._core.curve(chain, constants, k, c)
+        pushed = number * float(projected(g[:, None], thrust, c, c != 0.0)[0])
+        for term, newton in zip((linear, quadratic), resisted, strict=True):
+            show(model, {term: 1.0}, gain, newton / pushed, f"{term}/{gain}")
+        typical = float(np.sqrt(np.mean(v**2)))  # [m/s]
+        both = {linear: 1.0, quadratic: typical}
+        total = float(resisted @ [1.0, typical]) / pushed
+        show(model, both, gain, total, f"{linear}+{typical:.2f}{quadratic}")
+
+
+def show(
+    model: seatrial.Model, drag: dict[str, float], gain: str, truth: float, label: str
+) -> None:
+    """One line: a sum of drag coefficients over a gain, with its interval."""
+    names = list(model.parameters)
+    value = model.values[gain]
+    ratio = sum(weight * model.values[n] for n, weight in drag.items()) / value
+    slope = np.zeros(len(names))
+    slope[names.index(gain)] = -ratio / value
+    for name, weight in drag.items():
+        slope[names.index(name)] += weight / value
+    spread = NORMAL * float(np.sqrt(slope @ model.covariance @ slope))
+    print(
+        f"  {label:<12} {ratio:8.2f}   {ratio - spread:6.2f} ... {ratio + spread:6.2f}  {truth:10.2f}"
+    )
+
+
+def main() -> None:
+    """Read what is to be compared, and print."""
+    parser = argparse.ArgumentParser(description="Prediction of the real boat CSE1, held out")
+    default = [SHIP / "coupled.yaml", SHIP / "vehicle.yaml"]
+    parser.add_argument("--vehicle", type=Path, action="append", help="vehicle file; repeat")
+    parser.add_argument("--method", action="append", choices=METHODS, help="repeat; all")
+    parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
+    parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
+    chosen = parser.parse_args()
+    for path in chosen.vehicle or default:
+        vehicle = seatrial.load_vehicle(path)
+        paths = {name: SHIP / "csv" / f"CSE1_data_{name}.csv" for name in RUNS}
+        runs = {name: seatrial.read(source, vehicle) for name, source in paths.items()}
+        for method in chosen.method or METHODS:
+            print(f"{path.name}, {method}: error {chosen.horizon:g} s ahead / stays constant")
+            print("  left out       u     v     r  (smoothed)  u     v     r  (past only)  fit in")
+            leave_one_out(runs, vehicle, method, chosen.horizon)
+            if not chosen.no_ratios:
+                model = seatrial.identify(list(runs.values()), vehicle, method=method)
+                drag_and_thrust(model, list(runs.values()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""What is done with one scene and seed: identify, compare with the truth, note it."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import seatrial
+from benchmarks.recovery import bounds
+from benchmarks.recovery.scenes import (
+    TRAINING,
+    UNSEEN,
+    Scene,
+    by_thrusters,
+    true_parameters,
+    vehicle_of,
+    without_faults,
+)
+from seatrial.errors import SeatrialError
+from seatrial.frames import Array
+from seatrial.identify.equation_error import equation_error
+from seatrial.identify.output_error import OutputErrorSettings
+from seatrial.model import Model
+from seatrial.predict import predict
+from seatrial.recording import Recording
+from seatrial.simulate import Trial
+from seatrial.vehicle import Vehicle
+from seatrial.velocity import Motion, motion
+
+PIECES = (3.0, 20.0)  # [s] of the free segments that the bounds are given for
+SETTLING = 2.0  # [s] that the filter has before predictions start from it
+HORIZON = 1.0  # [s]
+Record = dict[str, Any]
+
+
+def work(scene: Scene, seed: int) -> Record:
+    """All figures of one scene and seed; `failed` in words where no model was found."""
+    record: Record = {"scene": scene.name, "group": scene.group, "seed": seed}
+    try:
+        return record | KINDS[scene.group](scene, seed)
+    except SeatrialError as failure:
+        return record | {"failed": str(failure)}
+
+
+def _fit(scene: Scene, recordings: Sequence[Recording], vehicle: Vehicle) -> tuple[Model, Record]:
+    begin = time.perf_counter()
+    model = seatrial.identify(list(recordings), vehicle, method="output-error")
+    seconds = time.perf_counter() - begin
+    names = model.parameters
+    process = model.noise.process
+    return model, {
+        "seconds": round(seconds, 3),
+        "names": list(names),
+        "truth": true_parameters(scene.plan, names).tolist(),
+        "found": np.concatenate([model.coefficients, model.constants]).tolist(),
+        "error": [model.standard_errors[n] for n in names],
+        "noise": [model.noise.position, model.noise.heading],
+        "process": [] if process is None else _noise_of(model)[2:].tolist(),
+    }
+
+
+def _bounded(scene: Scene, model: Model, trials: Sequence[Trial]) -> Record:
+    """Variances of the bounds by name."""
+    problem = bounds.problem_of(model.vehicle, [t.recording for t in trials])
+    theta = true_parameters(scene.plan, model.parameters)
+    noise = bounds.true_noise(scene.plan)
+    least = bounds.without_process(noise)
+    path = bounds.undisturbed(problem, theta, trials)
+    found = {"whole": bounds.whole(path, theta, least)}
+    if scene.plan.plant.unmodelled is not None:
+        found["process"] = bounds.whole(problem, theta, noise)
+    found |= {f"{s:g} s": bounds.pieces(problem, theta, least, trials, s) for s in PIECES}
+    return {name: bounds.variances(info).tolist() for name, info in found.items()}
+
+
+def still(scene: Scene, seed: int) -> Record:
+    """Coefficients, bounds and predictions; the paper's method beside it."""
+    trials = scene.trials(seed, (*TRAINING, UNSEEN))
+    *training, unseen = trials.values()
+    vehicle = vehicle_of(scene.allocations[0])
+    recordings = [t.recording for t in training]
+    model, record = _fit(scene, recordings, vehicle)
+    paper = equation_error(recordings, vehicle)
+    record["bound"] = _bounded(scene, model, training)
+    record["paper"] = paper.coefficients.tolist()
+    return record | {"ahead": ahead(model, paper, unseen)}
+
+
+def together(scene: Scene, seed: int) -> Record:
+    """MP and AF in one fit."""
+    vehicle, recordings = by_thrusters(list(scene.trials(seed).values()))
+    return _fit(scene, recordings, vehicle)[1]
+
+
+def faults(scene: Scene, seed: int) -> Record:
+    """With and without jumps and drop-outs; the rest is the same."""
+    vehicle = vehicle_of(scene.allocations[0])
+    both = [
+        _fit(scene, [t.recording for t in each.trials(seed).values()], vehicle)[1]
+        for each in (scene, without_faults(scene))
+    ]
+    return both[0] | {"without": both[1]["found"], "error_without": both[1]["error"]}
+
+
+def noise(scene: Scene, seed: int) -> Record:
+    """This method and the paper's, coefficients and predictions."""
+    record = still(scene, seed)
+    del record["bound"]
+    return record
+
+
+def _noise_of(model: Model) -> Array:
+    """The filter's noise as the model states it."""
+    process = model.noise.process
+    if process is None:
+        raise SeatrialError("the model states no process noise")
+    return np.array([
+        model.noise.position, model.noise.heading, process.walk_linear, process.walk_yaw,
+        process.disturbance_linear, process.disturbance_yaw, process.memory,
+    ])  # fmt: skip
+
+
+def causal(model: Model, recording: Recording) -> Motion:
+    """Poses and velocities of the model's own filter, each from what came before it."""
+    problem = bounds.problem_of(model.vehicle, [recording])
+    problem = replace(problem, settings=OutputErrorSettings())  # outliers count less here
+    theta = np.concatenate([model.coefficients, model.constants])
+    state = problem.passes(theta, _noise_of(model)).each[0].state
+    valid = recording.valid & (recording.t > SETTLING)
+    return Motion(recording.t, state[:, :3], state[:, 3:6], valid)
+
+
+def ahead(model: Model, paper: Model, trial: Trial) -> dict[str, list[float]]:
+    """RMS [m/s, m/s, rad/s] of the velocity 1 s ahead against the true one, model x start.
+
+    All from the same instants.
+    """
+    recording, true = trial.recording, trial.true_motion
+    starts = {"true": true, "filter": causal(model, recording), "stencil": motion(recording)}
+    common = np.logical_and.reduce([s.valid for s in starts.values()])
+    out = {}
+    for start, given in starts.items():
+        moving = Motion(given.t, given.eta, given.nu, common)
+        for name, used in (("ours", model), ("paper", paper)):
+            found = predict(used, recording, HORIZON, velocities=moving)
+            error = true.nu[found.index] - found.nu
+            out[f"{name} {start}"] = np.sqrt(np.mean(error**2, axis=0)).tolist()
+    return out
+
+
+KINDS = {
+    "still": still,
+    "pushed": still,
+    "together": together,
+    "faults": faults,
+    "noise": noise,
+}

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""What a model was identified from: recordings, ranges of speeds and forces."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.frames import SYMBOLS, Array
+from seatrial.model import thrust_trace
+from seatrial.recording import Recording
+from seatrial.schema import EnvelopeEntry, RecordingEntry, SourceEntry
+from seatrial.vehicle import Vehicle
+from seatrial.velocity import Motion
+
+
+def envelope(
+    vehicle: Vehicle, constants: Array, recordings: Sequence[Recording], moving: Sequence[Motion]
+) -> EnvelopeEntry:
+    """0.5th to 99.5th percentile of speeds, and the range of forces, over all recordings."""
+    nu = np.concatenate([m.nu[m.valid] for m in moving])
+    low, high = np.percentile(nu, [0.5, 99.5], axis=0)
+    force = np.concatenate([thrust_trace(vehicle, constants, r).forces(r.t) for r in recordings])
+    return EnvelopeEntry(
+        {s: (float(low[i]), float(high[i])) for i, s in enumerate(SYMBOLS)},
+        {
+            f.name: (float(force[:, i].min()), float(force[:, i].max()))
+            for i, f in enumerate(vehicle.forces)
+        },
+    )
+
+
+def recording_entry(recording: Recording) -> RecordingEntry:
+    """A recording as the model file names it."""
+    files = [SourceEntry(s.name, s.sha256) for s in recording.sources]
+    return RecordingEntry(
+        recording.name, round(recording.duration, 3), round(recording.offset, 3), files
+    )

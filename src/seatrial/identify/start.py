@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: MIT
+"""Start values without help: weak-form least squares over a scan of the chain's constants.
+
+The weak form is linear in the coefficients once latency, lag and dead zone are fixed, and cheap:
+each of these is scanned and the one with the smallest residual kept.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array, Mask
+from seatrial.identify.weak_rows import Weighed, choose_widths, weighed
+from seatrial.recording import Recording
+from seatrial.vehicle import Vehicle
+
+FINEST = 1 / 30  # [s]
+OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
+RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
+DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
+LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
+EDGES = (0.0, 0.08, 0.16, 0.3)
+REFINED = 2  # Gauss-Newton steps at most
+LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
+SETTLED = 1e-3  # share of the cost that the next is worth
+
+
+@dataclass(frozen=True)
+class Change:
+    """How far a constant may be moved."""
+
+    probe: float  # for its derivative
+    most: float  # in one step
+    low: float
+    high: float
+    grid: tuple[float, ...]  # where to look first
+
+
+CHANGES = {
+    "latency": Change(0.02, 0.15, -1.0, 2.0, DELAYS),  # [s]
+    "lag": Change(0.02, 0.15, 0.002, 2.0, LAGS),  # [s]
+    "edge_forward": Change(0.02, 0.08, 0.0, 0.6, EDGES),
+    "edge_reverse": Change(0.02, 0.08, 0.0, 0.6, EDGES),
+}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """All windows of all recordings."""
+
+    each: tuple[Weighed, ...]
+    left: Array  # (m, 3) accelerations
+    steady: Array  # (m, 3, n + 1) what the chain's constants do not change
+    use: Mask  # (m, 3) rows that count
+
+    def design(self, constants: Array) -> "Design":
+        """The equations for these constants."""
+        columns = self.steady + np.concatenate([w.driven(constants) for w in self.each])
+        return Design(self.left - columns[:, :, -1], columns[:, :, :-1])
+
+
+@dataclass(frozen=True)
+class Design:
+    """a = B theta."""
+
+    a: Array  # (m, 3)
+    B: Array  # (m, 3, n)
+
+    def solved(self, weights: Array) -> Array:
+        """Weighted least squares (n,); what no row speaks of is 0."""
+        flat = self.B.reshape(-1, self.B.shape[2])
+        weighted = flat * weights.reshape(-1, 1)
+        normal = flat.T @ weighted
+        size = np.sqrt(np.diag(normal)) + 1e-12
+        scaled = normal / np.outer(size, size) + RIDGE * np.eye(len(size))
+        return np.asarray(np.linalg.solve(scaled, weighted.T @ self.a.ravel() / size) / size)
+
+    def cost(self, theta: Array, weights: Array) -> float:
+        """Weighted sum of squared residuals."""
+        return float(np.sum(weights * (self.a - self.B @ theta) ** 2))
+
+    def weights(self, use: Mask) -> Array:
+        """Huber's weights (m, 3) over the squared robust spread of each axis' residuals."""
+        spread = np.array([np.std(self.a[use[:, k], k]) for k in range(3)]) + 1e-12
+        weights: Array = use / spread**2
+        for _ in range(4):
+            error = np.abs(self.a - self.B @ self.solved(weights))
+            middle = [np.median(error[use[:, k], k]) for k in range(3)]
+            spread = np.array(middle) / 0.6745 + LEAST_SPREAD
+            weights = use / np.maximum(1.0, error / spread / OUTLIER) / spread**2
+        return weights
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where the search ended."""
+
+    theta: Array  # (n,)
+    constants: Array  # (m,)
+    design: Design
+    weights: Array  # (m, 3)
+
+
+def start_values(
+    recordings: Sequence[Recording], vehicle: Vehicle, free: Sequence[int] = ()
+) -> tuple[Array, Array]:
+    """Coefficients (n,) and constants (m,) of the chain to start a search from.
+
+    `free`: those of `vehicle.constants` that may be changed; of these latency, lag and dead-zone
+    edges are. Where latency and lag are both free the lag stays and the latency takes the sum.
+    Raises IdentificationError where no recording has a stretch without drop-outs.
+    """
+    found = search(gathered(recordings, vehicle, FINEST), changes(vehicle, free))
+    return found.theta, found.constants
+
+
+def gathered(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    finest: float,
+    serves: Sequence[Sequence[bool]] = (),
+) -> Rows:
+    """The windows of all recordings that have one.
+
+    `serves`: for every recording, whether it serves surge, sway and yaw; all by default.
+    """
+    widths = choose_widths(recordings)
+    each, use, why = [], [], "no recording given; pass at least one"
+    for i, recording in enumerate(recordings):
+        try:
+            found = weighed(vehicle, recording, widths, finest)
+        except IdentificationError as error:  # the others may do
+            why = str(error)
+            continue
+        each.append(found)
+        mine = serves[i] if serves else (True, True, True)
+        use.append(np.tile(np.array(mine, dtype=bool), (len(found.left), 1)))
+    if not each:
+        raise IdentificationError(why)
+    left, steady = (np.concatenate(p) for p in ([w.left for w in each], [w.steady for w in each]))
+    return Rows(tuple(each), left, steady, np.concatenate(use))
+
+
+def changes(vehicle: Vehicle, free: Sequence[int]) -> dict[int, Change]:
+    """Which constants are moved, and how far."""
+    stage = {i: vehicle.constants.names[i].partition(".")[0] for i in free}
+    delayed = "latency" in stage.values()
+    return {
+        i: CHANGES[s] for i, s in stage.items() if s in CHANGES and not (s == "lag" and delayed)
+    }
+
+
+def search(rows: Rows, moved: Mapping[int, Change]) -> Found:
+    """Coefficients and constants: a coarse scan, then Gauss-Newton steps."""
+    constants = rows.each[0].vehicle.constants.values.copy()
+    weights = rows.design(constants).weights(rows.use)
+    for grid in (DELAYS, LAGS, EDGES):
+        places = [i for i, change in moved.items() if change.grid == grid]
+        if places:
+            constants = _scanned(rows, weights, constants, places, grid)
+    return _refined(rows, constants, moved)
+
+
+def widened(rows: Rows, at: Found, moved: Mapping[int, Change]) -> Design:
+    """The equations with columns for steps of the constants behind those of the coefficients."""
+    columns = []
+    for i, change in moved.items():
+        probe = rows.design(_placed(at.constants, [i], at.constants[i] + change.probe))
+        tilt = (probe.B - at.design.B) @ at.theta - (probe.a - at.design.a)
+        columns.append(tilt[:, :, None] / change.probe)
+    return Design(at.design.a, np.concatenate([at.design.B, *columns], axis=2))
+
+
+def _scanned(
+    rows: Rows, weights: Array, constants: Array, places: Sequence[int], grid: Sequence[float]
+) -> Array:
+    """The constants with those at `places` at the grid's best, or between it and its neighbours."""
+    costs = []
+    for value in grid:
+        design = rows.design(_placed(constants, places, value))
+        costs.append(design.cost(design.solved(weights), weights))
+    i = int(np.argmin(costs))
+    inside = 0 < i < len(grid) - 1
+    best = _lowest(grid[i - 1 : i + 2], costs[i - 1 : i + 2]) if inside else grid[i]
+    return _placed(constants, places, best)
+
+
+def _refined(rows: Rows, constants: Array, moved: Mapping[int, Change]) -> Found:
+    """Gauss-Newton steps on coefficients and constants together; the coefficients' are exact."""
+    at = _settled(rows, constants)
+    for _ in range(REFINED if moved else 0):
+        steps = widened(rows, at, moved).solved(at.weights)[len(at.theta) :]
+        trial = at.constants.copy()
+        for (i, c), step in zip(moved.items(), steps, strict=True):
+            trial[i] = np.clip(trial[i] + np.clip(step, -c.most, c.most), c.low, c.high)
+        design = rows.design(trial)
+        before = at.design.cost(at.theta, at.weights)
+        after = design.cost(design.solved(at.weights), at.weights)
+        if after > before:
+            break
+        at = _settled(rows, trial, design)
+        if after > (1 - SETTLED) * before:
+            break
+    return at
+
+
+def _settled(rows: Rows, constants: Array, design: Design | None = None) -> Found:
+    there = design or rows.design(constants)
+    weights = there.weights(rows.use)
+    return Found(there.solved(weights), constants, there, weights)
+
+
+def _placed(constants: Array, places: Sequence[int], value: float) -> Array:
+    out = constants.copy()
+    out[list(places)] = value
+    return out
+
+
+def _lowest(x: Sequence[float], y: Sequence[float]) -> float:
+    """Where the parabola through three points, the middle one the lowest, is lowest."""
+    left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    bend = (right - left) / (x[2] - x[0])
+    if bend <= 0:
+        return x[1]
+    return float(np.clip((x[0] + x[1]) / 2 - left / (2 * bend), x[0], x[2]))
