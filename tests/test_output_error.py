@@ -10,7 +10,8 @@ from scipy.linalg import expm
 import seatrial
 from seatrial import _core
 from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import Problem, output_error, with_free_stages
+from seatrial.identify.output_error import output_error, with_free_stages
+from seatrial.identify.problem import Problem
 from seatrial.plan import load_plan, with_seed
 from seatrial.sanity import direct_chain
 from seatrial.simulate import simulate
@@ -118,7 +119,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     stated = vehicle.with_chain(load_plan("paper-like").plant.chain)
     whole = with_free_stages(stated, recordings)
     assert set(whole.constants.names) - set(stated.constants.names) == {"latency"}
-    problem = Problem(whole, tuple(recordings), (0,), None)
+    problem = Problem(whole, tuple(recordings), (0,), 1 / 20, 4.0)
     assert problem.names[: problem.size] == vehicle.structure.coefficients
 
 

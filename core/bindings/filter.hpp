@@ -98,17 +98,18 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
   const Effects chosen = effects ? make_effects(*effects) : Effects{};
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
-  return innovations(boat, trace, series.poses, believed, series.start, chosen, often);
+  return innovations(boat, trace, series.poses, believed, series.start, chosen,
+                     effects.has_value(), often);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
-                                                Vector noise, double outlier) {
+                                                Vector noise, double outlier, unsigned active) {
   require(first.way.size() + 1 == series.time.size(), "the poses of the first pass");
   const FilterNoise believed = make_noise(noise, outlier);
   NoisePass pass;
   {
     nb::gil_scoped_release released;
-    pass = noise_slopes(first, series.poses, believed, series.start);
+    pass = noise_slopes(first, series.poses, believed, series.start, active);
   }
   const std::vector<double> slope(pass.gradient, pass.gradient + kNoiseParameters);
   const double* flat = &pass.information[0][0];
@@ -166,7 +167,8 @@ void bind_filter(nb::module_& m) {
   m.attr("EFFECTS") = kEffects;
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none());
-  m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "active"_a = ~0U);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);
 }
 

@@ -197,7 +197,7 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
   }
   const auto pass = [&](const Effects& effects) {
     const Problem& p = run.problem;
-    return innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, effects);
+    return innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, effects, true);
   };
   double* const moved[kEffects] = {&at.lever[0],   &at.lever[1], &at.current[0],
                                    &at.current[1], &at.bias[0],  &at.bias[1],
@@ -238,7 +238,8 @@ TEST_CASE("a pose that counts twice counts twice") {
   const std::vector<double> twice(p.time.size(), 2.0);
   const FilterPass once = run.pass(kBelieved);
   const FilterPass both =
-      innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, {}, twice.data());
+      innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, {}, false,
+                  twice.data());
   CHECK(both.cost == doctest::Approx(2.0 * once.cost));
   CHECK(both.gradient[0] == doctest::Approx(2.0 * once.gradient[0]));
   CHECK(both.information[0] == doctest::Approx(2.0 * once.information[0]));

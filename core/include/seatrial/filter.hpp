@@ -76,7 +76,7 @@ struct Transition {
 };
 
 /// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
-/// all effects.
+/// all effects where they are asked for.
 struct FilterPass {
   int parameters = 0;
   bool good = true;
@@ -118,12 +118,12 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
 class Filter {
  public:
   Filter(const Columns& columns, const FilterNoise& noise, const FilterStart& start,
-         const Effects& effects)
+         const Effects& effects, bool slopes)
       : columns_(columns),
         noise_(noise),
         effects_(effects),
         own_(columns.size() - kStates - kAxes),
-        parameters_(own_ == 0 ? 0 : own_ + kEffects) {
+        parameters_(own_ + (slopes ? kEffects : 0)) {
     std::copy(start.state, start.state + kStates, x_);
     std::fill(x_ + kStates, x_ + kFilterStates, 0.0);
     for (int i = 0; i < kFilterStates; ++i) {
@@ -262,7 +262,7 @@ class Filter {
       for (int c = 0; c < own_; ++c) next_[i][c] = dx.row[i][column(c)];
       const double* push = way.slope[i] + kStates;
       double* effect = next_[i] + own_;
-      if (parameters_ > 0) {
+      if (parameters_ > own_) {
         for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
         effect[kWind] = cp * push[0] - sp * push[1];
         effect[kWind + 1] = sp * push[0] + cp * push[1];
@@ -284,7 +284,7 @@ class Filter {
     for (int i = 0; i < kPose; ++i) {
       for (int c = 0; c < parameters_; ++c) slope[i][c] = d_[i][c] + turn[i] * d_[2][c];
     }
-    if (parameters_ == 0) return;
+    if (parameters_ == own_) return;
     slope[0][own_ + kLever] += cp;
     slope[1][own_ + kLever] += sp;
     slope[0][own_ + kLever + 1] -= sp;

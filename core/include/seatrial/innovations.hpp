@@ -16,12 +16,13 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 /// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
 /// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
-/// state, the chosen coefficients with these three last, and the chosen constants. `counts`: how
-/// often each pose counts (bootstrap), once where it is null.
+/// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
+/// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
 inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
                               const FilterNoise& noise, const FilterStart& start,
-                              const Effects& effects = {}, const double* counts = nullptr) {
-  detail::Filter filter(trace.columns(), noise, start, effects);
+                              const Effects& effects = {}, bool slopes = false,
+                              const double* counts = nullptr) {
+  detail::Filter filter(trace.columns(), noise, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
   FilterPass pass;
@@ -74,7 +75,7 @@ inline void repeated(const FilterPass& first, const PoseSeries& poses, const Fil
   Columns none;
   none.n_initial = kStates;
   none.n_coefficients = kAxes;
-  detail::Filter filter(none, noise, start, first.effects);
+  detail::Filter filter(none, noise, start, first.effects, false);
   const auto n = static_cast<std::size_t>(poses.n);
   pass.cost = 0.0;
   pass.innovation.assign(n * kPose, std::nan(""));
@@ -122,16 +123,19 @@ inline void relative_change(const double inverse[kPose][kPose], const double a[k
 }  // namespace detail
 
 /// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
-/// by differences of linearised passes.
+/// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
 inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start) {
+                              const FilterNoise& noise, const FilterStart& start,
+                              unsigned active = ~0U) {
   constexpr double kStep = 0.05;  // of a logarithm
   NoisePass out;
   FilterPass base;
   FilterPass moved[kNoiseParameters];
   repeated(first, poses, noise, start, base);
   out.cost = base.cost;
+  const auto skipped = [active](int i) { return ((active >> i) & 1U) == 0; };
   for (int i = 0; i < kNoiseParameters; ++i) {
+    if (skipped(i)) continue;
     FilterNoise up = noise;
     up.parameter(i) *= std::exp(kStep);
     repeated(first, poses, up, start, moved[i]);
@@ -147,6 +151,7 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
     double de[kNoiseParameters][kPose];
     double sde[kNoiseParameters][kPose];
     for (int i = 0; i < kNoiseParameters; ++i) {
+      if (skipped(i)) continue;
       double other[kPose][kPose];
       detail::unpack_spread(&moved[i].spread[at * 6], other);
       detail::relative_change(inverse, s, other, kStep, ds[i]);
@@ -159,6 +164,7 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
         sde[i][m] = inverse[m][0] * de[i][0] + inverse[m][1] * de[i][1] + inverse[m][2] * de[i][2];
       }
       for (int j = 0; j <= i; ++j) {
+        if (skipped(j)) continue;
         double trace = 0.0;
         for (int a = 0; a < kPose; ++a) {
           for (int b = 0; b < kPose; ++b) trace += ds[i][a][b] * ds[j][b][a];
@@ -169,6 +175,7 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
     }
   }
   for (int i = 0; i < kNoiseParameters; ++i) {
+    if (skipped(i)) continue;
     for (int j = 0; j < i; ++j) out.information[j][i] = out.information[i][j];
     // the difference quotient less its second-order share
     out.gradient[i] =

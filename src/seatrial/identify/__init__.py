@@ -60,7 +60,7 @@ def identify(
     if method == OUTPUT_ERROR:
         if settings is not None and settings.literal:
             raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
-        model = output_error(recordings, vehicle, roles=roles)
+        model = output_error(recordings, vehicle)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)

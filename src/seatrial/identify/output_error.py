@@ -9,20 +9,20 @@ start: the data say how long the model is to be believed. Pose noise is modelled
 not bias the coefficients as it does the paper's.
 """
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial import _core
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
-from seatrial.identify.equation_error import equation_error
-from seatrial.model import Model, thrust_trace
+from seatrial.identify.problem import KINDS, Passes, Prior, Problem
+from seatrial.identify.provenance import envelope, recording_entry
+from seatrial.identify.search import Point, search
+from seatrial.identify.start import start_values
+from seatrial.model import Model
+from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import (
     ChainGroup,
@@ -32,28 +32,15 @@ from seatrial.schema import (
     NoiseEntry,
     ProcessEntry,
 )
-from seatrial.structure import Row
 from seatrial.vehicle import STAGES, Vehicle
 from seatrial.velocity import motion
 
 METHOD = "output-error"
-T = TypeVar("T")
-
-BOUNDS = {  # of the constants that are estimated
-    "latency": (-1.0, 2.0),  # [s]
-    "lag": (0.002, 3.0),  # [s]
-    "edge_forward": (0.0, 0.6),
-    "edge_reverse": (0.0, 0.6),
-}
 START = {"latency": 0.0, "lag": 0.05, "edge": 0.05}
-# position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-NOISE_START = np.array([2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0])
-NOISE_LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.3])
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0])
-VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
+# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
+PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
 BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
-SETTLED = 0.05  # a step that gains less of the cost is the last
-NOISE_SETTLED = 0.3
 
 
 @dataclass(frozen=True)
@@ -62,256 +49,230 @@ class OutputErrorSettings:
 
     outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
     block: float = 10.0  # [s] over which scores may hang together, for the standard errors
-    step: float = 1 / 60  # [s] of the integration
-    iterations: int = 40
+    step: float = 1 / 20  # [s] longest of the integration
+    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
+    hold_noise: bool = False  # the noise stays that of the start model
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What does not change during the search."""
+class Fit:
+    """A solution with all that it came from."""
 
-    vehicle: Vehicle
-    recordings: tuple[Recording, ...]
-    free: tuple[int, ...]  # parameters that are sought: coefficients, then constants
+    problem: Problem
+    theta: Array  # all parameters, in the problem's order
+    noise: Array  # (7,) position, heading, walks, disturbances, memory
+    passes: Passes
+    covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
+    notes: tuple[str, ...]  # what was not sought, and why
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
-        """Coefficients, then constants of the chain."""
-        return (*self.vehicle.structure.coefficients, *self.vehicle.constants.names)
+        """Of the free parameters."""
+        return tuple(self.problem.names[i] for i in self.problem.free)
 
-    @cached_property
-    def size(self) -> int:
-        """Number of coefficients."""
-        return len(self.vehicle.structure.coefficients)
-
-    @cached_property
-    def structure(self) -> _core.Structure:
-        """The structure with a disturbance in every axis, its last three coefficients."""
-        rows = self.vehicle.structure.rows
-        own: list[Row] = [(axis, self.size + axis, 1.0, -1, []) for axis in range(3)]
-        return _core.Structure([*rows, *own], self.size + 3, len(self.vehicle.forces))
-
-    @cached_property
-    def series(self) -> list[_core.Series]:
-        """The poses, and where each recording starts."""
-        return [_series(recording) for recording in self.recordings]
-
-    def bounded(self, theta: Array) -> Array:
-        """The nearest parameters within bounds."""
-        out = theta.copy()
-        for i in self.free:
-            low, high = BOUNDS.get(self.names[i].partition(".")[0], (-np.inf, np.inf))
-            out[i] = np.clip(out[i], low, high) if i >= self.size else out[i]
-        return out
-
-    def passes(self, theta: Array, noise: Array) -> "Passes":
-        """The filter over all recordings."""
-        coefficients = np.concatenate([theta[: self.size], np.zeros(3)])
-        boat = _core.Boat(self.structure, coefficients, 0, self.settings.step)
-        chosen = [i for i in self.free if i < self.size]
-        chosen += [self.size, self.size + 1, self.size + 2]
-        tangents = [i - self.size for i in self.free if i >= self.size]
-
-        def one(item: tuple[Recording, _core.Series]) -> _core.FilterPass:
-            trace = thrust_trace(
-                self.vehicle, np.ascontiguousarray(theta[self.size :]), item[0],
-                initial=True, coefficients=chosen, tangents=tangents,
-            )  # fmt: skip
-            return _core.innovations(boat, trace, item[1], noise, self.settings.outlier)
-
-        return Passes(tuple(spread(one, list(zip(self.recordings, self.series, strict=True)))))
-
-
-@dataclass(frozen=True)
-class Passes:
-    """The filter's passes over all recordings."""
-
-    each: tuple[_core.FilterPass, ...]
-
-    @property
-    def cost(self) -> float:
-        """-2 log likelihood, but for a constant; infinite where the boat diverged."""
-        return sum(p.cost for p in self.each) if all(p.good for p in self.each) else np.inf
-
-    @property
-    def information(self) -> Array:
-        """Fisher's (p, p)."""
-        return np.asarray(sum(p.information for p in self.each))
-
-    @property
-    def gradient(self) -> Array:
-        """Of the log likelihood (p,)."""
-        return np.asarray(sum(p.gradient for p in self.each))
+    def model(self) -> Model:
+        """The model, with the covariance of coefficients and constants."""
+        problem, theta, n = self.problem, self.theta, self.problem.size
+        size = n + problem.constants
+        own = [k for k, i in enumerate(problem.free) if i < size]
+        at = [problem.free[k] for k in own]
+        covariance = np.zeros((size, size))
+        covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
+        settings: dict[str, str | float | int | bool | None] = {
+            "outlier": self.settings.outlier, "block": self.settings.block,
+        }  # fmt: skip
+        settings |= {
+            problem.names[i]: float(theta[i]) for i in problem.free if i >= size
+        }  # what the effects were found to be
+        position, heading, *process = self.noise.tolist()
+        recordings = problem.recordings
+        constants = theta[n:size]
+        return Model(
+            problem.vehicle, theta[:n], covariance, constants,
+            Integration("runge-kutta", problem.step),
+            NoiseEntry(position, heading, ProcessEntry(*process)),
+            envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
+            tuple(recording_entry(r) for r in recordings),
+            EstimatorEntry(METHOD, settings, notes=list(self.notes)),
+        )  # fmt: skip
 
 
 def output_error(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     *,
-    roles: Mapping[str, Sequence[str]] | None = None,
     settings: OutputErrorSettings | None = None,
+    start: Model | None = None,
+    prior: Model | None = None,
 ) -> Model:
     """Coefficients and the constants of the chain that the vehicle file does not state.
 
-    Latency and lag are found, and the dead zone where thrusters are driven to both sides. Raises
-    IdentificationError where the search does not get anywhere.
+    Latency and lag are found, and the dead zone where thrusters are driven to both sides. `start`:
+    a model to start from; `prior`: a model whose estimates count as far as its covariance says.
+    Raises IdentificationError where the search does not get anywhere.
     """
+    return fit(recordings, vehicle, settings=settings, start=start, prior=prior).model()
+
+
+def fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    settings: OutputErrorSettings | None = None,
+    start: Model | None = None,
+    prior: Model | None = None,
+) -> Fit:
+    """`output_error` with all that the estimates came from."""
     chosen = settings or OutputErrorSettings()
-    whole = with_free_stages(vehicle, recordings)
-    start = equation_error(recordings, whole, roles=roles)
-    n = len(whole.structure.coefficients)
-    known = set(vehicle.constants.names)
-    free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
-    problem = Problem(whole, tuple(recordings), tuple(free), chosen)
-    theta, noise, passes = _search(
-        problem, np.concatenate([start.coefficients, whole.constants.values])
-    )
-    covariance = _covariance(problem, passes)
-    return _model(problem, start, theta, noise, covariance)
+    for kind in chosen.effects:
+        if kind not in KINDS:
+            raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
+    whole, notes = _whole(vehicle, recordings, start)
+    problem = _problem(whole, vehicle, recordings, chosen)
+    problem = _with_prior(problem, prior)
+    theta, noise = _first(problem, recordings, start)
+    at = search(problem, theta, noise, hold=chosen.hold_noise)
+    covariance = sandwich(at, chosen.block)
+    return Fit(problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes))
 
 
 def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
     """The vehicle with those stages of the chain that its file does not state."""
+    return _staged(vehicle, recordings)[0]
+
+
+def _staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+    """The vehicle with free stages, and what was left out, and why."""
     given = vehicle.constants.index >= 0
     has = {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
     curved = any(g.table or g.power or g.dead_zone for g in vehicle.file.chain)
-    edges = not curved and _both_sides(vehicle, recordings)
+    why = None if curved else _no_edges(vehicle, recordings)
     group = ChainGroup(
         latency=None if has["latency"] else START["latency"],
         lag=None if has["lag"] else START["lag"],
-        dead_zone=DeadZone(START["edge"], START["edge"]) if edges else None,
+        dead_zone=None if curved or why else DeadZone(START["edge"], START["edge"]),
     )
-    return vehicle.with_chain([*vehicle.file.chain, group])
+    return vehicle.with_chain([*vehicle.file.chain, group]), [why] if why else []
 
 
-def spread(work: Callable[[T], "_core.FilterPass"], items: list[T]) -> list["_core.FilterPass"]:
-    """Work on items in threads; the core lets the interpreter go."""
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        return list(pool.map(work, items))
-
-
-def _both_sides(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
-    """Whether every thruster is driven forward and in reverse, so that its dead zone is passed."""
+def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
+    """Why the dead zone can't be found; None where it can: every thruster passes through it."""
     if not (vehicle.file.thrusters or vehicle.file.forces):
-        return False  # F itself has none
+        return "dead zone: not sought, as the commands are generalised forces, not thrusters'"
     commands = np.concatenate([r.commands.values for r in recordings])
     thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands))[0]
-    return bool(min((thrust > 0).mean(axis=0).min(), (thrust < 0).mean(axis=0).min()) > BOTH_SIDES)
-
-
-def _series(recording: Recording) -> _core.Series:
-    moving = motion(recording)
-    use = recording.valid.astype(np.int8)
-    jumped = np.diff(recording.segment, prepend=recording.segment[0]) > 0
-    near = np.diff(recording.t, prepend=-1.0) < 1.5 * recording.period
-    use[recording.valid & jumped & near] = 2  # after a jump for good the pose may be anywhere
-    first = int(np.flatnonzero(recording.valid)[0])
-    start = np.zeros(6)
-    start[:3] = recording.eta[first]
-    if moving.valid.any():
-        start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
-    eta = np.where(recording.valid[:, None], recording.eta, 0.0)
-    return _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, VELOCITY_SPREAD
+    sides = np.minimum((thrust > 0).mean(axis=0), (thrust < 0).mean(axis=0))
+    if sides.min() > BOTH_SIDES:
+        return None
+    idle = ", ".join(n for n, s in zip(vehicle.actuators, sides, strict=True) if s <= BOTH_SIDES)
+    return (
+        f"dead zone: not identifiable, as {idle} push to one side only; the force coefficients "
+        "are the gains past its edge"
     )
 
 
-def _search(problem: Problem, theta: Array) -> tuple[Array, Array, Passes]:
-    """Levenberg and Marquardt on the parameters, Fisher's scoring on the noise, in turns."""
-    noise, damping = NOISE_START, 1e-4
-    passes = problem.passes(theta, noise)
-    if not np.isfinite(passes.cost):
+def _whole(
+    vehicle: Vehicle, recordings: Sequence[Recording], start: Model | None
+) -> tuple[Vehicle, list[str]]:
+    """The vehicle with all stages that are sought: the start model's own, where it has some."""
+    if start is not None and start.estimator.method == METHOD:
+        known = set(vehicle.constants.names)
+        if known <= set(start.vehicle.constants.names):
+            return vehicle.with_chain(start.vehicle.file.chain), list(start.estimator.notes)
+    return _staged(vehicle, recordings)
+
+
+def _problem(
+    whole: Vehicle,
+    vehicle: Vehicle,
+    recordings: Sequence[Recording],
+    settings: OutputErrorSettings,
+) -> Problem:
+    """Free are the coefficients, the constants that the file does not state, chosen effects."""
+    known = set(vehicle.constants.names)
+    problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier)
+    n, m = problem.size, problem.constants
+    free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
+    for i, name in enumerate(problem.names[n + m :], n + m):
+        free += [i] if name.partition("_")[0] in settings.effects else []
+    return Problem(whole, tuple(recordings), tuple(free), settings.step, settings.outlier)
+
+
+def _with_prior(problem: Problem, prior: Model | None) -> Problem:
+    """The problem with what a model says of parameters of the same name."""
+    if prior is None:
+        return problem
+    names = dict(zip(prior.parameters, range(len(prior.parameters)), strict=True))
+    errors = np.sqrt(np.diag(prior.covariance))
+    shared = [
+        (i, names[problem.names[i]])
+        for i in problem.free
+        if problem.names[i] in names and errors[names[problem.names[i]]] > 0
+    ]
+    if not shared:
         raise IdentificationError(
-            "the boat diverges from the start values; look at the recordings with inspect"
+            "the prior model shares no estimated parameter with this vehicle's structure"
         )
-    noise, _ = _fitted_noise(problem, passes, noise)
-    passes = problem.passes(theta, noise)
-    for _ in range(problem.settings.iterations):
-        theta, passes, damping, gained = _step(problem, theta, noise, passes, damping)
-        better, cost = _fitted_noise(problem, passes, noise)
-        if passes.cost - cost > NOISE_SETTLED:
-            noise, passes = better, problem.passes(theta, better)
-        elif gained < SETTLED:
-            return theta, noise, passes
-    raise IdentificationError(
-        f"no solution after {problem.settings.iterations} steps; drive more, or state what is known of "
-        "the thrusters in the vehicle file (chain)"
+    mine, theirs = [i for i, _ in shared], [j for _, j in shared]
+    at = np.zeros(len(problem.names))
+    at[mine] = np.concatenate([prior.coefficients, prior.constants])[theirs]
+    precision = np.zeros((len(at), len(at)))
+    precision[np.ix_(mine, mine)] = np.linalg.pinv(
+        prior.covariance[np.ix_(theirs, theirs)], hermitian=True
     )
+    return Problem(
+        problem.vehicle, problem.recordings, problem.free, problem.step, problem.outlier,
+        Prior(at, precision),
+    )  # fmt: skip
 
 
-def _step(
-    problem: Problem, theta: Array, noise: Array, passes: Passes, damping: float
-) -> tuple[Array, Passes, float, float]:
-    """One step downhill; gained: by how much the cost fell."""
-    free = list(problem.free)
-    information, gradient = passes.information, passes.gradient
-    scale = np.sqrt(np.diag(information)) + 1e-12
-    for _ in range(8):
-        matrix = information / np.outer(scale, scale) + damping * np.eye(len(free))
-        trial = theta.copy()
-        trial[free] += np.linalg.solve(matrix, gradient / scale) / scale
-        trial = problem.bounded(trial)
-        found = problem.passes(trial, noise)
-        if found.cost < passes.cost:
-            return trial, found, damping / 10.0, passes.cost - found.cost
-        damping = max(10.0 * damping, 1e-3)
-    return theta, passes, damping, 0.0
+def _first(
+    problem: Problem, recordings: Sequence[Recording], start: Model | None
+) -> tuple[Array, Array]:
+    """Where the search starts: parameters and noise."""
+    n, m = problem.size, problem.constants
+    theta = np.zeros(len(problem.names))
+    given: dict[str, float] = {}
+    if start is not None:
+        values = np.concatenate([start.coefficients, start.constants]).tolist()
+        given = dict(zip(start.parameters, values, strict=True))
+    missing = [name for name in problem.names[:n] if name not in given]
+    if start is None or len(missing) == n:
+        sought = [i - n for i in problem.free if n <= i < n + m]
+        theta[:n], theta[n : n + m] = start_values(recordings, problem.vehicle, sought)
+    else:
+        theta[n : n + m] = problem.vehicle.constants.values
+    for i, name in enumerate(problem.names[: n + m]):
+        theta[i] = given.get(name, theta[i])
+    if start is not None and start.noise.process is not None:
+        p = start.noise.process
+        return theta, np.array([
+            start.noise.position, start.noise.heading, p.walk_linear, p.walk_yaw,
+            p.disturbance_linear, p.disturbance_yaw, p.memory,
+        ])  # fmt: skip
+    own = [pose_noise(r) for r in recordings]
+    position, heading = (
+        float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
+    )
+    return theta, np.array([max(position, 1e-5), max(heading, 1e-5), *PROCESS_START])
 
 
-def _fitted_noise(problem: Problem, passes: Passes, noise: Array) -> tuple[Array, float]:
-    """The noise under which the errors are most likely, with the model as it is; and the cost."""
-    outlier, damping = problem.settings.outlier, 1e-3
-    pairs = list(zip(passes.each, problem.series, strict=True))
-    phi, cost = np.log(noise), passes.cost
-    for _ in range(6):
-        parts = [_core.noise_slopes(p, s, np.exp(phi), outlier) for p, s in pairs]
-        cost = sum(p[0] for p in parts)
-        gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
-        gain = 0.0
-        for _ in range(8):
-            matrix = information + np.diag(damping * np.diag(information) + 0.3)
-            trial = phi - np.clip(np.linalg.solve(matrix, gradient), -2.5, 2.5)
-            trial = np.clip(trial, np.log(NOISE_LEAST), np.log(NOISE_MOST))
-            found = sum(_core.repeated(p, s, np.exp(trial), outlier) for p, s in pairs)
-            if found < cost:
-                phi, gain, cost, damping = trial, cost - found, found, damping / 10.0
-                break
-            damping = max(10.0 * damping, 1e-2)
-        if gain < NOISE_SETTLED / 3:
-            break
-    return np.exp(phi), float(cost)
-
-
-def _covariance(problem: Problem, passes: Passes) -> Array:
-    """Sandwich of the information and of the scores summed over blocks: errors may hang together."""
+def sandwich(at: Point, block: float) -> Array:
+    """Of the information and of the scores summed over blocks: errors may hang together."""
+    problem = at.passes.problem
     sums = []
-    for recording, each in zip(problem.recordings, passes.each, strict=True):
-        block = (recording.t // problem.settings.block).astype(np.int64)
-        starts = np.flatnonzero(np.diff(block, prepend=-1))
-        sums.append(np.add.reduceat(each.score, starts, axis=0))
+    for i, recording in enumerate(problem.recordings):
+        number = (recording.t // block).astype(np.int64)
+        starts = np.flatnonzero(np.diff(number, prepend=-1))
+        sums.append(np.add.reduceat(at.passes.scores(i), starts, axis=0))
     scores = np.concatenate(sums)
     p, blocks = len(problem.free), len(scores)
-    if blocks < 2 * p:
+    if blocks < 2 * p and problem.prior is None:
         raise IdentificationError(
-            f"{blocks} blocks of {problem.settings.block:g} s for {p} parameters; record longer"
+            f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
         )
-    inverse = np.linalg.pinv(passes.information, hermitian=True)
+    inverse = np.linalg.pinv(at.passes.information, hermitian=True)
+    if problem.prior is not None:
+        return np.asarray(inverse)
     return np.asarray(inverse @ (scores.T @ scores) @ inverse * blocks / (blocks - p))
-
-
-def _model(problem: Problem, start: Model, theta: Array, noise: Array, covariance: Array) -> Model:
-    n = problem.size
-    whole = np.zeros((len(theta), len(theta)))
-    whole[np.ix_(problem.free, problem.free)] = covariance
-    settings: dict[str, str | float | int | bool | None] = {
-        "outlier": problem.settings.outlier, "block": problem.settings.block,
-    }  # fmt: skip
-    position, heading, *process = noise.tolist()
-    return replace(
-        start,
-        coefficients=theta[:n], covariance=whole, constants=theta[n:],
-        integration=Integration("runge-kutta", problem.settings.step),
-        noise=NoiseEntry(position, heading, ProcessEntry(*process)),
-        estimator=EstimatorEntry(METHOD, settings),
-    )  # fmt: skip

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT
+"""What the prediction-error estimator minimises: the filter over all recordings.
+
+Parameters are numbered through: the structure's coefficients, the constants of the actuator
+chain, and effects: the lever arm, then for every recording its current, trim and wind.
+"""
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.faults import FaultKind
+from seatrial.frames import Array
+from seatrial.model import thrust_trace
+from seatrial.recording import Recording
+from seatrial.structure import Row
+from seatrial.vehicle import Vehicle
+from seatrial.velocity import motion
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+LEVER = ("lever_x", "lever_y")  # [m] the measured point from the origin
+EFFECTS = (  # of one recording, in the order of the core's Effects after the lever arm
+    "current_x", "current_y",  # [m/s] earth-fixed
+    "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
+    "wind_x", "wind_y",  # [m/s^2] earth-fixed
+)  # fmt: skip
+KINDS = ("lever", "current", "trim", "wind")
+BOUNDS = {  # of the constants that are estimated
+    "latency": (-1.0, 2.0),  # [s]
+    "lag": (0.002, 3.0),  # [s]
+    "edge_forward": (0.0, 0.6),
+    "edge_reverse": (0.0, 0.6),
+    "reverse_ratio": (0.1, 10.0),
+    "power": (0.3, 4.0),
+    "scale_power": (-1.0, 5.0),
+    "gain": (0.1, 10.0),
+}
+VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known beforehand: a normal distribution of some parameters."""
+
+    at: Array  # (p,)
+    precision: Array  # (p, p), 0 where nothing is known
+
+    def cost(self, theta: Array) -> float:
+        """-2 log likelihood, but for a constant."""
+        off = theta - self.at
+        return float(off @ self.precision @ off)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What does not change during the search."""
+
+    vehicle: Vehicle
+    recordings: tuple[Recording, ...]
+    free: tuple[int, ...]  # parameters that are sought
+    step: float  # [s] longest of the integration
+    outlier: float  # [sigma] from which on a pose's error counts linearly
+    prior: Prior | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of all parameters."""
+        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names, *LEVER)
+        return (*own, *(f"{name}.{r.name}" for r in self.recordings for name in EFFECTS))
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return len(self.vehicle.structure.coefficients)
+
+    @property
+    def constants(self) -> int:
+        """Number of constants."""
+        return len(self.vehicle.constants.names)
+
+    @cached_property
+    def structure(self) -> _core.Structure:
+        """The structure with a disturbance in every axis, its last three coefficients."""
+        rows = self.vehicle.structure.rows
+        own: list[Row] = [(axis, self.size + axis, 1.0, -1, []) for axis in range(3)]
+        return _core.Structure([*rows, *own], self.size + 3, len(self.vehicle.forces))
+
+    @cached_property
+    def series(self) -> list[_core.Series]:
+        """The poses, and where each recording starts."""
+        return [_series(recording) for recording in self.recordings]
+
+    @cached_property
+    def chosen(self) -> tuple[list[int], list[int]]:
+        """Free coefficients and free constants, each counted from their own first."""
+        n, m = self.size, self.constants
+        return [i for i in self.free if i < n], [i - n for i in self.free if n <= i < n + m]
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether any effect is sought."""
+        return any(i >= self.size + self.constants for i in self.free)
+
+    def effects(self, recording: int) -> NDArray[np.int64]:
+        """Where the effects on a recording stand among all parameters."""
+        lever = self.size + self.constants
+        own = lever + len(LEVER) + recording * len(EFFECTS)
+        return np.array([*range(lever, lever + len(LEVER)), *range(own, own + len(EFFECTS))])
+
+    def places(self, recording: int) -> NDArray[np.int64]:
+        """Where the parameters of a recording's pass stand among the free ones; -1: nowhere."""
+        coefficients, constants = self.chosen
+        own = [*coefficients, *(self.size + c for c in constants)]
+        own += [int(i) for i in self.effects(recording)] if self.disturbed else []
+        free = {parameter: i for i, parameter in enumerate(self.free)}
+        return np.array([free.get(i, -1) for i in own])
+
+    def bounded(self, theta: Array) -> Array:
+        """The nearest parameters within bounds."""
+        out = theta.copy()
+        for i in self.free:
+            if self.size <= i < self.size + self.constants:
+                low, high = BOUNDS[self.names[i].partition(".")[0]]
+                out[i] = np.clip(out[i], low, high)
+        return out
+
+    def passes(self, theta: Array, noise: Array, counts: list[Array] | None = None) -> "Passes":
+        """The filter over all recordings. `counts`: how often each pose counts."""
+        coefficients, constants = self.chosen
+        boat = _core.Boat(
+            self.structure, np.concatenate([theta[: self.size], np.zeros(3)]), 0, self.step
+        )
+        columns = [*coefficients, self.size, self.size + 1, self.size + 2]
+        q = np.ascontiguousarray(theta[self.size : self.size + self.constants])
+
+        def one(i: int) -> _core.FilterPass:
+            trace = thrust_trace(
+                self.vehicle, q, self.recordings[i],
+                initial=True, coefficients=columns, tangents=constants,
+            )  # fmt: skip
+            return _core.innovations(
+                boat, trace, self.series[i], noise, self.outlier,
+                np.ascontiguousarray(theta[self.effects(i)]) if self.disturbed else None,
+                None if counts is None else counts[i],
+            )  # fmt: skip
+
+        each = spread(one, range(len(self.recordings)))
+        return Passes(self, theta, tuple(each))
+
+
+@dataclass(frozen=True)
+class Passes:
+    """The filter's passes over all recordings; with the prior's share where there is one."""
+
+    problem: Problem
+    theta: Array
+    each: tuple[_core.FilterPass, ...]
+
+    @cached_property
+    def cost(self) -> float:
+        """-2 log likelihood, but for a constant; infinite where the boat diverged."""
+        if not all(p.good for p in self.each):
+            return np.inf
+        prior = self.problem.prior
+        return sum(p.cost for p in self.each) + (prior.cost(self.theta) if prior else 0.0)
+
+    @cached_property
+    def information(self) -> Array:
+        """Fisher's (p, p) of the free parameters."""
+        free = list(self.problem.free)
+        out = np.zeros((len(free), len(free)))
+        for i, each in enumerate(self.each):
+            to = self.problem.places(i)
+            use = to >= 0
+            out[np.ix_(to[use], to[use])] += each.information[np.ix_(use, use)]
+        prior = self.problem.prior
+        return out if prior is None else out + prior.precision[np.ix_(free, free)]
+
+    @cached_property
+    def gradient(self) -> Array:
+        """Of the log likelihood (p,)."""
+        free = list(self.problem.free)
+        out = np.zeros(len(free))
+        for i, each in enumerate(self.each):
+            to = self.problem.places(i)
+            out[to[to >= 0]] += each.gradient[to >= 0]
+        prior = self.problem.prior
+        return out if prior is None else out - (prior.precision @ (self.theta - prior.at))[free]
+
+    def scores(self, recording: int) -> Array:
+        """Terms (n, p) of the gradient, pose by pose."""
+        to = self.problem.places(recording)
+        each = self.each[recording].score
+        out = np.zeros((len(each), len(self.problem.free)))
+        out[:, to[to >= 0]] = each[:, to >= 0]
+        return out
+
+
+def spread(work: Callable[[S], T], items: Iterable[S]) -> list[T]:
+    """Work on items in threads; the core lets the interpreter go."""
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        return list(pool.map(work, items))
+
+
+def _series(recording: Recording) -> _core.Series:
+    moving = motion(recording)
+    use = recording.valid.astype(np.int8)
+    good = np.flatnonzero(recording.valid)
+    for fault in recording.faults:
+        if fault.kind is FaultKind.JUMP:  # after a jump for good the pose may be anywhere
+            after = good[recording.t[good] >= fault.end]
+            use[after[:1]] = 2
+    first = int(good[0])
+    start = np.zeros(6)
+    start[:3] = recording.eta[first]
+    if moving.valid.any():
+        start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
+    eta = np.where(recording.valid[:, None], recording.eta, 0.0)
+    return _core.Series(
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, VELOCITY_SPREAD
+    )
