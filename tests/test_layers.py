@@ -17,7 +17,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"allocation", "plan", "recording", "structure"},
     {"noise", "vehicle", "velocity"},
     {"model"},
-    {"excitation", "operators", "predict", "sanity", "signs"},
+    {"excitation", "identifiability", "operators", "predict", "sanity", "signs"},
     {"identify", "inspect", "simulate", "validate"},
     {"io", "report"},
     {"init"},
