@@ -72,7 +72,7 @@ def _bounded(scene: Scene, model: Model, trials: Sequence[Trial]) -> Record:
     found = {"whole": bounds.whole(path, theta, least)}
     if scene.plan.plant.unmodelled is not None:
         found["process"] = bounds.whole(problem, theta, noise)
-    found |= {f"{s:g} s": bounds.pieces(problem, theta, least, trials, s) for s in PIECES}
+    found |= {f"{s:g} s": bounds.pieces(problem, theta, noise, trials, s) for s in PIECES}
     return {name: bounds.variances(info).tolist() for name, info in found.items()}
 
 
