@@ -22,7 +22,15 @@ METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM)
 DEFAULT_METHOD = METHOD
 SHORTEST = 10.0  # [s] of all recordings together
 
-__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "caution", "identify", "summary"]
+__all__ = [
+    "DEFAULT_METHOD",
+    "METHODS",
+    "EquationErrorSettings",
+    "caution",
+    "check_recordings",
+    "identify",
+    "summary",
+]
 
 
 def identify(
@@ -40,6 +48,22 @@ def identify(
     """
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
+    check_recordings(recordings)
+    if method != METHOD and settings is not None and settings.literal:
+        raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
+    if method == OUTPUT_ERROR:
+        model = output_error(recordings, vehicle, roles=roles)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    sanity(model)
+    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+    return replace(model, warnings=(*wrong, *concerns(model)))
+
+
+def check_recordings(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]
@@ -59,14 +83,3 @@ def identify(
     for recording in recordings:
         for sentence in implausible(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
-    if method != METHOD and settings is not None and settings.literal:
-        raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
-    if method == OUTPUT_ERROR:
-        model = output_error(recordings, vehicle, roles=roles)
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
-    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
-    return replace(model, warnings=(*wrong, *concerns(model)))
