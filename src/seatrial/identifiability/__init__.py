@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.frames import Array
-from seatrial.identifiability.combine import TOGETHER, Combination, Known, combinations
-from seatrial.identifiability.verdict import Finding, Verdict, finding, full_thrust
+from seatrial.identifiability.combine import APART, TOGETHER, Combination, Known, combinations
+from seatrial.identifiability.verdict import SHARP, Finding, Verdict, finding, full_thrust
 from seatrial.model import Model
 
 __all__ = [
-    "TOGETHER", "Combination", "Finding", "Identifiability", "Verdict", "condition", "full_thrust",
-    "identifiability",
+    "APART", "SHARP", "TOGETHER", "Combination", "Finding", "Identifiability", "Verdict", "condition",
+    "full_thrust", "identifiability",
 ]  # fmt: skip
 
 

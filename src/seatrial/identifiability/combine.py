@@ -15,6 +15,7 @@ from seatrial.identifiability.verdict import Finding, Verdict, pure, verdict_of
 from seatrial.model import Model
 
 TOGETHER = 0.9  # correlation from which on two are said to hang together
+APART = 0.95  # from which on they can't be told apart
 NARROW = 0.2  # eigenvalue of a correlation matrix below which its direction is well determined
 SHARE = 0.3  # of the largest entry: smaller ones of an eigenvector are left out
 NEEDED = 1.2  # times the error without a parameter: those that do less are left out
