@@ -12,13 +12,13 @@ import seatrial
 ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
-    {"files", "frames", "progress", "schema", "statistics"},
+    {"bootstrap", "files", "frames", "progress", "schema", "statistics"},
     {"faults", "streams"},
     {"allocation", "plan", "recording", "structure"},
     {"noise", "vehicle", "velocity"},
     {"model"},
-    {"excitation", "operators", "predict", "sanity", "signs"},
-    {"identify", "inspect", "simulate", "validate"},
+    {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
+    {"against", "identify", "inspect", "simulate", "validate"},
     {"io", "report"},
     {"init"},
     {"demo"},

@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 
 from seatrial import _core
-from seatrial.identify.output_error import VELOCITY_SPREAD
+from seatrial.causal import VELOCITY_SPREAD
 from seatrial.model import thrust_trace
 from seatrial.plan import TrialEntry, load_plan
 
@@ -56,7 +56,7 @@ class Dense:
         """The boat under a constant push from x0 at t[0]."""
         n = self.problem.size
         boat = _core.Boat(
-            self.problem.structure, np.concatenate([theta[:n], push]), 0, self.problem.settings.step
+            self.problem.structure, np.concatenate([theta[:n], push]), 0, self.problem.step
         )
         trace = thrust_trace(self.problem.vehicle, theta[n:].copy(), self.problem.recordings[0])
         return _core.simulate(boat, trace, x0.copy(), self.t if t is None else t.copy())[0]

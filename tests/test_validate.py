@@ -86,7 +86,7 @@ def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
     rows = validate(model, [clean_af[s].recording for s in ("S4", "S5", "S6", "S7")])
     assert [r.excited for r in rows.recordings] == ["surge", "sway", "yaw", None]
     text = scores_text(rows)
-    marked = [line.split()[-7] for line in text.splitlines() if "/s " in line and "* " in line]
+    marked = [line.split()[-8] for line in text.splitlines() if "/s " in line and "* " in line]
     assert marked == ["u*", "v*", "r*"]
     assert scores_json(rows)["recordings"][0]["recording"] == "S4-AF"
 

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
+from seatrial.causal import NOISE_LEAST
 from seatrial.frames import Array
-from seatrial.identify.output_error import NOISE_LEAST, OutputErrorSettings, Problem
+from seatrial.identify.output_error import OutputErrorSettings
+from seatrial.identify.problem import Problem
 from seatrial.model import thrust_trace
 from seatrial.plan import PlanFile
 from seatrial.recording import Recording
@@ -22,8 +24,8 @@ FREE_VELOCITY = np.full(3, 10.0)  # [m/s, m/s, rad/s] a start of which nothing i
 def problem_of(vehicle: Vehicle, recordings: Sequence[Recording]) -> Problem:
     """The estimator's problem with all parameters sought."""
     count = len(vehicle.structure.coefficients) + len(vehicle.constants.names)
-    settings = OutputErrorSettings(outlier=np.inf)
-    return Problem(vehicle, tuple(recordings), tuple(range(count)), settings)
+    step = OutputErrorSettings().step
+    return Problem(vehicle, tuple(recordings), tuple(range(count)), step, np.inf)
 
 
 def without_process(noise: Array) -> Array:
@@ -62,7 +64,7 @@ def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Prob
         problem.vehicle.structure.compiled,
         np.ascontiguousarray(theta[:n]),
         0,
-        problem.settings.step,
+        problem.step,
     )
     moved = []
     for recording, trial in zip(problem.recordings, trials, strict=True):
@@ -78,7 +80,7 @@ def pieces(
     """Information (p, p) of pieces of `length` [s] that each start anywhere at any speed."""
     n = problem.size
     coefficients = np.concatenate([theta[:n], np.zeros(3)])
-    boat = _core.Boat(problem.structure, coefficients, 0, problem.settings.step)
+    boat = _core.Boat(problem.structure, coefficients, 0, problem.step)
     total = np.zeros((len(theta), len(theta)))
     for recording, trial in zip(problem.recordings, trials, strict=True):
         trace = thrust_trace(

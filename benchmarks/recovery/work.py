@@ -72,7 +72,7 @@ def _bounded(scene: Scene, model: Model, trials: Sequence[Trial]) -> Record:
     found = {"whole": bounds.whole(path, theta, least)}
     if scene.plan.plant.unmodelled is not None:
         found["process"] = bounds.whole(problem, theta, noise)
-    found |= {f"{s:g} s": bounds.pieces(problem, theta, least, trials, s) for s in PIECES}
+    found |= {f"{s:g} s": bounds.pieces(problem, theta, noise, trials, s) for s in PIECES}
     return {name: bounds.variances(info).tolist() for name, info in found.items()}
 
 
@@ -126,7 +126,7 @@ def _noise_of(model: Model) -> Array:
 def causal(model: Model, recording: Recording) -> Motion:
     """Poses and velocities of the model's own filter, each from what came before it."""
     problem = bounds.problem_of(model.vehicle, [recording])
-    problem = replace(problem, settings=OutputErrorSettings())  # outliers count less here
+    problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])
     state = problem.passes(theta, _noise_of(model)).each[0].state
     valid = recording.valid & (recording.t > SETTLING)

@@ -131,6 +131,12 @@ def _parser() -> argparse.ArgumentParser:
         )
         if name == "validate":
             command.add_argument("--json", type=Path, metavar="FILE", help="also write scores.json")
+            command.add_argument(
+                "--against",
+                type=Path,
+                metavar="OTHER",
+                help="another model, beside it in a 2 x 2 table",
+            )
         else:
             command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     return parser
@@ -325,16 +331,24 @@ def _roles(given: Sequence[str]) -> dict[str, list[str]]:
 
 
 def _validate(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.against import against_text
     from seatrial.files import dump_json, write_text
+    from seatrial.model import load
     from seatrial.sanity import concerns
-    from seatrial.validate import LEGEND, scores_json, scores_text, validate
+    from seatrial.validate import LEGEND, horizons_text, scores_json, scores_text, validate
 
-    _guard(args.json, "{", args.model, args.vehicle, *args.recordings)
+    _guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
     model = _load(args)
-    scores = validate(model, _read(args, model.vehicle, progress), args.horizon)
+    other = None if args.against is None else load(args.against)
+    recordings = _read(args, model.vehicle, progress)
+    progress.say("validating")
+    scores = validate(model, recordings, args.horizon, other=other)
     if args.json is not None:
         write_text(args.json, dump_json(scores_json(scores)))
-    print(f"{scores_text(scores)}\n{LEGEND}")
+    progress.clear()
+    print(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
+    if scores.against is not None:
+        print(against_text(scores.against))
     for doubt in concerns(model):
         print(f"  doubt: {doubt}")
 

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
 from seatrial.faults import FaultKind
-from seatrial.frames import Array, Stamps
+from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import NoiseEntry
-from seatrial.velocity import STENCIL_NOISE, Motion, motion
+from seatrial.velocity import STENCIL_CORRELATION, STENCIL_NOISE, Motion, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
+FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Prediction:
     start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
     index: NDArray[np.int64]  # (m,) pose that each belongs to
     steps: int
-    floor: Array  # (3,) RMS that a perfect model would score; 0 without pose noise
+    floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
 
     @property
     def errors(self) -> Array:
@@ -51,12 +52,16 @@ def predict(
     horizon: float = DEFAULT_HORIZON,
     *,
     velocities: Motion | None = None,
+    starts: Motion | None = None,
+    every: int = 1,
 ) -> Prediction:
     """Predict from every usable pose: the recorded commands drive the model for `horizon` [s].
 
-    Starts and references are the stencil's velocities unless `velocities` are given (the truth of
-    a simulated trial). Raises RecordingError where there is no stretch as long as the horizon, and
-    ModelError where the model runs away.
+    Starts and references are the stencil's velocities. `velocities` are references instead (the
+    truth of a simulated trial), and starts, too, unless `starts` are given (a filter's, with their
+    deviation; those without are taken for the stencil's). `every`: poses from start to start.
+    Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
+    model runs away.
     """
     if not 0 < horizon < np.inf:
         raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
@@ -66,13 +71,14 @@ def predict(
             f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
             f"{recording.period:.3f} s; choose a longer one"
         )
-    moving = motion(recording) if velocities is None else velocities
-    start = _starts(recording, moving, steps, horizon)
-    x0 = np.column_stack([moving.eta[start], moving.nu[start]])
-    trace = model.trace(recording, initial=velocities is None)
-    states, slopes = _core.predict(
-        model.boat, trace, recording.t, start.astype(np.int32), np.ascontiguousarray(x0), steps,
-        threads=os.cpu_count() or 1, tangents=velocities is None,
+    reference = motion(recording) if velocities is None else velocities
+    begin = reference if starts is None else starts
+    start = _starts(recording, begin.valid, reference.valid, steps, horizon)
+    start = start[start % every == start[0] % every]
+    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
+    states, _ = _core.predict(
+        model.boat, model.trace(recording), recording.t, start.astype(np.int32), x0, steps,
+        threads=os.cpu_count() or 1,
     )  # fmt: skip
     lost = int((~np.isfinite(states).all(axis=1)).sum())
     if lost:
@@ -81,24 +87,38 @@ def predict(
             f"{horizon:g} s: it can't be used at these speeds. {_why(model)}"
         )
     end = start + steps
-    floor = np.zeros(3) if velocities is not None else _floor(model, recording, slopes)
+    known = velocities is not None and velocities.deviation is None and starts is None
+    floor = np.zeros(3)
+    if not known:
+        few = start[:: max(1, len(start) // FLOOR_STARTS)]
+        slopes = _carried(model, recording, few, begin, steps)
+        floor = _floor(
+            _stencil_noise(model, recording),
+            slopes,
+            few,
+            steps,
+            velocities=velocities,
+            starts=starts,
+        )
     return Prediction(
         recording.stamps[end],
         recording.t[end],
         states[:, 3:],
-        moving.nu[end],
-        moving.nu[start],
+        reference.nu[end],
+        begin.nu[start],
         end,
         steps,
         floor,
     )
 
 
-def _starts(recording: Recording, moving: Motion, steps: int, horizon: float) -> NDArray[np.int64]:
+def _starts(
+    recording: Recording, begins: Mask, ends: Mask, steps: int, horizon: float
+) -> NDArray[np.int64]:
     n = len(recording.t)
     start = np.arange(max(0, n - steps), dtype=np.int64)
     end = start + steps
-    usable = moving.valid[start] & moving.valid[end]
+    usable = begins[start] & ends[end]
     usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period
     for fault in recording.faults:
         if fault.kind is FaultKind.SILENT:  # what drove the boat there is not known
@@ -120,11 +140,49 @@ def _own_noise(model: Model, recording: Recording) -> NoiseEntry:
         return model.noise
 
 
-def _floor(model: Model, recording: Recording, slopes: Array) -> Array:
-    """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2."""
-    spread = STENCIL_NOISE / recording.period
+def _carried(
+    model: Model, recording: Recording, start: NDArray[np.int64], begin: Motion, steps: int
+) -> Array:
+    """d nu(end) / d nu(start), (m, 3, 3)."""
+    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
+    _, slopes = _core.predict(
+        model.boat, model.trace(recording, initial=True), recording.t, start.astype(np.int32), x0,
+        steps, threads=os.cpu_count() or 1, tangents=True,
+    )  # fmt: skip
+    return np.asarray(slopes[:, 3:, 3:6])
+
+
+def _stencil_noise(model: Model, recording: Recording) -> Array:
+    """Standard deviations (3,) of the stencil's velocities."""
     own = _own_noise(model, recording)
-    noise = spread * np.array([own.position, own.position, own.heading])
-    phi = slopes[:, 3:, 3:6]  # d nu(end) / d nu(start)
-    carried = np.mean(np.einsum("nij,j->ni", phi**2, noise**2), axis=0)
-    return np.asarray(np.sqrt(noise**2 + carried))
+    return STENCIL_NOISE / recording.period * np.array([own.position, own.position, own.heading])
+
+
+def _floor(
+    stencil: Array,
+    slopes: Array,
+    start: NDArray[np.int64],
+    steps: int,
+    *,
+    velocities: Motion | None,
+    starts: Motion | None,
+) -> Array:
+    """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
+
+    Two stencils up to four poses apart share poses: less twice what that makes of their product
+    (the turn of the boat in between is left out).
+    """
+    reference = _deviation(velocities, start + steps, np.zeros(3) if velocities else stencil)
+    begin = _deviation(velocities if starts is None else starts, start, stencil)
+    variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
+    if velocities is None and starts is None and steps < len(STENCIL_CORRELATION):
+        own_slope = np.einsum("nii->ni", slopes)
+        variance -= 2.0 * STENCIL_CORRELATION[steps] * own_slope * stencil**2
+    return np.asarray(np.sqrt(variance.mean(axis=0)))
+
+
+def _deviation(moving: Motion | None, index: NDArray[np.int64], otherwise: Array) -> Array:
+    """Standard deviations (m, 3) of velocities: their own, if they have any."""
+    if moving is None or moving.deviation is None:
+        return np.broadcast_to(otherwise, (len(index), 3))
+    return np.asarray(moving.deviation[index])

@@ -21,16 +21,60 @@ def autocorrelation(errors: Array, index: NDArray[np.int64], lags: int) -> Array
 
     Pairs are formed only between samples that are exactly the lag apart, so that gaps drop out.
     """
-    series = np.full(int(index.max() - index.min()) + 1, np.nan)
-    series[index - index.min()] = errors - errors.mean()
-    variance = float(np.nanmean(series**2))
+    series, there = _on_grid(errors - errors.mean(), index)
+    sums, pairs = _lagged(series, series, lags)[0], _lagged(there, there, lags)[0]
     rho = np.zeros(lags + 1)
+    if sums[0] > 0:
+        rho = np.where(pairs > 0.5, sums / np.maximum(pairs, 1.0), 0.0) * pairs[0] / sums[0]
     rho[0] = 1.0
-    for lag in range(1, min(lags + 1, len(series))):
-        product = series[lag:] * series[:-lag]
-        good = np.isfinite(product)
-        rho[lag] = float(product[good].mean()) / variance if variance > 0 and good.any() else 0.0
     return rho
+
+
+def cross_correlation(x: Array, y: Array, lags: int) -> tuple[Array, float]:
+    """Correlation (2 lags + 1,) of x[i] with y[i - lag], lag from -lags to lags; its 95 % band.
+
+    x (n,), y (n,) on one even grid; NaN where there is no sample. At positive lags x follows y.
+    The band holds for two signals that have nothing to do with each other, however each of them is
+    correlated with itself: var = sum of rho_x(j) rho_y(j) over all j, / n (Bartlett).
+    """
+    good = np.isfinite(x), np.isfinite(y)
+    grid = np.arange(len(x))
+    (a, has_a), (b, has_b) = (
+        _on_grid(s[g] - s[g].mean(), grid[g], len(x)) for s, g in zip((x, y), good, strict=True)
+    )
+    before, after = _lagged(a, b, lags)
+    pairs = _lagged(has_a, has_b, lags)
+    scale = np.sqrt(np.sum(a**2) / good[0].sum() * np.sum(b**2) / good[1].sum())
+    if not scale > 0:
+        return np.zeros(2 * lags + 1), float("nan")
+    sums = np.concatenate([before[:0:-1], after])
+    counts = np.concatenate([pairs[0][:0:-1], pairs[1]])
+    reach = len(x) // 4
+    rho = [autocorrelation(s[g], grid[g], reach) for s, g in zip((x, y), good, strict=True)]
+    spread = 1.0 + 2.0 * float(np.sum(rho[0][1:] * rho[1][1:]))
+    both = max(float(pairs[1][0]), 1.0)
+    return sums / np.maximum(counts, 1.0) / scale, NORMAL_95 * float(
+        np.sqrt(max(spread, 1.0) / both)
+    )
+
+
+def _on_grid(
+    values: Array, index: NDArray[np.int64], size: int | None = None
+) -> tuple[Array, Array]:
+    """Values at their samples, 0 where there is none; and 1 where there is one."""
+    first = int(index.min()) if size is None else 0
+    n = int(index.max()) - first + 1 if size is None else size
+    series, there = np.zeros(n), np.zeros(n)
+    series[index - first] = values
+    there[index - first] = 1.0
+    return series, there
+
+
+def _lagged(x: Array, y: Array, lags: int) -> tuple[Array, Array]:
+    """Sums of x[i] y[i + lag] and of x[i] y[i - lag] for lags 0 to `lags`, by way of spectra."""
+    size = 1 << int(len(x) + lags).bit_length()
+    both = np.fft.irfft(np.fft.rfft(x, size) * np.conj(np.fft.rfft(y, size)), size)
+    return np.append(both[0], both[: -lags - 1 : -1]), both[: lags + 1]
 
 
 def white_band(samples: int) -> float:

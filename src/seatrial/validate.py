@@ -2,20 +2,33 @@
 """How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import product
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
+from seatrial.against import Against, against
+from seatrial.bootstrap import block_length, block_sums, ratio_interval
+from seatrial.causal import Causal, believed_noise, causal
+from seatrial.errors import ModelError, RecordingError
 from seatrial.excitation import excitation
-from seatrial.frames import AXES, SYMBOLS
+from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
 from seatrial.recording import Recording
+from seatrial.residuals import Correlation, in_words, residuals
 from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
+from seatrial.velocity import Motion, motion
 
-SCORES_FORMAT = "scores 1"
+SCORES_FORMAT = "scores 2"
+HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
+STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
+MOST_SAID = 2  # sentences on the residuals of a recording
+Start = Literal["stencil", "filter"]
+Interval = tuple[float, float]
 
 
 class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -28,6 +41,28 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
     bias: float  # mean of measured minus predicted
     kurtosis: float  # 3 for a normal distribution
+    # 95 % by bootstrap over blocks of time; None where the recording has too few of them
+    rms_interval: Interval | None
+    stays_constant_interval: Interval | None
+    ratio_interval: Interval | None
+    excess_interval: Interval | None
+
+    @property
+    def at_floor(self) -> bool:
+        """Whether pose noise alone may have made this score."""
+        return self.rms <= self.floor or (
+            self.rms_interval is not None and self.rms_interval[0] <= self.floor
+        )
+
+
+class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """One recording at one horizon, from one kind of start."""
+
+    horizon: float  # [s] that was asked for
+    steps: int  # poses
+    start: Start  # of the predictions: the stencil's velocity, or the model's own causal filter's
+    predictions: int
+    scores: dict[str, AxisScore]  # by u, v, r
 
 
 class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -39,7 +74,10 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     usable: float  # share of its poses that are not left out as faulty
     seen: bool  # the model was identified from it, or from a part of it
     excited: str | None  # the axis that dominates it, if one does: Table III's pairing
-    scores: dict[str, AxisScore]  # by u, v, r
+    scores: dict[str, AxisScore]  # by u, v, r; at the horizon that was asked for
+    horizons: list[HorizonScore] = []
+    correlations: list[Correlation] = []  # of the filter's residuals with the forces
+    notes: list[str] = []  # what could not be had
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -50,21 +88,32 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     method: str
     horizon: float  # [s]
     recordings: list[RecordingScore]
+    against: Against | None = None  # another model, where one was given
 
 
 def validate(
-    model: Model, recordings: Sequence[Recording], horizon: float = DEFAULT_HORIZON
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float = DEFAULT_HORIZON,
+    *,
+    other: Model | None = None,
 ) -> Scores:
-    """Scores of the model on every recording, `horizon` [s] ahead. Refuses an unstable model."""
+    """Scores of the model on every recording, `horizon` [s] ahead, and at all `HORIZONS`.
+
+    With an `other` model also the table of `against`. Refuses an unstable model, and one that runs
+    away within `horizon`.
+    """
     sanity(model)
     found = [score(model, r, predict(model, r, horizon)) for r in recordings]
-    return Scores(SCORES_FORMAT, model.name, model.estimator.method, horizon, found)
+    more = further(model, recordings)
+    found = [msgspec.structs.replace(s, **m) for s, m in zip(found, more, strict=True)]
+    beside = None if other is None else against(model, other, recordings, horizon)
+    return Scores(SCORES_FORMAT, model.name, model.estimator.method, horizon, found, beside)
 
 
 def score(model: Model, recording: Recording, prediction: Prediction) -> RecordingScore:
     """Scores of one prediction."""
     dominant = excitation(model.vehicle, recording).dominant
-    scores = {symbol: _axis_score(prediction, axis) for axis, symbol in enumerate(SYMBOLS)}
     return RecordingScore(
         recording.name,
         recording.duration,
@@ -72,24 +121,97 @@ def score(model: Model, recording: Recording, prediction: Prediction) -> Recordi
         recording.usable,
         seen(model, recording),
         None if dominant is None else AXES[dominant],
-        scores,
+        axis_scores(prediction),
     )
 
 
-def _axis_score(prediction: Prediction, axis: int) -> AxisScore:
+def axis_scores(prediction: Prediction) -> dict[str, AxisScore]:
+    """Scores of one prediction by u, v, r, with their intervals."""
+    errors, index = prediction.errors, prediction.index
+    squares = np.column_stack([errors, prediction.measured - prediction.start]) ** 2
+    intervals = _intervals(squares, index, prediction.steps)
+    return {
+        symbol: _axis_score(prediction, axis, intervals[axis])
+        for axis, symbol in enumerate(SYMBOLS)
+    }
+
+
+def _intervals(squares: Array, index: NDArray[np.int64], steps: int) -> list[list[Interval | None]]:
+    """Of RMS, of that of what stays constant, and of their ratio; axis by axis."""
+    if not np.all(squares.sum(axis=0) > 0.0):  # a boat that never moves
+        return [[None] * 3] * 3
+    blocks = block_sums(
+        np.column_stack([squares, np.ones(len(squares))]),
+        index,
+        block_length(squares, index, steps),
+    )
+    if blocks is None:
+        return [[None] * 3] * 3
+    own, still, count = blocks[:, :3], blocks[:, 3:6], np.repeat(blocks[:, 6:], 3, axis=1)
+    found = np.sqrt(ratio_interval(np.hstack([own, still, own]), np.hstack([count, count, still])))
+    pairs = [(float(low), float(high)) for low, high in found]
+    return [[pairs[axis], pairs[3 + axis], pairs[6 + axis]] for axis in range(3)]
+
+
+def _axis_score(
+    prediction: Prediction, axis: int, intervals: Sequence[Interval | None]
+) -> AxisScore:
     errors = prediction.errors[:, axis]
     rms = float(np.sqrt(np.mean(errors**2)))
     still = float(np.sqrt(np.mean((prediction.measured - prediction.start)[:, axis] ** 2)))
     floor = float(prediction.floor[axis])
+    own, constant, ratio = intervals
     return AxisScore(
         rms,
         still,
         rms / still if still > 0 else float("inf"),
         floor,
-        float(np.sqrt(max(0.0, rms**2 - floor**2))),
+        _beyond(rms, floor),
         float(np.mean(errors)),
         kurtosis(errors),
+        own,
+        constant,
+        ratio,
+        None if own is None else (_beyond(own[0], floor), _beyond(own[1], floor)),
     )
+
+
+def _beyond(rms: float, floor: float) -> float:
+    return float(np.sqrt(max(0.0, rms**2 - floor**2)))
+
+
+def further(model: Model, recordings: Sequence[Recording]) -> list[dict[str, Any]]:
+    """For every recording the horizons from both starts, correlations, and notes."""
+    try:
+        noise = believed_noise(model, recordings)
+        return [_further(model, r, causal(model, r, noise)) for r in recordings]
+    except ModelError as error:
+        lost = f"no starts from a filter, no residuals: {error}"
+        return [{**_further(model, r, None), "notes": [lost]} for r in recordings]
+
+
+def _further(model: Model, recording: Recording, filtered: Causal | None) -> dict[str, Any]:
+    found: list[HorizonScore] = []
+    notes: list[str] = []
+    starts: list[tuple[Start, Motion]] = [("stencil", motion(recording))]
+    starts += [] if filtered is None else [("filter", filtered.motion)]
+    for horizon, (name, begin) in product(HORIZONS, starts):
+        if horizon < recording.period:
+            continue
+        every = max(1, round(horizon / recording.period) // STARTS)
+        try:
+            ahead = predict(
+                model, recording, horizon, starts=None if name == "stencil" else begin, every=every
+            )
+        except RecordingError:  # no stretch is as long
+            continue
+        except ModelError as error:
+            notes.append(str(error))
+            break
+        scores = axis_scores(ahead)
+        found.append(HorizonScore(horizon, ahead.steps, name, len(ahead.t), scores))
+    left = [] if filtered is None else residuals(model, recording, filtered)
+    return {"horizons": found, "correlations": left, "notes": notes}
 
 
 def seen(model: Model, recording: Recording) -> bool:
@@ -106,10 +228,10 @@ def seen(model: Model, recording: Recording) -> bool:
 
 def scores_text(scores: Scores) -> str:
     """The scores as a table for the terminal; Table III's pairing is marked."""
-    width = max(21, *(len(r.recording) for r in scores.recordings))
+    width = max(23, *(len(r.recording) for r in scores.recordings))
     lines = [
         f"RMS error {scores.horizon:g} s ahead",
-        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  excess",
+        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  excess   95 % of error",
     ]
     for row in scores.recordings:
         for axis, symbol in enumerate(SYMBOLS):
@@ -124,7 +246,7 @@ def scores_text(scores: Scores) -> str:
             lines.append(
                 f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
                 f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
-                f"{s.excess * scale:6.3f}"
+                f"{s.excess * scale:6.3f}{'=' if s.at_floor else ' '} {_range(s.rms_interval, scale)}"
             )
     known = [r.recording for r in scores.recordings if r.seen]
     if known:
@@ -138,9 +260,58 @@ def scores_text(scores: Scores) -> str:
     return "\n".join(lines)
 
 
+def _range(interval: Interval | None, scale: float) -> str:
+    if interval is None:
+        return "  too short"
+    return f"{interval[0] * scale:7.3f}-{interval[1] * scale:.3f}"
+
+
+def horizons_text(scores: Scores) -> str:
+    """Errors at all horizons, and what residuals still have to do with the forces."""
+    known = [
+        h for h in HORIZONS if any(h == x.horizon for r in scores.recordings for x in r.horizons)
+    ]
+    width = max(23, *(len(r.recording) for r in scores.recordings))
+    head = "".join(f"{f'{h:g} s':>8}" for h in known)
+    lines = [
+        "RMS error ahead, from the stencil's starts and from the model's own filter's",
+        f"  {'recording':<{width}}  start      unit  {head}",
+    ]
+    for row in scores.recordings:
+        for i, (axis, start) in enumerate(product(range(3), get_args(Start))):
+            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+            cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
+            name = row.recording if i == 0 else ""
+            lines.append(
+                f"  {name:<{width}}  {SYMBOLS[axis]} {start:<7}  {unit:<6}{''.join(cells)}"
+            )
+    for row in scores.recordings:
+        lines += [f"  note: {row.recording}: {text}" for text in (*row.notes, *_left(row))]
+    return "\n".join(lines)
+
+
+def _cell(row: RecordingScore, horizon: float, start: str, symbol: str, scale: float) -> str:
+    for found in row.horizons:
+        if (found.horizon, found.start) == (horizon, start):
+            score = found.scores[symbol]
+            return f"{score.rms * scale:7.3f}{'=' if score.at_floor else ' '}"
+    return f"{'-':>7} "
+
+
+def _left(row: RecordingScore) -> list[str]:
+    """What its residuals say, the clearest first."""
+    found = sorted(
+        (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
+    )
+    said = [in_words(c) for c in found[:MOST_SAID]]
+    if len(found) > MOST_SAID:
+        said[-1] += f" (and {len(found) - MOST_SAID} more, in --json)"
+    return said
+
+
 LEGEND = """\
   constant: error if the velocity stays as it is; ratio: error / constant;
-  floor: what pose noise alone makes; excess: what is left without it;
+  floor: what pose noise alone makes; excess: what is left without it; =: may be the floor alone;
   *: the axis that the recording excites, the pairing of the paper's Table III"""
 
 

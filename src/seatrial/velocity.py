@@ -10,6 +10,7 @@ from seatrial.recording import Recording
 
 UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
+STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
 
 
 @dataclass(frozen=True)
@@ -20,9 +21,12 @@ class Motion:
     eta: Array  # (n, 3) [m, m, rad]
     nu: Array  # (n, 3) body velocity [m/s, m/s, rad/s]
     valid: Mask  # (n,)
+    deviation: Array | None = None  # (n, 3) of nu, where a filter knows it
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nu", frozen_array(self.nu))
+        if self.deviation is not None:
+            object.__setattr__(self, "deviation", frozen_array(self.deviation))
 
 
 def motion(recording: Recording) -> Motion:

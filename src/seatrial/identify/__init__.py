@@ -9,6 +9,8 @@ from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equa
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import output_error
 from seatrial.identify.text import caution, summary
+from seatrial.identify.weak_form import METHOD as WEAK_FORM
+from seatrial.identify.weak_form import weak_form
 from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -16,11 +18,19 @@ from seatrial.sanity import concerns, sanity
 from seatrial.signs import check_signs
 from seatrial.vehicle import Vehicle
 
-METHODS = (METHOD, OUTPUT_ERROR)
+METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM)
 DEFAULT_METHOD = METHOD
 SHORTEST = 10.0  # [s] of all recordings together
 
-__all__ = ["DEFAULT_METHOD", "METHODS", "EquationErrorSettings", "caution", "identify", "summary"]
+__all__ = [
+    "DEFAULT_METHOD",
+    "METHODS",
+    "EquationErrorSettings",
+    "caution",
+    "check_recordings",
+    "identify",
+    "summary",
+]
 
 
 def identify(
@@ -38,6 +48,24 @@ def identify(
     """
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
+    check_recordings(recordings)
+    if method != METHOD and settings is not None and settings.literal:
+        raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
+    if method == OUTPUT_ERROR:
+        if roles:
+            raise IdentificationError(f"{method} uses every recording for all axes: no roles")
+        model = output_error(recordings, vehicle)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    sanity(model)
+    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+    return replace(model, warnings=(*wrong, *concerns(model)))
+
+
+def check_recordings(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]
@@ -57,12 +85,3 @@ def identify(
     for recording in recordings:
         for sentence in implausible(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
-    if method == OUTPUT_ERROR:
-        if settings is not None and settings.literal:
-            raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
-        model = output_error(recordings, vehicle)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
-    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
-    return replace(model, warnings=(*wrong, *concerns(model)))

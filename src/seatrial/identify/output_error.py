@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
+from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.problem import KINDS, Passes, Prior, Problem
@@ -245,12 +246,9 @@ def _first(
         theta[n : n + m] = problem.vehicle.constants.values
     for i, name in enumerate(problem.names[: n + m]):
         theta[i] = given.get(name, theta[i])
-    if start is not None and start.noise.process is not None:
-        p = start.noise.process
-        return theta, np.array([
-            start.noise.position, start.noise.heading, p.walk_linear, p.walk_yaw,
-            p.disturbance_linear, p.disturbance_yaw, p.memory,
-        ])  # fmt: skip
+    noise = None if start is None else noise_vector(start.noise)
+    if noise is not None:
+        return theta, noise
     own = [pose_noise(r) for r in recordings]
     position, heading = (
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")

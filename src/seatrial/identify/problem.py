@@ -5,27 +5,18 @@ Parameters are numbered through: the structure's coefficients, the constants of 
 chain, and effects: the lever arm, then for every recording its current, trim and wind.
 """
 
-import os
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.faults import FaultKind
+from seatrial.causal import disturbed, series, spread
 from seatrial.frames import Array
 from seatrial.model import thrust_trace
 from seatrial.recording import Recording
-from seatrial.structure import Row
 from seatrial.vehicle import Vehicle
-from seatrial.velocity import motion
-
-S = TypeVar("S")
-T = TypeVar("T")
 
 LEVER = ("lever_x", "lever_y")  # [m] the measured point from the origin
 EFFECTS = (  # of one recording, in the order of the core's Effects after the lever arm
@@ -44,7 +35,6 @@ BOUNDS = {  # of the constants that are estimated
     "scale_power": (-1.0, 5.0),
     "gain": (0.1, 10.0),
 }
-VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
 
 
 @dataclass(frozen=True)
@@ -90,14 +80,12 @@ class Problem:
     @cached_property
     def structure(self) -> _core.Structure:
         """The structure with a disturbance in every axis, its last three coefficients."""
-        rows = self.vehicle.structure.rows
-        own: list[Row] = [(axis, self.size + axis, 1.0, -1, []) for axis in range(3)]
-        return _core.Structure([*rows, *own], self.size + 3, len(self.vehicle.forces))
+        return disturbed(self.vehicle)
 
     @cached_property
     def series(self) -> list[_core.Series]:
         """The poses, and where each recording starts."""
-        return [_series(recording) for recording in self.recordings]
+        return [series(recording) for recording in self.recordings]
 
     @cached_property
     def chosen(self) -> tuple[list[int], list[int]]:
@@ -203,28 +191,3 @@ class Passes:
         out = np.zeros((len(each), len(self.problem.free)))
         out[:, to[to >= 0]] = each[:, to >= 0]
         return out
-
-
-def spread(work: Callable[[S], T], items: Iterable[S]) -> list[T]:
-    """Work on items in threads; the core lets the interpreter go."""
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        return list(pool.map(work, items))
-
-
-def _series(recording: Recording) -> _core.Series:
-    moving = motion(recording)
-    use = recording.valid.astype(np.int8)
-    good = np.flatnonzero(recording.valid)
-    for fault in recording.faults:
-        if fault.kind is FaultKind.JUMP:  # after a jump for good the pose may be anywhere
-            after = good[recording.t[good] >= fault.end]
-            use[after[:1]] = 2
-    first = int(good[0])
-    start = np.zeros(6)
-    start[:3] = recording.eta[first]
-    if moving.valid.any():
-        start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
-    eta = np.where(recording.valid[:, None], recording.eta, 0.0)
-    return _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, VELOCITY_SPREAD
-    )

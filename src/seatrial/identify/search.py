@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
+from seatrial.causal import NOISE_LEAST, NOISE_MOST, spread
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
-from seatrial.identify.problem import Passes, Problem, spread
+from seatrial.identify.problem import Passes, Problem
 
 # position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-NOISE_LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.3])
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0])
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3, 0.0])
 PROCESS, DISTURBANCES, MEMORY = (2, 6), [4, 5], 6
 NOISE_STEP = 2.5  # the largest of a logarithm

@@ -6,13 +6,13 @@ each of these is scanned and the one with the smallest residual kept.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Mask
-from seatrial.identify.weak_rows import Weighed, choose_widths, weighed
+from seatrial.identify.weak_rows import Weighed, Widths, choose_widths, weighed
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
@@ -22,9 +22,9 @@ RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays n
 DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
 LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
 EDGES = (0.0, 0.08, 0.16, 0.3)
-REFINED = 2  # Gauss-Newton steps at most
+STEPS = 2  # of Gauss-Newton
 LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
-SETTLED = 1e-3  # share of the cost that the next is worth
+SETTLED = 1e-4  # share of the cost that a step is worth
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Change:
 
 CHANGES = {
     "latency": Change(0.02, 0.15, -1.0, 2.0, DELAYS),  # [s]
-    "lag": Change(0.02, 0.15, 0.002, 2.0, LAGS),  # [s]
+    "lag": Change(0.02, 0.15, 0.01, 2.0, LAGS),  # [s]
     "edge_forward": Change(0.02, 0.08, 0.0, 0.6, EDGES),
     "edge_reverse": Change(0.02, 0.08, 0.0, 0.6, EDGES),
 }
@@ -54,6 +54,7 @@ class Rows:
     left: Array  # (m, 3) accelerations
     steady: Array  # (m, 3, n + 1) what the chain's constants do not change
     use: Mask  # (m, 3) rows that count
+    widths: Widths
 
     def design(self, constants: Array) -> "Design":
         """The equations for these constants."""
@@ -109,10 +110,10 @@ def start_values(
     """Coefficients (n,) and constants (m,) of the chain to start a search from.
 
     `free`: those of `vehicle.constants` that may be changed; of these latency, lag and dead-zone
-    edges are. Where latency and lag are both free the lag stays and the latency takes the sum.
+    edges are. Lag and latency are hardly told apart, their sum is sharp.
     Raises IdentificationError where no recording has a stretch without drop-outs.
     """
-    found = search(gathered(recordings, vehicle, FINEST), changes(vehicle, free))
+    found = search(gathered(recordings, vehicle, FINEST), changes(vehicle, free), STEPS)
     return found.theta, found.constants
 
 
@@ -140,27 +141,27 @@ def gathered(
     if not each:
         raise IdentificationError(why)
     left, steady = (np.concatenate(p) for p in ([w.left for w in each], [w.steady for w in each]))
-    return Rows(tuple(each), left, steady, np.concatenate(use))
+    return Rows(tuple(each), left, steady, np.concatenate(use), widths)
 
 
 def changes(vehicle: Vehicle, free: Sequence[int]) -> dict[int, Change]:
     """Which constants are moved, and how far."""
     stage = {i: vehicle.constants.names[i].partition(".")[0] for i in free}
-    delayed = "latency" in stage.values()
-    return {
-        i: CHANGES[s] for i, s in stage.items() if s in CHANGES and not (s == "lag" and delayed)
-    }
+    found = {i: CHANGES[s] for i, s in stage.items() if s in CHANGES}
+    delayed = any(c.grid == DELAYS for c in found.values())
+    # the delay is looked for by one of the two, lag and latency are told apart later
+    return {i: replace(c, grid=()) if delayed and c.grid == LAGS else c for i, c in found.items()}
 
 
-def search(rows: Rows, moved: Mapping[int, Change]) -> Found:
-    """Coefficients and constants: a coarse scan, then Gauss-Newton steps."""
+def search(rows: Rows, moved: Mapping[int, Change], steps: int) -> Found:
+    """Coefficients and constants: a coarse scan, then so many Gauss-Newton steps at most."""
     constants = rows.each[0].vehicle.constants.values.copy()
     weights = rows.design(constants).weights(rows.use)
     for grid in (DELAYS, LAGS, EDGES):
         places = [i for i, change in moved.items() if change.grid == grid]
         if places:
             constants = _scanned(rows, weights, constants, places, grid)
-    return _refined(rows, constants, moved)
+    return _refined(rows, constants, moved, steps if moved else 0)
 
 
 def widened(rows: Rows, at: Found, moved: Mapping[int, Change]) -> Design:
@@ -187,23 +188,29 @@ def _scanned(
     return _placed(constants, places, best)
 
 
-def _refined(rows: Rows, constants: Array, moved: Mapping[int, Change]) -> Found:
+def _refined(rows: Rows, constants: Array, moved: Mapping[int, Change], steps: int) -> Found:
     """Gauss-Newton steps on coefficients and constants together; the coefficients' are exact."""
     at = _settled(rows, constants)
-    for _ in range(REFINED if moved else 0):
-        steps = widened(rows, at, moved).solved(at.weights)[len(at.theta) :]
-        trial = at.constants.copy()
-        for (i, c), step in zip(moved.items(), steps, strict=True):
-            trial[i] = np.clip(trial[i] + np.clip(step, -c.most, c.most), c.low, c.high)
-        design = rows.design(trial)
+    for _ in range(steps):
+        step = widened(rows, at, moved).solved(at.weights)[len(at.theta) :]
         before = at.design.cost(at.theta, at.weights)
-        after = design.cost(design.solved(at.weights), at.weights)
-        if after > before:
-            break
-        at = _settled(rows, trial, design)
+        for share in (1.0, 0.3):
+            trial = _moved(at.constants, moved, share * step)
+            design = rows.design(trial)
+            after = design.cost(design.solved(at.weights), at.weights)
+            if after < before:
+                at = _settled(rows, trial, design)
+                break
         if after > (1 - SETTLED) * before:
             break
     return at
+
+
+def _moved(constants: Array, moved: Mapping[int, Change], step: Array) -> Array:
+    out = constants.copy()
+    for (i, c), s in zip(moved.items(), step, strict=True):
+        out[i] = np.clip(out[i] + np.clip(s, -c.most, c.most), c.low, c.high)
+    return out
 
 
 def _settled(rows: Rows, constants: Array, design: Design | None = None) -> Found:

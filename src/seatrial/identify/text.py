@@ -1,11 +1,31 @@
 # SPDX-License-Identifier: MIT
 """What was found, for the terminal: a screenful."""
 
-from seatrial.frames import AXES, Axes
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.frames import AXES, Array, Axes
+from seatrial.identifiability import (
+    APART,
+    SHARP,
+    TOGETHER,
+    Combination,
+    Finding,
+    Identifiability,
+    Verdict,
+    full_thrust,
+    identifiability,
+)
 from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.sanity import sanity_line
 from seatrial.velocity import STENCIL_NOISE
+
+UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
+STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
+LONG = 120.0  # [min] from which on hours are said
+MANY = 3  # parameters that the minutes are said of
 
 
 def caution(model: Model) -> str:
@@ -20,36 +40,165 @@ def caution(model: Model) -> str:
 
 
 def summary(model: Model) -> str:
-    """Coefficients, warnings and what they mean for the boat, for the terminal."""
-    units = model.structure.units
-    lines = [
-        f"  {name:<6} {_digits(value, model.standard_errors[name])}  {units[name]}"
-        for name, value in model.values.items()
-    ]
+    """Parameters with verdicts, noise, how long to drive, doubts, and what they mean for the boat."""
+    found = identifiability(model)
+    lines = [*_parameters(found), *map(_combined, found.combinations), *_condition(found)]
+    scatter = model.estimator.method == METHOD
+    lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
+    lines += model.estimator.notes
     lines += [f"  doubt: {warning}" for warning in model.warnings]
-    lines += [caution(model)] if model.estimator.method == METHOD else []
-    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes"
-    head += f"; {_roles_said(model)}:" if model.estimator.steps else ":"
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
         lines.append(
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
+    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
     return "\n".join([head, *lines, sanity_line(model)])
 
 
-def _digits(value: float, error: float) -> str:
-    """A coefficient and its standard error with as many digits as they need."""
-    small = 0.0 < max(abs(value), error) < 0.01
-    return f"{value:10.3e} ± {error:.1e}" if small else f"{value:10.4f} ± {error:.4f}"
+def plus_minus(value: float, error: float) -> str:
+    """A value and its standard error, both to the error's second digit; 0: given."""
+    if not 0.0 < error < np.inf:
+        return f"{value:.6g}"
+    digits = 1 - int(f"{error:.1e}".partition("e")[2])
+    if digits > 7 or max(abs(value), error) >= 1e5:
+        return f"{value:.3e} ± {error:.1e}"
+    return f"{value:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
 
 
-def _roles_said(model: Model) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns of text, numbers to the right."""
+    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+    return "\n".join(
+        "  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
+        for row in (head, *rows)
+    )
+
+
+def _parameters(found: Identifiability) -> list[str]:
+    """A line for each: value, standard error, unit, verdict."""
+    names = max(len(f.name) for f in found.findings)
+    units = max(len(f.unit) for f in found.findings)
+    lines = []
+    for one in found.findings:
+        value, _, error = plus_minus(one.value, one.error).partition(" ± ")
+        shown = f"{value:>10} ± {error:<8}" if error else f"{value:>10}{'':<11}"
+        said = f"{one.unit:<{units}}  {_verdict(one, found.combinations)}"
+        lines.append(f"  {one.name:<{names}} {shown} {said}")
+    return lines
+
+
+def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
+    """The verdict, how much there may be of what is not told from zero, and what it hangs with."""
+    said = found.verdict.value
+    if found.verdict is Verdict.ZERO and found.reach is not None:
+        said += f": at most {100 * found.reach:.2g} % of full thrust"
+    told = {name for c in combinations if found.name in c.names for name in c.names}
+    near = [
+        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > TOGETHER and n not in told
+    ]
+    loose = found.verdict is not Verdict.SHARP
+    return said + (f"; hangs together with {', '.join(near)}" if near and loose else "")
+
+
+def _combined(found: Combination) -> str:
+    """What is known of some parameters together."""
+    names = " and ".join([", ".join(found.names[:-1]), found.names[-1]])
+    apart = "can't be told apart" if abs(found.correlation) > APART else "hang together"
+    value = plus_minus(found.value, found.error)
+    return (
+        f"{names} {apart} ({found.correlation:.2f}): {found.text} is {value} {found.unit}, "
+        f"{found.verdict.value}."
+    )
+
+
+def _condition(found: Identifiability) -> list[str]:
+    """The condition number of the correlations, and what makes it large."""
+    if len(found.names) < 2:
+        return []
+    narrow = np.abs(np.linalg.eigh(found.correlation)[1][:, 0])
+    first, second = (found.names[i] for i in np.argsort(-narrow)[:2])
+    return [
+        f"Condition number of the correlations {found.condition:.2g}, by {first} and {second} "
+        "most of all."
+    ]
+
+
+def _noise(model: Model) -> str:
+    """Pose noise and process noise in words."""
+    noise, process = model.noise, model.noise.process
+    said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
+    if process is None:
+        return f"{said}."
+    thrust = [full_thrust(model, axis) for axis in range(3)]
+    linear = [t for t in thrust[:2] if t > 0]
+    shares = [
+        (
+            process.disturbance_linear,
+            float(np.mean(linear)) if linear else 0.0,
+            "in surge and sway",
+        ),
+        (process.disturbance_yaw, thrust[2], "in yaw"),
+    ]
+    parts = [
+        f"{100 * size / most:.2g} % {where}"
+        for size, most, where in shares
+        if most > 0 and size > UNSEEN * most
+    ]
+    said += (
+        f"; unmodelled force: {' and '.join(parts)} of what full thrust gives, lasting "
+        f"{process.memory:.2g} s" if parts else "; no unmodelled force to be seen"
+    )  # fmt: skip
+    if max(process.walk_linear, process.walk_yaw) > STILL:
+        said += (
+            f"; besides, the velocity wanders by {1e3 * process.walk_linear:.2g} mm/s and "
+            f"{1e3 * process.walk_yaw:.2g} mrad/s in a second"
+        )
+    return f"{said}."
+
+
+def _how_long(model: Model, found: Identifiability) -> list[str]:
+    """Minutes like these until the loose parameters are sharp: errors fall with the root of time."""
+    length = sum(r.length for r in model.recordings) / 60  # [min]
+    helped = {n for c in found.combinations if c.verdict is Verdict.SHARP for n in c.names}
+    loose = [
+        f for f in found.findings
+        if f.verdict in {Verdict.USABLE, Verdict.WEAK, Verdict.LOST} and f.name not in helped
+    ]  # fmt: skip
+    if not (length and found.names):
+        return []
+    if not loose:
+        return [f"Half of every error takes four times these {minutes(length)}."]
+    loose.sort(key=lambda f: -f.relative)
+    wanted = [f"{minutes(length * (f.relative / SHARP) ** 2)} for {f.name}" for f in loose[:MANY]]
+    return [
+        f"To know them to {100 * SHARP:.0f} % takes, driven like these {minutes(length)}, "
+        f"{', '.join(wanted)}."
+    ]
+
+
+def minutes(value: float) -> str:
+    """A length of time, given in minutes."""
+    if value > LONG:
+        return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
+    return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
+
+
+def correlation_text(names: Sequence[str], correlation: Array) -> str:
+    """The correlations (p, p) of named parameters as a table, in per cent, lower half."""
+    rows = [
+        [name, *(f"{100 * r:.0f}" for r in correlation[i, :i]), *([""] * (len(names) - i))]
+        for i, name in enumerate(names)
+    ]
+    return table(["", *names], rows)
+
+
+def _from(model: Model) -> str:
     """Which recordings identified which axis."""
     parts = {
         axis: ", ".join(step.recordings)
         for axis, step in zip(AXES, model.estimator.steps, strict=False)
-    }
+    } or {"": ", ".join(r.name for r in model.recordings)}
     if len(set(parts.values())) == 1:
         return f"all from {next(iter(parts.values()))}"
     return ", ".join(f"{axis} from {names}" for axis, names in parts.items())

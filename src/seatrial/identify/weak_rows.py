@@ -70,6 +70,12 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     noise = pose_noise(*recordings)
     period = float(np.median([r.period for r in recordings]))
     parts = [smooth_poses(r.t, r.eta, r.valid, r.segment) for r in recordings]
+    if not any(len(p.t) for p in parts):
+        names = ", ".join(r.name for r in recordings)
+        raise IdentificationError(
+            f"{names}: no stretch of a second without drop-outs; record longer, or look for "
+            "drop-outs with inspect"
+        )
     sigma = np.array([noise.position, noise.heading])
     rates = [[p.velocity for p in parts], [p.r for p in parts]]
     bends = [[p.acceleration for p in parts], [p.r_dot for p in parts]]

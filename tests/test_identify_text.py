@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""What identify prints: digits, verdicts, noise and minutes in words."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.identify import summary
+from seatrial.identify.output_error import METHOD
+from seatrial.identify.text import correlation_text, minutes, plus_minus, table
+from seatrial.plan import load_plan
+from seatrial.schema import ChainGroup, EnvelopeEntry, EstimatorEntry, NoiseEntry, ProcessEntry
+from seatrial.schema import RecordingEntry as Entry
+from seatrial.simulate import plant_model
+
+NOTE = "dead zone not sought: every thruster stays on one side of it"
+
+
+@pytest.fixture(scope="module")
+def model():
+    """Ten minutes: X_u to 15 %, lag and latency apart by 50 ms but their sum to 1 ms, the rest to 1 %."""
+    vehicle = seatrial.load_vehicle("mallard-af")
+    whole = vehicle.with_chain([ChainGroup(latency=0.02, lag=0.08)])
+    plant = plant_model(load_plan("clean"), vehicle)
+    errors = [*(0.01 * np.abs(plant.coefficients)), 0.0, 0.0]
+    covariance = np.diag(np.square(errors))
+    covariance[0, 0] = 0.03**2
+    apart, same = 0.05**2, 0.001**2
+    covariance[-2:, -2:] = apart * np.array([[1, -1], [-1, 1]]) + same / 4
+    return replace(
+        plant, vehicle=whole, constants=whole.constants.values, covariance=covariance,
+        envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, {"F_u": (-1.0, 1.0)}),
+        noise=NoiseEntry(0.004, 0.003, ProcessEntry(1e-6, 1e-6, 0.0068, 0.013, 2.0)),
+        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, notes=[NOTE]),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (-0.23456, 0.0651, "-0.235 ± 0.065"), (-1.7391, 0.00164, "-1.7391 ± 0.0016"),
+        (1234.5, 120.0, "1234 ± 120"), (1e-9, 2e-9, "1.000e-09 ± 2.0e-09"), (2.0, 0.0, "2"),
+    ],
+)  # fmt: skip
+def test_both_digits_of_the_error_and_no_more(value, error, shown):
+    assert plus_minus(value, error) == shown
+
+
+def test_the_summary_is_a_screenful_with_a_verdict_on_every_line(model):
+    text = summary(model)
+    lines = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
+    assert set(lines) == set(model.parameters)
+    assert lines["X_u"].split("1/s")[1].strip() == "usable"
+    assert lines["N_F"].endswith("sharp")
+    assert (
+        "latency and lag can't be told apart (-1.00): their sum is 0.1000 ± 0.0010 s, sharp" in text
+    )
+    assert NOTE in text
+    assert len(text.splitlines()) < 24
+
+
+def test_noise_in_words(model):
+    """0.0068 of (0.14 + 0.20) / 2 m/s^2 is 4 %, 0.013 of 1.3 rad/s^2 is 1 %."""
+    assert (
+        "Pose noise 4 mm and 3 mrad; unmodelled force: 4 % in surge and sway and 1 % in yaw of what "
+        "full thrust gives, lasting 2 s." in summary(model)
+    )
+    quiet = replace(
+        model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))
+    )
+    assert (
+        "no unmodelled force to be seen; besides, the velocity wanders by 2 mm/s and 9 mrad/s in a "
+        "second." in summary(quiet)
+    )
+
+
+def test_minutes_until_it_is_known_to_five_per_cent(model):
+    """15 % after 10 min: 5 % after nine times that. Lag and latency need none: their sum is known."""
+    assert "driven like these 10.0 min, 90 min for X_u." in summary(model)
+    sharp = replace(model, covariance=model.covariance / 100)
+    assert "Half of every error takes four times these 10.0 min." in summary(sharp)
+    assert [minutes(m) for m in (3.26, 44.0, 150.0, 5000.0)] == [
+        "3.3 min",
+        "44 min",
+        "2.5 h",
+        "83 h",
+    ]
+
+
+def test_tables_align_and_the_correlations_stand_below_the_diagonal():
+    shown = table(["", "a", "bb"], [["x", "1", "2"], ["yy", "10", "3"]]).splitlines()
+    assert shown == ["       a  bb", "  x    1   2", "  yy  10   3"]
+    rows = correlation_text(["a", "b"], np.array([[1.0, -0.5], [-0.5, 1.0]])).splitlines()
+    assert [row.split() for row in rows] == [["a", "b"], ["a"], ["b", "-50"]]
