@@ -8,6 +8,8 @@ from seatrial.errors import IdentificationError, RecordingError
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import output_error
+from seatrial.identify.smoother import METHOD as SMOOTHER
+from seatrial.identify.smoother import smoother
 from seatrial.identify.text import caution, summary
 from seatrial.identify.weak_form import METHOD as WEAK_FORM
 from seatrial.identify.weak_form import weak_form
@@ -18,7 +20,7 @@ from seatrial.sanity import concerns, sanity
 from seatrial.signs import check_signs
 from seatrial.vehicle import Vehicle
 
-METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM)
+METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = METHOD
 SHORTEST = 10.0  # [s] of all recordings together
 
@@ -57,6 +59,8 @@ def identify(
         model = output_error(recordings, vehicle)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)

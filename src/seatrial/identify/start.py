@@ -7,6 +7,7 @@ each of these is scanned and the one with the smallest residual kept.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -46,10 +47,26 @@ CHANGES = {
 }
 
 
+class Equations(Protocol):
+    """Equations linear in the coefficients, for given constants of the chain."""
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """Whose constants they are."""
+
+    @property
+    def use(self) -> Mask:
+        """(m, 3) rows that count."""
+
+    def design(self, constants: Array) -> "Design":
+        """The equations for these constants."""
+
+
 @dataclass(frozen=True)
 class Rows:
     """All windows of all recordings."""
 
+    vehicle: Vehicle
     each: tuple[Weighed, ...]
     left: Array  # (m, 3) accelerations
     steady: Array  # (m, 3, n + 1) what the chain's constants do not change
@@ -141,7 +158,7 @@ def gathered(
     if not each:
         raise IdentificationError(why)
     left, steady = (np.concatenate(p) for p in ([w.left for w in each], [w.steady for w in each]))
-    return Rows(tuple(each), left, steady, np.concatenate(use), widths)
+    return Rows(vehicle, tuple(each), left, steady, np.concatenate(use), widths)
 
 
 def changes(vehicle: Vehicle, free: Sequence[int]) -> dict[int, Change]:
@@ -153,9 +170,9 @@ def changes(vehicle: Vehicle, free: Sequence[int]) -> dict[int, Change]:
     return {i: replace(c, grid=()) if delayed and c.grid == LAGS else c for i, c in found.items()}
 
 
-def search(rows: Rows, moved: Mapping[int, Change], steps: int) -> Found:
+def search(rows: Equations, moved: Mapping[int, Change], steps: int) -> Found:
     """Coefficients and constants: a coarse scan, then so many Gauss-Newton steps at most."""
-    constants = rows.each[0].vehicle.constants.values.copy()
+    constants = rows.vehicle.constants.values.copy()
     weights = rows.design(constants).weights(rows.use)
     for grid in (DELAYS, LAGS, EDGES):
         places = [i for i, change in moved.items() if change.grid == grid]
@@ -164,7 +181,7 @@ def search(rows: Rows, moved: Mapping[int, Change], steps: int) -> Found:
     return _refined(rows, constants, moved, steps if moved else 0)
 
 
-def widened(rows: Rows, at: Found, moved: Mapping[int, Change]) -> Design:
+def widened(rows: Equations, at: Found, moved: Mapping[int, Change]) -> Design:
     """The equations with columns for steps of the constants behind those of the coefficients."""
     columns = []
     for i, change in moved.items():
@@ -175,7 +192,7 @@ def widened(rows: Rows, at: Found, moved: Mapping[int, Change]) -> Design:
 
 
 def _scanned(
-    rows: Rows, weights: Array, constants: Array, places: Sequence[int], grid: Sequence[float]
+    rows: Equations, weights: Array, constants: Array, places: Sequence[int], grid: Sequence[float]
 ) -> Array:
     """The constants with those at `places` at the grid's best, or between it and its neighbours."""
     costs = []
@@ -188,7 +205,7 @@ def _scanned(
     return _placed(constants, places, best)
 
 
-def _refined(rows: Rows, constants: Array, moved: Mapping[int, Change], steps: int) -> Found:
+def _refined(rows: Equations, constants: Array, moved: Mapping[int, Change], steps: int) -> Found:
     """Gauss-Newton steps on coefficients and constants together; the coefficients' are exact."""
     at = _settled(rows, constants)
     for _ in range(steps):
@@ -213,7 +230,7 @@ def _moved(constants: Array, moved: Mapping[int, Change], step: Array) -> Array:
     return out
 
 
-def _settled(rows: Rows, constants: Array, design: Design | None = None) -> Found:
+def _settled(rows: Equations, constants: Array, design: Design | None = None) -> Found:
     there = design or rows.design(constants)
     weights = there.weights(rows.use)
     return Found(there.solved(weights), constants, there, weights)
