@@ -45,7 +45,9 @@ class Dense:
         (self.trial,) = replace(scenes()["hard MP"], plan=plan).trials(1, ["free"]).values()
         vehicle = vehicle_of("MP").with_chain(plan.plant.chain)
         self.problem = bounds.problem_of(vehicle, [self.trial.recording.cut(BEGIN, END)])
-        self.theta = true_parameters(plan, self.problem.names)
+        self.theta = true_parameters(
+            plan, self.problem.names[: self.problem.size + self.problem.constants]
+        )
         self.t = self.problem.recordings[0].t
         first = int(np.searchsorted(self.trial.truth_t, BEGIN - 1e-6))
         self.path = self.states(self.theta, self.trial.truth[first], np.zeros(3))
