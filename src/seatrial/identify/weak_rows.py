@@ -31,7 +31,7 @@ from seatrial.vehicle import Vehicle
 
 SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
 LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side
-STATE_RANGE = (0.1, 0.6)  # [s]
+STATE_RANGE = (0.0, 0.6)  # [s], but two poses at least
 TEST_RANGE = (0.4, 1.5)  # [s]
 BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
 
@@ -77,17 +77,18 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
             "drop-outs with inspect"
         )
     sigma = np.array([noise.position, noise.heading])
-    rates = [[p.velocity for p in parts], [p.r for p in parts]]
-    bends = [[p.acceleration for p in parts], [p.r_dot for p in parts]]
-    speed, bend = (
-        np.array([np.sqrt(np.mean(np.abs(np.concatenate(x)) ** 2)) for x in kinds]) + 1e-12
-        for kinds in (rates, bends)
-    )
+    speed = np.array([_rms([p.velocity for p in parts]), _rms([p.r for p in parts])])
+    bend = np.array([_rms([p.acceleration for p in parts]), _rms([p.r_dot for p in parts])])
     poses = float(np.max(12.0 * (sigma / period / (SLOPE_NOISE * speed)) ** 2)) ** (1 / 3)
     half = float(np.max(22.5 * period * (sigma / (LEFT_NOISE * bend)) ** 2)) ** (1 / 5)
     return Widths(
         float(np.clip(poses * period / 2, *STATE_RANGE)), float(np.clip(half, *TEST_RANGE))
     )
+
+
+def _rms(parts: Sequence[Array] | Sequence[Complex]) -> float:
+    squares = np.concatenate([np.abs(part) ** 2 for part in parts])
+    return float(np.sqrt(np.mean(squares))) + 1e-12
 
 
 def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
@@ -99,9 +100,9 @@ def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
     test = (1.0 - s**2) ** 2
     slope = 4.0 * s * (1.0 - s**2) / (half * step) / test.sum()
     side = max(2, round(widths.state / period))
-    i = np.arange(-side * fine, side * fine + 1)
-    whole = np.abs(i) // fine
-    kappa = np.where(whole < side, side * (side + 1.0) - whole * (whole + 1.0), 0.0)
+    i = 2 * np.abs(np.arange(-side * fine, side * fine + 1))
+    sides = [np.maximum(i - 1, 0) // (2 * fine), (i + 1) // (2 * fine)]  # of a step, from c on
+    kappa = np.sum([np.maximum(side * (side + 1.0) - p * (p + 1.0), 0.0) for p in sides], axis=0)
     triangle = fine - np.abs(np.arange(1 - fine, fine))  # of the interpolation between poses
     average = np.convolve(kappa, triangle)
     test = test / test.sum()
