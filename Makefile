@@ -27,8 +27,10 @@ format: $(VENV)/.test
 	$(BIN)/ruff check --fix .
 	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
 
-bench: $(VENV)/.built $(VENV)/.test
+bench: $(VENV)/.built $(VENV)/.test $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/estimators.py
+	$(BIN)/python benchmarks/scaling.py
 
 # after a change of the core's bindings
 stub: $(VENV)/.built
@@ -50,6 +52,11 @@ $(VENV)/.deps: requirements/base.txt | $(VENV)/bin/python
 
 $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/test.txt
+	@touch $@
+
+# the estimators that ours is timed against
+$(VENV)/.bench: requirements/bench.txt | $(VENV)/.deps
+	$(PIP) --require-hashes -r requirements/bench.txt
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)

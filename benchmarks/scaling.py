@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""The output-error method on its own: time against length, memory, whole processes, refits.
+
+    python benchmarks/scaling.py            # up to 1 hour of driving
+    python benchmarks/scaling.py --long     # 10 hours, too; takes minutes
+    python benchmarks/scaling.py --refits   # 200 bootstrap refits, on one core and on all
+
+Simulated MallARD, plan hard. Every measurement is a process of its own; "one core" means that it
+is kept on one.
+"""
+
+# ruff: noqa: PLC0415 what is not measured is not imported either
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+TRIAL = 200.0  # [s]
+HOUR = 3600.0  # [s]
+TRIALS = ("S1", "S2", "S3")
+REPEATS = 3
+REFITS = 200
+
+
+def prepare(folder: Path, kind: str = "csv") -> None:
+    """The three trials, and the vehicle."""
+    import msgspec
+
+    import seatrial
+    from seatrial.io.write import write_setting, write_trial
+    from seatrial.plan import load_plan
+    from seatrial.simulate import plant_model, simulate
+
+    plan = load_plan("hard")
+    plan = msgspec.structs.replace(plan, trials={name: plan.trials[name] for name in TRIALS})
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    write_setting(plan, vehicle, plant_model(plan, vehicle), folder)
+    for trial in simulate(plan, vehicle):
+        write_trial(trial, folder, kind)
+
+
+def drive(folder: Path, seconds: float) -> None:
+    """Recordings of at most an hour, `seconds` in all, surge, sway and yaw in turns."""
+    import msgspec
+
+    import seatrial
+    from seatrial.io.write import write_setting, write_trial
+    from seatrial.plan import TrialEntry, load_plan
+    from seatrial.simulate import plant_model, simulate
+
+    plan = load_plan("hard")
+    hours = max(1, round(seconds / HOUR))
+    kinds = ("surge", "sway", "yaw")
+    trials = {
+        f"L{i}{j}": TrialEntry(kind, seconds / hours / 3)
+        for i in range(hours)
+        for j, kind in enumerate(kinds)
+    }
+    plan = msgspec.structs.replace(plan, trials=trials)
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    write_setting(plan, vehicle, plant_model(plan, vehicle), folder)
+    for trial in simulate(plan, vehicle):
+        write_trial(trial, folder)
+
+
+def read(folder: Path) -> tuple[object, list[object]]:
+    """The vehicle, and all recordings of a folder."""
+    import seatrial
+
+    vehicle = seatrial.load_vehicle(folder / "vehicle-MP.yaml")
+    return vehicle, [seatrial.read(path, vehicle) for path in sorted(folder.glob("*-MP"))]
+
+
+def automatic(folder: Path) -> float:
+    """All choices made by the estimator [s]."""
+    from seatrial.identify.output_error import output_error
+
+    vehicle, recordings = read(folder)
+    begin = time.perf_counter()
+    output_error(recordings, vehicle)
+    return time.perf_counter() - begin
+
+
+def refits(folder: Path) -> float:
+    """200 refits on resampled blocks [s], the first fit not counted."""
+    from seatrial.identify.bootstrap import bootstrap
+    from seatrial.identify.output_error import fit
+
+    vehicle, recordings = read(folder)
+    found = fit(recordings, vehicle)
+    begin = time.perf_counter()
+    bootstrap(found, REFITS)
+    return time.perf_counter() - begin
+
+
+WORK: dict[str, Callable[[Path], float]] = {"automatic": automatic, "refits": refits}
+
+
+def peak() -> float:
+    """Most memory so far [MB]; getrusage would count the parent's, before exec, too."""
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("VmHWM:")[2].split()[0]) / 1e3
+
+
+def measured(what: str, folder: Path, cores: int, repeats: int = REPEATS) -> dict[str, float]:
+    """Median time [s] and largest peak [MB] of processes of their own."""
+    command = [sys.executable, __file__, "--measure", what, str(folder), "--cores", str(cores)]
+    found = []
+    for _ in range(repeats):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise SystemExit(done.stderr)
+        found.append(json.loads(done.stdout))
+    return {
+        "seconds": statistics.median(f["seconds"] for f in found),
+        "peak": max(f["peak"] for f in found),
+    }
+
+
+def process() -> None:
+    """`seatrial identify` of three bags, start-up, reading and writing included."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepare(folder, "bag")
+        command = [str(Path(sys.executable).parent / "seatrial"), "identify"]
+        command += ["--method", "output-error", *(str(folder / f"{t}-MP.bag") for t in TRIALS)]
+        command += ["--vehicle", str(folder / "vehicle-MP.yaml"), "-o", str(folder / "m.yaml")]
+        times = []
+        for _ in range(REPEATS):
+            begin = time.perf_counter()
+            subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+            times.append(time.perf_counter() - begin)
+        print(f"`seatrial identify` of three bags of 200 s, as a process: "
+              f"{statistics.median(times):.2f} s\n")  # fmt: skip
+
+
+def lengths(*, long: bool) -> None:
+    """Time and memory against length."""
+    print("| driven [s] | cores | estimation [s] | per 1000 s [s] | peak [MB] |")
+    print("|---|---|---|---|---|")
+    for seconds in (3 * TRIAL, HOUR, *([10 * HOUR] if long else [])):
+        with tempfile.TemporaryDirectory() as name:
+            drive(Path(name), seconds)
+            for cores in (1, os.cpu_count() or 1):
+                repeats = REPEATS if seconds < HOUR else 1
+                got = measured("automatic", Path(name), cores, repeats)
+                each = 1e3 * got["seconds"] / seconds
+                print(
+                    f"| {seconds:.0f} | {cores} | {got['seconds']:.2f} | {each:.2f} "
+                    f"| {got['peak']:.0f} |",
+                    flush=True,
+                )
+
+
+def threads() -> None:
+    """The bootstrap on one core and on all."""
+    print(f"| {REFITS} refits, cores | [s] |")
+    print("|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        prepare(Path(name))
+        for cores in (1, os.cpu_count() or 1):
+            got = measured("refits", Path(name), cores, 1)
+            print(f"| {cores} | {got['seconds']:.2f} |", flush=True)
+
+
+def main() -> None:
+    """Run."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--long", action="store_true", help="10 hours; takes minutes")
+    parser.add_argument("--refits", action="store_true", help="the bootstrap")
+    parser.add_argument("--measure", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--cores", type=int, default=1, help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.measure:
+        if hasattr(os, "sched_setaffinity"):
+            os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-args.cores :])
+        seconds = WORK[args.measure[0]](Path(args.measure[1]))
+        print(json.dumps({"seconds": seconds, "peak": peak()}))
+        return
+    if args.refits:
+        threads()
+        return
+    process()
+    lengths(long=args.long)
+
+
+if __name__ == "__main__":
+    main()
