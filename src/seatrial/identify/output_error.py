@@ -9,39 +9,36 @@ start: the data say how long the model is to be believed. Pose noise is modelled
 not bias the coefficients as it does the paper's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.problem import KINDS, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
+from seatrial.identify.score_test import ScoreTest, block_scores, score_test
 from seatrial.identify.search import Point, search
+from seatrial.identify.stages import extras, staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
-from seatrial.schema import (
-    ChainGroup,
-    DeadZone,
-    EstimatorEntry,
-    Integration,
-    NoiseEntry,
-    ProcessEntry,
-)
-from seatrial.vehicle import STAGES, Vehicle
+from seatrial.schema import EstimatorEntry, Integration, NoiseEntry, ProcessEntry
+from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
 METHOD = "output-error"
-START = {"latency": 0.0, "lag": 0.05, "edge": 0.05}
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+MOST_EXTRAS = 3
+WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
-BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
+
+
+__all__ = ["METHOD", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
 
 
 @dataclass(frozen=True)
@@ -53,6 +50,9 @@ class OutputErrorSettings:
     step: float = 1 / 20  # [s] longest of the integration
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
     hold_noise: bool = False  # the noise stays that of the start model
+    extras: bool = (
+        True  # further stages of the chain are tried, and freed where the data ask for it
+    )
 
 
 @dataclass(frozen=True)
@@ -130,47 +130,56 @@ def fit(
         if kind not in KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
     whole, notes = _whole(vehicle, recordings, start)
-    problem = _problem(whole, vehicle, recordings, chosen)
-    problem = _with_prior(problem, prior)
+    problem = _with_prior(_problem(whole, vehicle, recordings, chosen), prior)
     theta, noise = _first(problem, recordings, start)
     at = search(problem, theta, noise, hold=chosen.hold_noise)
+    if chosen.extras and start is None:
+        at, found = _freed(at, vehicle, chosen)
+        notes += found
     covariance = sandwich(at, chosen.block)
-    return Fit(problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes))
+    return Fit(at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes))
 
 
-def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
-    """The vehicle with those stages of the chain that its file does not state."""
-    return _staged(vehicle, recordings)[0]
+def _freed(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> tuple[Point, list[str]]:
+    """The solution with those further stages of the chain that the data ask for; said in words."""
+    notes: list[str] = []
+    for _ in range(MOST_EXTRAS):
+        problem = at.passes.problem
+        found = []
+        for extra in extras(vehicle, problem.vehicle, problem.recordings):
+            wider = _problem(extra.vehicle, vehicle, problem.recordings, settings)
+            theta = _moved(at, wider, extra.origin)
+            test = _tested(problem, wider, theta, at.noise, settings.block)
+            if test.manifest and test.gain > WORTH:
+                found.append((test.gain, extra.words, wider, theta))
+        if not found:
+            break
+        _, words, wider, theta = max(found, key=lambda f: f[0])
+        at = search(wider, theta, at.noise, hold=settings.hold_noise)
+        notes.append(f"{words}: sought, as the data ask for it")
+    return at, notes
 
 
-def _staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
-    """The vehicle with free stages, and what was left out, and why."""
-    given = vehicle.constants.index >= 0
-    has = {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
-    curved = any(g.table or g.power or g.dead_zone for g in vehicle.file.chain)
-    why = None if curved else _no_edges(vehicle, recordings)
-    group = ChainGroup(
-        latency=None if has["latency"] else START["latency"],
-        lag=None if has["lag"] else START["lag"],
-        dead_zone=None if curved or why else DeadZone(START["edge"], START["edge"]),
+def _tested(
+    problem: Problem, wider: Problem, theta: Array, noise: Array, block: float
+) -> ScoreTest:
+    """Whether what a wider problem has more deserves it."""
+    names = [wider.names[i] for i in wider.free]
+    new = [k for k, name in enumerate(names) if name not in problem.names]
+    split = [k for k in new if "." in names[k]]
+    return score_test(
+        wider.passes(theta, noise), [k for k in new if k not in split[:1]], block, split
     )
-    return vehicle.with_chain([*vehicle.file.chain, group]), [why] if why else []
 
 
-def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
-    """Why the dead zone can't be found; None where it can: every thruster passes through it."""
-    if not (vehicle.file.thrusters or vehicle.file.forces):
-        return "dead zone: not sought, as the commands are generalised forces, not thrusters'"
-    commands = np.concatenate([r.commands.values for r in recordings])
-    thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands))[0]
-    sides = np.minimum((thrust > 0).mean(axis=0), (thrust < 0).mean(axis=0))
-    if sides.min() > BOTH_SIDES:
-        return None
-    idle = ", ".join(n for n, s in zip(vehicle.actuators, sides, strict=True) if s <= BOTH_SIDES)
-    return (
-        f"dead zone: not identifiable, as {idle} push to one side only; the force coefficients "
-        "are the gains past its edge"
-    )
+def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:
+    """The parameters of a wider problem where they are those of the solution."""
+    old = dict(zip(at.passes.problem.names, at.theta.tolist(), strict=True))
+    neutral = dict(zip(wider.vehicle.constants.names, wider.vehicle.constants.values, strict=True))
+    values = [
+        old.get(name, old.get(origin.get(name, ""), neutral.get(name, 0.0))) for name in wider.names
+    ]
+    return np.array(values)
 
 
 def _whole(
@@ -181,7 +190,7 @@ def _whole(
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
             return vehicle.with_chain(start.vehicle.file.chain), list(start.estimator.notes)
-    return _staged(vehicle, recordings)
+    return staged(vehicle, recordings)
 
 
 def _problem(
@@ -259,12 +268,7 @@ def _first(
 def sandwich(at: Point, block: float) -> Array:
     """Of the information and of the scores summed over blocks: errors may hang together."""
     problem = at.passes.problem
-    sums = []
-    for i, recording in enumerate(problem.recordings):
-        number = (recording.t // block).astype(np.int64)
-        starts = np.flatnonzero(np.diff(number, prepend=-1))
-        sums.append(np.add.reduceat(at.passes.scores(i), starts, axis=0))
-    scores = np.concatenate(sums)
+    scores = block_scores(at.passes, block)
     p, blocks = len(problem.free), len(scores)
     if blocks < 2 * p and problem.prior is None:
         raise IdentificationError(

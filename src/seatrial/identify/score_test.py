@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""Whether parameters that are held deserve to be free: the score test.
+
+One pass with their slopes, at the solution without them. What of their scores the free parameters
+could not take up as well is compared with its own scatter over blocks, which holds for errors that
+hang together (White, Econometrica 50, 1982, sections 3 and 4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.frames import Array
+from seatrial.identify.problem import Passes
+
+MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """What the data say of parameters at their neutral values."""
+
+    statistic: float  # chi-square with `freedom` degrees where they are neutral
+    freedom: int
+    gain: float  # fall of -2 log likelihood that freeing them promises
+    step: Array  # (k,) that they would take
+
+    @property
+    def manifest(self) -> bool:
+        """Beyond chance: about 1 in 10 000."""
+        return bool(self.statistic > self.freedom + MANIFEST * np.sqrt(2.0 * self.freedom))
+
+
+def score_test(
+    passes: Passes, tested: list[int], block: float, together: list[int] | None = None
+) -> ScoreTest:
+    """Of the free parameters at places `tested`; the others' own scores must have been solved for.
+
+    `together`: parameters that were one, of which the first stands for all and the others, among
+    those tested, for their differences from it.
+    """
+    p = len(passes.information)
+    change = np.eye(p)
+    if together:
+        change[together, together[0]] = 1.0
+    information = change.T @ passes.information @ change
+    rest = [i for i in range(p) if i not in tested]
+    held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
+    through = information[np.ix_(tested, rest)] @ held
+    sums = block_scores(passes, block) @ change
+    efficient = sums[:, tested] - sums[:, rest] @ through.T
+    total = efficient.sum(axis=0)
+    left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
+    inverse = np.linalg.pinv(left, hermitian=True)
+    scatter = efficient.T @ efficient
+    statistic = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
+    return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
+
+
+def block_scores(passes: Passes, block: float) -> Array:
+    """Scores (blocks, p) of the free parameters summed over blocks of `block` [s]."""
+    sums = []
+    for i, recording in enumerate(passes.problem.recordings):
+        number = (recording.t // block).astype(np.int64)
+        starts = np.flatnonzero(np.diff(number, prepend=-1))
+        sums.append(np.add.reduceat(passes.scores(i), starts, axis=0))
+    return np.concatenate(sums)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""Which stages of the actuator chain are sought: those that the file leaves open and the data show.
+
+Latency, lag and dead zone are always sought where they can be. Others (full reverse over full
+forward thrust, the curve's power, a latency or lag for each group of actuators) are tried from their
+neutral value by a score test, and freed where the data say so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.recording import Recording
+from seatrial.schema import ChainGroup, DeadZone
+from seatrial.vehicle import STAGES, WRENCH, Vehicle
+
+START = {"latency": 0.0, "lag": 0.05, "edge": 0.05}
+BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
+
+
+@dataclass(frozen=True)
+class Extra:
+    """A stage that may be freed: what it is in words, and the vehicle with it at its neutral."""
+
+    words: str
+    vehicle: Vehicle
+    origin: dict[str, str]  # constants of the new vehicle by those of the old that they come from
+
+
+def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
+    """The vehicle with those stages of the chain that its file does not state."""
+    return staged(vehicle, recordings)[0]
+
+
+def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+    """The vehicle with free stages, and what was left out, and why."""
+    has = _stated(vehicle)
+    curved = _curved(vehicle)
+    why = None if curved else _no_edges(vehicle, recordings)
+    group = ChainGroup(
+        latency=None if has["latency"] else START["latency"],
+        lag=None if has["lag"] else START["lag"],
+        dead_zone=None if curved or why else DeadZone(START["edge"], START["edge"]),
+    )
+    return vehicle.with_chain([*vehicle.file.chain, group]), [why] if why else []
+
+
+def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) -> list[Extra]:
+    """Stages that could be freed beyond those of `whole`, which comes from `vehicle` by `staged`."""
+    has, chain, place = _stated(vehicle), whole.file.chain, len(vehicle.file.chain)
+    own = chain[place]
+    found = []
+
+    def add(words: str, groups: list[ChainGroup], origin: dict[str, str]) -> None:
+        wider = whole.with_chain([*chain[:place], *groups, *chain[place + 1 :]])
+        found.append(Extra(words, wider, origin))
+
+    if not _curved(vehicle) and _no_edges(vehicle, recordings) is None:
+        for stage, words in (("reverse_ratio", "reverse over forward"), ("power", "power")):
+            if getattr(own, stage) is None and not has[stage]:
+                add(f"{words} of the thrust curve", [_with(own, stage, 1.0)], {})
+    groups = alike(whole)
+    for stage in ("latency", "lag"):
+        value = getattr(own, stage)
+        if value is None or len(groups) < 2:
+            continue
+        parts = [
+            _with(ChainGroup(name=f"{stage}_{name}", actuators=members), stage, value)
+            for name, members in groups.items()
+        ]
+        origin = {f"{stage}.{part.name}": stage for part in parts}
+        add(
+            f"a {stage} for each of {', '.join(groups)}",
+            [_with(own, stage, None), *parts], origin,
+        )  # fmt: skip
+    return found
+
+
+def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:
+    """The group with another value of one stage."""
+    changed: ChainGroup = msgspec.structs.replace(group, **{stage: value})
+    return changed
+
+
+def alike(vehicle: Vehicle) -> dict[str, list[str]]:
+    """Actuators that serve the same generalised forces, by the first of these."""
+    if vehicle.file.thrusters:
+        return {}  # of one kind, as far as the file says
+    groups: dict[tuple[int, ...], list[str]] = {}
+    for k, name in enumerate(vehicle.actuators):
+        groups.setdefault(tuple(np.flatnonzero(vehicle.mix[:, k]).tolist()), []).append(name)
+    return {vehicle.forces[serves[0]].name: names for serves, names in groups.items() if serves}
+
+
+def _stated(vehicle: Vehicle) -> dict[str, bool]:
+    given = vehicle.constants.index >= 0
+    return {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
+
+
+def _curved(vehicle: Vehicle) -> bool:
+    """Whether the file says something of the static curve."""
+    return any(g.table or g.power or g.dead_zone for g in vehicle.file.chain)
+
+
+def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
+    """Why the dead zone can't be found; None where it can: every thruster passes through it."""
+    if not (vehicle.file.thrusters or vehicle.file.forces):
+        return f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'"
+    commands = np.concatenate([r.commands.values for r in recordings])
+    thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands))[0]
+    sides = np.minimum((thrust > 0).mean(axis=0), (thrust < 0).mean(axis=0))
+    if sides.min() > BOTH_SIDES:
+        return None
+    idle = ", ".join(n for n, s in zip(vehicle.actuators, sides, strict=True) if s <= BOTH_SIDES)
+    return (
+        f"dead zone: not identifiable, as {idle} push to one side only; the force coefficients "
+        "are the gains past its edge"
+    )
