@@ -110,6 +110,17 @@ def _parser() -> argparse.ArgumentParser:
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
     )  # fmt: skip
     identify.add_argument(
+        "--minutes", action="store_true", help="accuracy against the length that was driven"
+    )
+    identify.add_argument(
+        "--profile", nargs="+", action="extend", default=[], metavar="NAME",
+        help="intervals of these by profile likelihood",
+    )  # fmt: skip
+    identify.add_argument(
+        "--bootstrap", type=int, default=0, metavar="N",
+        help="intervals from N refits to blocks drawn anew (200 are usual)",
+    )  # fmt: skip
+    identify.add_argument(
         "--literal",
         action="store_true",
         help="Eq. (17) as printed, surge acceleration one step late",
@@ -314,6 +325,16 @@ def _identify(args: argparse.Namespace, progress: Progress) -> None:
     save(model, args.out)
     progress.clear()
     print(summary(model))
+    if args.minutes or args.profile or args.bootstrap:
+        from seatrial.identify.evidence import evidence
+
+        progress.say("weighing the evidence")
+        told = evidence(
+            model, recordings, vehicle,
+            replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+        )  # fmt: skip
+        progress.clear()
+        print(f"\n{told}\n")
     print(f"wrote {args.out}")
 
 

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""What identify tells on request: bootstrap, profile likelihood, accuracy against length."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.errors import IdentificationError
+from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
+from seatrial.identify.minutes import minutes, minutes_text
+from seatrial.identify.output_error import METHOD, Fit, OutputErrorSettings, fit
+from seatrial.identify.profile import Profile, profile
+from seatrial.identify.text import plus_minus, table
+from seatrial.model import Model
+from seatrial.recording import Recording
+from seatrial.vehicle import Vehicle
+
+FEWEST = 20  # replicates that an interval can be read from
+
+
+def evidence(
+    model: Model,
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    replicates: int = 0,
+    profiled: Sequence[str] = (),
+    lengths: bool = False,
+) -> str:
+    """Tables for the terminal, from the solution that a model of output-error came from.
+
+    `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
+    `lengths`: accuracy against length. Raises IdentificationError for a model of another method.
+    """
+    if model.estimator.method != METHOD:
+        raise IdentificationError(
+            f"--bootstrap, --profile and --minutes belong to {METHOD}, not to "
+            f"{model.estimator.method}; add --method {METHOD}"
+        )
+    if replicates and replicates < FEWEST:
+        raise IdentificationError(
+            f"--bootstrap {replicates}: an interval takes {FEWEST} replicates or more; 200 are usual"
+        )
+    whole = fit(recordings, vehicle, start=model, settings=OutputErrorSettings(extras=False))
+    parts = [minutes_text(minutes(whole))] if lengths else []
+    if profiled:
+        parts.append(profile_text([profile(whole, name) for name in profiled]))
+    if replicates:
+        parts.append(bootstrap_text(whole, replicates))
+    return "\n\n".join(parts)
+
+
+def bootstrap_text(whole: Fit, replicates: int) -> str:
+    """Standard errors by the sandwich and by the bootstrap, and its percentile intervals."""
+    draws = bootstrap(whole, replicates)
+    errors, own = draws.std(axis=0, ddof=1), np.sqrt(np.diag(whole.covariance))
+    head = [f"bootstrap of {replicates}", "sandwich", "bootstrap", f"{LEVEL:.0f} % from", "to"]
+    rows = [
+        [name, f"{a:.2g}", f"{b:.2g}", f"{low:.5g}", f"{high:.5g}"]
+        for name, a, b, (low, high) in zip(whole.names, own, errors, intervals(draws), strict=True)
+    ]
+    return table(head, rows)
+
+
+def profile_text(found: Sequence[Profile]) -> str:
+    """Intervals by profile likelihood beside the estimates."""
+    head = ["profile likelihood", "estimate", "95 % from", "to"]
+    rows = [[p.name, plus_minus(p.value, p.error), _end(p.low), _end(p.high)] for p in found]
+    return table(head, rows)
+
+
+def _end(value: float) -> str:
+    """An interval's end."""
+    return f"{value:.5g}" if np.isfinite(value) else "open"

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""Interval of one parameter by profile likelihood: how far it may go if all others follow.
+
+It need not be symmetric, and it may be open, where a standard error knows nothing of either
+(Venzon and Moolgavkar, Applied Statistics 37, 1988). The likelihood takes the filter's errors for
+independent; as far as they are not, it is scaled by the ratio of the sandwich's variance to its own
+(Chandler and Bate, Biometrika 94, 2007).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.causal import spread
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array
+from seatrial.identify.output_error import Fit
+from seatrial.identify.problem import BOUNDS
+from seatrial.identify.search import search
+from seatrial.statistics import NORMAL_95
+
+CLOSE = 0.02  # of a standard deviation: the end is found
+LOOKS = 12  # at most, to either side
+FARTHEST = 50.0  # [standard errors] an interval that reaches so far is open
+
+
+@dataclass(frozen=True)
+class Profile:
+    """95 % interval of one parameter; an infinite end: open to that side."""
+
+    name: str
+    value: float
+    error: float  # standard error, for comparison
+    low: float
+    high: float
+
+
+def profile(fit: Fit, name: str) -> Profile:
+    """The interval of a parameter that was sought, with all others and the noise fitted anew.
+
+    Raises IdentificationError where no parameter of that name was sought.
+    """
+    if name not in fit.names:
+        raise IdentificationError(f"--profile {name}: sought were {', '.join(fit.names)}")
+    k = fit.names.index(name)
+    low, high = spread(lambda side: _end(fit, k, side), (-1.0, 1.0))
+    value = float(fit.theta[fit.problem.free[k]])
+    return Profile(name, value, float(np.sqrt(fit.covariance[k, k])), low, high)
+
+
+def _end(fit: Fit, k: int, side: float) -> float:
+    """Where the cost has risen as far as at 1.96 standard errors of a normal likelihood."""
+    place, error = fit.problem.free[k], float(np.sqrt(fit.covariance[k, k]))
+    lowest, highest = _bounds(fit, place)
+    best = float(fit.theta[place])
+    room = (highest - best if side > 0 else best - lowest) / error
+    near, far = (0.0, 0.0), (np.inf, np.inf)  # distance and rise, each in standard deviations
+    distance = NORMAL_95
+    for _ in range(LOOKS):
+        distance = min(distance, room, FARTHEST)
+        rise = _rise(fit, k, side * distance)
+        if abs(rise - NORMAL_95) < CLOSE:
+            return best + side * distance * error
+        if rise < NORMAL_95:
+            if distance == room:
+                return best + side * room * error
+            if distance == FARTHEST:
+                return side * np.inf
+            near = (distance, rise)
+        else:
+            far = (distance, rise)
+        if np.isfinite(far[1]):
+            share = np.clip((NORMAL_95 - near[1]) / (far[1] - near[1]), 0.05, 0.95)
+            distance = near[0] + float(share) * (far[0] - near[0])
+        elif np.isfinite(far[0]):
+            distance = 0.5 * (near[0] + far[0])
+        else:
+            distance = near[0] * float(np.clip(NORMAL_95 / max(near[1], 1e-6), 1.05, 3.0))
+    return best + side * distance * error
+
+
+def _bounds(fit: Fit, place: int) -> tuple[float, float]:
+    """Within which a parameter is sought."""
+    first = fit.problem.size
+    if first <= place < first + fit.problem.constants:
+        return BOUNDS[fit.problem.names[place].partition(".")[0]]
+    return -np.inf, np.inf
+
+
+def _rise(fit: Fit, k: int, distance: float) -> float:
+    """Root of the cost's rise, scaled, with the parameter held so many standard errors away."""
+    place, free = fit.problem.free[k], list(fit.problem.free)
+    covariance = fit.covariance
+    move = distance * covariance[:, k] / np.sqrt(covariance[k, k])
+    theta = fit.theta.copy()
+    theta[free] += move
+    held = theta[place]
+    problem = replace(fit.problem, free=tuple(i for i in free if i != place))
+    theta = problem.bounded(theta)
+    theta[place] = held
+    try:
+        found = search(problem, theta, fit.noise)
+    except IdentificationError:
+        return np.inf
+    return float(np.sqrt(max(0.0, found.passes.cost - fit.passes.cost) / _excess(fit)[k]))
+
+
+def _excess(fit: Fit) -> Array:
+    """Sandwich's variance (p,) over that of independent errors."""
+    own = np.diag(np.linalg.pinv(fit.passes.information, hermitian=True))
+    return np.asarray(np.diag(fit.covariance) / own)
