@@ -12,13 +12,14 @@ import seatrial
 ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
-    {"bootstrap", "files", "frames", "progress", "schema", "statistics"},
+    {"bootstrap", "distributions", "files", "frames", "progress", "schema", "statistics"},
     {"faults", "streams"},
     {"allocation", "plan", "recording", "structure"},
     {"noise", "vehicle", "velocity"},
     {"model"},
     {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "simulate", "validate"},
+    {"compare"},
     {"io", "report"},
     {"init"},
     {"demo"},

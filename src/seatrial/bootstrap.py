@@ -62,7 +62,7 @@ def ratio_interval(over: Array, under: Array) -> Array:
     logarithm (Davison, Hinkley, section 5.2): percentiles alone are too short at their upper end,
     as few blocks hold the large errors. The same data give the same draws.
     """
-    drawn = _draws(len(over))
+    drawn = draws(len(over))
     centre = np.log(over.sum(axis=0) / under.sum(axis=0))
     spread = _deviation(np.ones((1, len(over))), over, under)[0]
     found = np.log((drawn @ over) / (drawn @ under))
@@ -80,7 +80,7 @@ def _deviation(drawn: Array, over: Array, under: Array) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _draws(blocks: int) -> Array:
+def draws(blocks: int) -> Array:
     """How often each of the blocks is drawn (RESAMPLES, blocks)."""
     rng = np.random.default_rng(SEED)
     return rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), RESAMPLES).astype(np.float64)

@@ -150,7 +150,26 @@ def _parser() -> argparse.ArgumentParser:
             )
         else:
             command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
+
+    _add_compare(commands)
     return parser
+
+
+def _add_compare(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    compare = _add(
+        commands, "compare", _compare, "which of a boat's numbers changed; does it matter"
+    )
+    compare.add_argument("a", type=Path, metavar="A", help="model from before")
+    compare.add_argument("b", type=Path, metavar="B", help="model from after")
+    _recordings(compare, vehicle_required=False, count="*")
+    compare.add_argument(
+        "--horizon",
+        type=float,
+        default=DEFAULT_HORIZON,
+        metavar="S",
+        help=f"how far ahead [s], besides {DEFAULT_HORIZON:g} s",
+    )
+    compare.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
 
 
 def _guard(out: "Path | None", begins: str, *inputs: object) -> None:
@@ -185,8 +204,10 @@ def _add(
     return command
 
 
-def _recordings(command: argparse.ArgumentParser, *, vehicle_required: bool) -> None:
-    command.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
+def _recordings(
+    command: argparse.ArgumentParser, *, vehicle_required: bool, count: str = "+"
+) -> None:
+    command.add_argument("recordings", nargs=count, type=Path, metavar="RECORDING")
     text = "vehicle file" + (
         ""
         if vehicle_required
@@ -372,6 +393,29 @@ def _validate(args: argparse.Namespace, progress: Progress) -> None:
         print(against_text(scores.against))
     for doubt in concerns(model):
         print(f"  doubt: {doubt}")
+
+
+def _compare(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.compare import compare, comparison_json, drive_of
+    from seatrial.compare.text import comparison_text
+    from seatrial.files import dump_json, write_text
+    from seatrial.model import load
+    from seatrial.vehicle import load_vehicle
+
+    _guard(args.json, "{", args.a, args.b, args.vehicle, *args.recordings)
+    a, b = load(args.a), load(args.b)
+    recordings: list[Recording] = []
+    if args.recordings:
+        vehicle = None if args.vehicle is None else load_vehicle(args.vehicle)
+        a, b = drive_of(a, b, vehicle)
+        recordings = _read(args, a.vehicle, progress)
+    progress.say("comparing")
+    labels = str(args.a), str(args.b)
+    found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
+    if args.json is not None:
+        write_text(args.json, dump_json(comparison_json(found)))
+    progress.clear()
+    print(comparison_text(found))
 
 
 def _report(args: argparse.Namespace, progress: Progress) -> None:

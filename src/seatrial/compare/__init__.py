@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Two models of a boat, before and after: what changed, and whether it matters for prediction."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from seatrial.compare.boats import AxisMeaning, meaning, notes
+from seatrial.compare.parameters import (
+    Factor,
+    Joint,
+    OneSided,
+    Pair,
+    alone,
+    factors,
+    joint,
+    pairs,
+    unlike,
+    views,
+)
+from seatrial.compare.prediction import Ahead, ahead, driven_by, same_drive, verdict
+from seatrial.errors import ModelError
+from seatrial.model import Model
+from seatrial.predict import DEFAULT_HORIZON
+from seatrial.recording import Recording
+from seatrial.schema import NoiseEntry
+from seatrial.vehicle import Vehicle
+
+COMPARISON_FORMAT = "comparison 1"
+
+__all__ = ["Ahead", "Comparison", "Side", "compare", "comparison_json", "drive_of"]
+
+
+class Side(msgspec.Struct, frozen=True):
+    """One of the two models."""
+
+    label: str  # file
+    vehicle: str
+    method: str
+    recordings: list[str]
+    length: float  # [s] of them
+    noise: NoiseEntry
+
+
+class Comparison(msgspec.Struct, frozen=True):
+    """What `compare` found; forward-left-up."""
+
+    seatrial: str
+    a: Side
+    b: Side
+    pairs: list[Pair]
+    joint: Joint | None  # None: nothing was estimated
+    factors: list[Factor]
+    only_a: list[OneSided]
+    only_b: list[OneSided]
+    boat: list[AxisMeaning]
+    notes: list[str]
+    ahead: list[Ahead] = []
+    better: dict[str, dict[str, str | None]] = {}  # by horizon, by u, v, r: "A", "B" or neither
+
+    @property
+    def changed(self) -> list[Pair]:
+        """Parameters that differ by more than chance."""
+        return [pair for pair in self.pairs if pair.differs]
+
+
+def compare(
+    a: Model,
+    b: Model,
+    recordings: Sequence[Recording] = (),
+    *,
+    horizon: float = DEFAULT_HORIZON,
+    labels: tuple[str, str] = ("A", "B"),
+) -> Comparison:
+    """Coefficients, constants and what they mean; with recordings, which model predicts better.
+
+    Errors of both are taken for independent; where they are not, a note says so. Predictions are
+    `DEFAULT_HORIZON` and `horizon` [s] ahead, of recordings read with `drive_of(a, b)`. Raises
+    ModelError where nothing can be compared or a model is unstable, RecordingError where a recording is
+    too short.
+    """
+    odd = unlike(a, b)
+    seen = views(a, b)
+    found = pairs(a, b, seen, odd)
+    if not any(pair.name in a.values for pair in found):
+        raise ModelError(
+            f"no coefficient in common: {labels[0]} has {', '.join(a.values)}, {labels[1]} has "
+            f"{', '.join(b.values)}; compare models of one structure"
+        )
+    rows: list[Ahead] = []
+    better = {}
+    if recordings:
+        horizons = sorted({DEFAULT_HORIZON, horizon})
+        rows = ahead(a, b, recordings, horizons)
+        better = {f"{h:g}": verdict([r for r in rows if r.horizon == h]) for h in horizons}
+    return Comparison(
+        COMPARISON_FORMAT,
+        _side(a, labels[0]),
+        _side(b, labels[1]),
+        found,
+        joint(found, seen),
+        factors(a, found, seen),
+        alone(a, b, odd),
+        alone(b, a, odd),
+        meaning(a, b),
+        notes(a, b, seen),
+        rows,
+        better,
+    )
+
+
+def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model, Model]:
+    """Both models as the boat that made the recordings: its signals, thrusters and allocation.
+
+    That is `vehicle`, or the models' own where these agree; raises ModelError where they don't.
+    """
+    if vehicle is not None:
+        return driven_by(a, vehicle), driven_by(b, vehicle)
+    if not same_drive(a.vehicle, b.vehicle):
+        raise ModelError(
+            "the models' vehicles differ in signals, thrusters or allocation; say with --vehicle how these "
+            "recordings were driven"
+        )
+    return a, b
+
+
+def comparison_json(found: Comparison) -> dict[str, Any]:
+    """The same for programs."""
+    content: dict[str, Any] = msgspec.to_builtins(found)
+    return content
+
+
+def _side(model: Model, label: str) -> Side:
+    names = [entry.name for entry in model.recordings]
+    length = sum(entry.length for entry in model.recordings)
+    return Side(label, model.name, model.estimator.method, names, length, model.noise)

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: MIT
+"""Which of two models predicts recordings better, and whether that can be chance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.bootstrap import block_length, block_sums, draws
+from seatrial.causal import believed_noise, causal
+from seatrial.distributions import holm
+from seatrial.errors import ModelError, SeatrialError
+from seatrial.frames import SYMBOLS, Array, Axes
+from seatrial.model import Model
+from seatrial.predict import predict
+from seatrial.recording import Recording
+from seatrial.validate import seen
+from seatrial.vehicle import Vehicle
+from seatrial.velocity import Motion, motion
+
+SETTLING = 2.0  # [s] that the filters have before predictions start from them
+NOTHING = 1e-12  # of a velocity: below it two predictions are the same
+
+
+class AxisDifference(msgspec.Struct, frozen=True):
+    """One velocity: both models' RMS errors in m/s or rad/s, from the same starts."""
+
+    a: float
+    b: float
+    difference: float  # a - b: above 0 where B is better
+    interval: tuple[float, float] | None  # 95 %; None: too few blocks of time to tell
+    p: float | None  # that both are as good and this is chance
+
+    @property
+    def better(self) -> str | None:
+        """The model that is better by more than chance."""
+        if self.interval is None or self.interval[0] <= 0.0 <= self.interval[1]:
+            return None
+        return "B" if self.difference > 0 else "A"
+
+
+class Ahead(msgspec.Struct, frozen=True):
+    """Predictions of one recording, or of all together, at one horizon."""
+
+    recording: str  # "all" for all together
+    horizon: float  # [s]
+    predictions: int
+    starts: str  # "filter": the mean of both models' filters; "stencil": measured
+    axes: dict[str, AxisDifference]  # by u, v, r
+    block: float  # [s] that errors were taken together over
+    seen_a: bool = False  # the model was identified from it
+    seen_b: bool = False
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Squared errors of both models at the same instants."""
+
+    a: Array  # (m, 3)
+    b: Array  # (m, 3)
+    index: NDArray[np.int64]  # (m,) poses
+    period: float  # [s]
+    steps: int
+
+    @property
+    def block(self) -> float:
+        """Length [s] of a block: longer than the horizon and than errors hang together."""
+        scale = np.sqrt(np.maximum([self.a.mean(axis=0), self.b.mean(axis=0)], NOTHING**2))
+        moved = self.a / scale[0] - self.b / scale[1]  # what the difference of RMS is a mean of
+        moved = moved[:, np.ptp(moved, axis=0) > 0]
+        return block_length(moved, self.index, self.steps) * self.period if moved.size else 1.0
+
+
+def ahead(
+    a: Model, b: Model, recordings: Sequence[Recording], horizons: Sequence[float]
+) -> list[Ahead]:
+    """RMS errors of both, recording by recording and of all together, at each horizon [s].
+
+    Raises ModelError where one of them can't be used, RecordingError where a recording is too short.
+    """
+    kind, starts = shared_starts(a, b, recordings)
+    found = []
+    for horizon in horizons:
+        every = [_errors(a, b, r, s, horizon) for r, s in zip(recordings, starts, strict=True)]
+        for recording, errors in zip(recordings, every, strict=True):
+            axes = _differences([errors], errors.block)
+            found.append(
+                Ahead(
+                    recording.name, horizon, len(errors.index), kind, axes, errors.block,
+                    seen(a, recording), seen(b, recording),
+                )
+            )  # fmt: skip
+        if len(recordings) > 1:
+            block = max(e.block for e in every)
+            count = sum(len(e.index) for e in every)
+            axes = _differences(every, block)
+            found.append(
+                Ahead(
+                    "all", horizon, count, kind, axes, block,
+                    any(seen(a, r) for r in recordings), any(seen(b, r) for r in recordings),
+                )
+            )  # fmt: skip
+    return found
+
+
+def verdict(found: Sequence[Ahead]) -> dict[str, str | None]:
+    """By u, v, r the model that is better, Holm's correction over the axes; None: no difference seen.
+
+    `found` are the rows of one horizon: that of all recordings together counts.
+    """
+    last = found[-1].axes
+    known = [symbol for symbol in SYMBOLS if last[symbol].p is not None]
+    p = dict(zip(known, holm([last[s].p or 0.0 for s in known]), strict=True))
+    return {s: last[s].better if p.get(s, 1.0) < 0.05 else None for s in SYMBOLS}
+
+
+def driven_by(model: Model, vehicle: Vehicle) -> Model:
+    """The model with the signals and the allocation that recordings were made with."""
+    flip = vehicle.axes is Axes.FRD
+    structure = model.structure.flipped() if flip else model.structure
+    file = msgspec.structs.replace(
+        vehicle.file, structure=structure.lines(), chain=model.vehicle.file.chain
+    )
+    return replace(model, vehicle=Vehicle(file, vehicle.source))
+
+
+def same_drive(a: Vehicle, b: Vehicle) -> bool:
+    """Whether a recording of the one can be read, and is allocated, as one of the other."""
+    names = "axes", "pose", "commands", "scales", "thrusters", "forces", "allocation"
+    return all(getattr(a.file, n) == getattr(b.file, n) for n in names)
+
+
+def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[str, list[Motion]]:
+    """Where predictions start: the mean of both models' filters, which favours neither.
+
+    Measured velocities, by the stencil, where one of the filters can't be had: their noise hides
+    small differences.
+    """
+    try:
+        believed = [believed_noise(model, recordings) for model in (a, b)]
+        both = [
+            [causal(m, r, n).motion for m, n in zip((a, b), believed, strict=True)]
+            for r in recordings
+        ]
+    except SeatrialError:
+        return "stencil", [motion(r) for r in recordings]
+    return "filter", [_mean(*pair) for pair in both]
+
+
+def _mean(first: Motion, second: Motion) -> Motion:
+    valid = first.valid & second.valid & (first.t > SETTLING)
+    deviation = None
+    if first.deviation is not None and second.deviation is not None:
+        deviation = 0.5 * (first.deviation + second.deviation)
+    return Motion(
+        first.t, 0.5 * (first.eta + second.eta), 0.5 * (first.nu + second.nu), valid, deviation
+    )
+
+
+def _errors(a: Model, b: Model, recording: Recording, starts: Motion, horizon: float) -> _Errors:
+    found = []
+    for label, model in (("A", a), ("B", b)):
+        try:
+            found.append(predict(model, recording, horizon, starts=starts))
+        except ModelError as error:
+            raise ModelError(f"{label}: {error}") from None
+    return _Errors(
+        found[0].errors ** 2, found[1].errors ** 2, found[0].index, recording.period, found[0].steps
+    )
+
+
+def _differences(every: Sequence[_Errors], block: float) -> dict[str, AxisDifference]:
+    """By u, v, r, over blocks of time of all recordings."""
+    parts, numbers, passed = [], [], 0
+    for errors in every:
+        parts.append(np.column_stack([errors.a, errors.b, np.ones(len(errors.a))]))
+        own = ((errors.index - errors.index[0]) * errors.period / block).astype(np.int64)
+        numbers.append(own + passed)
+        passed += int(own[-1]) + 1
+    values = np.concatenate(parts)
+    blocks = block_sums(values, np.concatenate(numbers), 1)
+    mean = values.mean(axis=0)
+    out = {}
+    for axis, symbol in enumerate(SYMBOLS):
+        rms = np.sqrt(mean[[axis, 3 + axis]])
+        interval, p = None, None
+        if blocks is not None:
+            interval, p = rms_difference(*blocks[:, [axis, 3 + axis, 6]].T)
+        out[symbol] = AxisDifference(
+            float(rms[0]), float(rms[1]), float(rms[0] - rms[1]), interval, p
+        )
+    return out
+
+
+def rms_difference(first: Array, second: Array, count: Array) -> tuple[tuple[float, float], float]:
+    """95 % interval of the difference of two RMS, and p of there being none.
+
+    `first`, `second` (b,): sums of squared errors of the same samples, block by block, `count` (b,)
+    samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
+    the two models hang together, so that their difference is known better than each of them.
+    """
+    drawn = draws(len(count))
+    whole, spread = _difference(np.ones((1, len(count))), first, second, count)
+    if spread[0] <= NOTHING:
+        return (float(whole[0]), float(whole[0])), 1.0 if abs(whole[0]) <= NOTHING else 0.0
+    found, deviation = _difference(drawn, first, second, count)
+    student = (found - whole) / np.maximum(deviation, 1e-3 * spread)
+    high, low = np.quantile(student, [0.025, 0.975])
+    beyond = int(np.sum(np.abs(student) >= abs(whole[0]) / spread[0]))
+    interval = (float(whole[0] - low * spread[0]), float(whole[0] - high * spread[0]))
+    return interval, (1 + beyond) / (1 + len(student))
+
+
+def _difference(drawn: Array, first: Array, second: Array, count: Array) -> tuple[Array, Array]:
+    """Difference (R,) of both RMS and its standard deviation (R,), from the blocks drawn (R, b)."""
+    size = drawn @ count
+    rms = [np.sqrt(np.maximum(drawn @ sums / size, NOTHING**2)) for sums in (first, second)]
+    slopes = [0.5 / r for r in rms]
+    centre = 0.5 * (rms[0] - rms[1])
+    # sum over blocks of (slope_a a - slope_b b - centre n)^2, multiplied out
+    parts, weights = (first, second, count), (slopes[0], -slopes[1], -centre)
+    variance = np.zeros(len(drawn))
+    for x, wx in zip(parts, weights, strict=True):
+        for y, wy in zip(parts, weights, strict=True):
+            variance += wx * wy * (drawn @ (x * y))
+    return rms[0] - rms[1], np.sqrt(np.maximum(variance, 0.0)) / size

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: MIT
+"""A comparison for the terminal."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from seatrial.compare import Comparison, Side
+from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
+from seatrial.compare.prediction import Ahead, AxisDifference
+from seatrial.frames import AXES, SYMBOLS, Axes
+
+FITS = 0.01  # p below which one factor does not explain an axis
+
+
+def comparison_text(found: Comparison) -> str:
+    """All of it."""
+    return "\n".join(
+        [*_head(found), *_parameters(found), *_boat(found), *_noise(found), *_prediction(found)]
+    )
+
+
+def _head(found: Comparison) -> Iterator[str]:
+    width = max(len(found.a.label), len(found.b.label))
+    for letter, side in (("A", found.a), ("B", found.b)):
+        yield f"{letter}  {side.label:<{width}}  {_side(side)}"
+    for note in found.notes:
+        yield f"  note: {note}"
+
+
+def _side(side: Side) -> str:
+    names = ", ".join(side.recordings)
+    source = f" from {names} ({side.length:.0f} s)" if names else ""
+    return f"{side.vehicle}, {side.method}{source}"
+
+
+def _parameters(found: Comparison) -> Iterator[str]:
+    yield ""
+    yield (
+        f"{'':<14} {'A':>20} {'B':>20} {'B - A':>10}   in s.e.  p (Holm)   unit; {Axes.FLU.value} axes"
+    )
+    for pair in found.pairs:
+        yield _pair(pair)
+    for letter, rest in (("A", found.only_a), ("B", found.only_b)):
+        for one in rest:
+            yield _one(letter, one)
+    yield ""
+    yield from _changed(found)
+    for factor in found.factors:
+        yield from _factor(factor)
+
+
+def _pair(pair: Pair) -> str:
+    mark = "*" if pair.differs else " "
+    z, p = ("given", "") if pair.z is None or pair.p is None else (f"{pair.z:.1f}", _p(pair.p))
+    return (
+        f"{mark} {pair.name:<12} {_value(pair.a, pair.error_a):>20} {_value(pair.b, pair.error_b):>20} "
+        f"{pair.difference:10.{_digits(pair.difference, pair.error)}f} {z:>9} {p:>9}   {pair.unit}"
+    )
+
+
+def _one(letter: str, one: OneSided) -> str:
+    why = f"; not compared: {one.why}" if one.why else ""
+    value = _value(one.value, one.error)
+    left, right = (value, "") if letter == "A" else ("", value)
+    return f"  {one.name:<12} {left:>20} {right:>20}   only {letter}, {one.unit}{why}"
+
+
+def _value(value: float, error: float) -> str:
+    digits = _digits(value, error)
+    return f"{value:.{digits}f} ± {error:.{digits}f}" if error > 0 else f"{value:.{digits}f} given"
+
+
+def _digits(value: float, error: float) -> int:
+    """Decimals that show two digits of the error; of the value where it was given."""
+    size = error if error > 0 else abs(value) / 100.0
+    return int(np.clip(1 - np.floor(np.log10(size)), 0, 7)) if size > 0 else 1
+
+
+def _p(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def _changed(found: Comparison) -> Iterator[str]:
+    if found.joint is None:
+        yield "Nothing was estimated in either model: differences have no errors to hold them against."
+        return
+    test = (
+        f"all together: chi2 = {found.joint.chi2:.1f} with {found.joint.freedom} degrees of freedom, "
+        f"p {'' if found.joint.p < 0.001 else '= '}{_p(found.joint.p)}"
+    )
+    names = [pair.name for pair in found.changed]
+    if names:
+        yield f"Changed beyond chance (*): {', '.join(names)}; {test}."
+    elif found.joint.p < SIGNIFICANT:
+        yield f"No parameter alone differs beyond chance, but {test}: something changed."
+    else:
+        yield f"No difference seen; {test}."
+
+
+def _factor(factor: Factor) -> Iterator[str]:
+    if abs(factor.z) < 2.0:
+        return
+    names = ", ".join(factor.coefficients)
+    if factor.fits < FITS:
+        yield (
+            f"{factor.axis}: {names} changed by no common factor (p {_less(factor.fits)}): drag or thrust "
+            "changed, not mass alone."
+        )
+        return
+    what = "inertia" if factor.axis == AXES[2] else "mass"
+    more = 100.0 * (1.0 / factor.factor - 1.0)
+    yield (
+        f"{factor.axis}: {names} are {_value(factor.factor, factor.error)} times what they were: as "
+        f"{abs(more):.0f} % {'more' if more > 0 else 'less'} {what} (added mass included), drag and thrust "
+        "as before."
+    )
+
+
+def _less(p: float) -> str:
+    return _p(p) if p < 0.001 else f"= {_p(p)}"
+
+
+def _boat(found: Comparison) -> Iterator[str]:
+    yield ""
+    yield f"{'':<7} {'top speed':>22} {'63 % of it after':>20} {'coasts':>18}   at command"
+    for row in found.boat:
+        turn = row.axis == AXES[2]
+        speed, way = ("rad/s", "rad") if turn else ("m/s", "m")
+        yield (
+            f"{row.axis:<7} {_both(row.top_speed, speed):>22} {_both(row.rise_time, 's'):>20} "
+            f"{_both(row.coast, way):>18}   {row.command:.2f}"
+        )
+
+
+def _both(values: tuple[float, float], unit: str) -> str:
+    return f"{values[0]:.2f} → {values[1]:.2f} {unit}"
+
+
+def _noise(found: Comparison) -> Iterator[str]:
+    one, two = found.a.noise, found.b.noise
+    yield (
+        f"pose noise: {1e3 * one.position:.2g} → {1e3 * two.position:.2g} mm, "
+        f"{1e3 * one.heading:.2g} → {1e3 * two.heading:.2g} mrad"
+    )
+    if one.process is not None and two.process is not None:
+        p, q = one.process, two.process
+        yield (
+            f"what the model leaves out: {1e3 * p.disturbance_linear:.2g} → "
+            f"{1e3 * q.disturbance_linear:.2g} mm/s^2, {1e3 * p.disturbance_yaw:.2g} → "
+            f"{1e3 * q.disturbance_yaw:.2g} mrad/s^2, over {p.memory:.2g} → {q.memory:.2g} s"
+        )
+
+
+def _prediction(found: Comparison) -> Iterator[str]:
+    for name in found.better:
+        rows = [row for row in found.ahead if f"{row.horizon:g}" == name]
+        yield ""
+        start = "measured velocities" if rows[0].starts == "stencil" else "the mean of both filters"
+        yield f"RMS error {name} s ahead, both from {start}"
+        width = max(9, *(len(row.recording) for row in rows))
+        for row in rows:
+            for axis, symbol in enumerate(SYMBOLS):
+                head = row.recording if axis == 0 else ""
+                yield f"  {head:<{width}}  {symbol}  {_axis(row.axes[symbol], axis)}"
+        yield from _verdict(found, rows, found.better[name])
+        yield from _known(rows)
+
+
+def _axis(one: AxisDifference, axis: int) -> str:
+    scale, unit = _scale(axis)
+    said = f"A {scale * one.a:7.3f}  B {scale * one.b:7.3f} {unit}"
+    if one.interval is None:
+        return f"{said}; too short to tell whether that is chance"
+    return f"{said}; {_interval(one, axis)}"
+
+
+def _scale(axis: int) -> tuple[float, str]:
+    return (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+
+
+def _interval(one: AxisDifference, axis: int) -> str:
+    """The interval, counted in favour of the better model."""
+    if one.interval is None:
+        return ""
+    scale, _ = _scale(axis)
+    low, high = (scale * x for x in one.interval)
+    if one.difference < 0:
+        low, high = -high, -low
+    letter = "A" if one.difference < 0 else "B"
+    if low > 0:
+        return f"{letter} is better by {low:.3f} to {high:.3f} (95 %)"
+    return f"no difference seen: {letter} by {low:.3f} to {high:.3f} (95 %)"
+
+
+def _verdict(found: Comparison, rows: list[Ahead], better: dict[str, str | None]) -> Iterator[str]:
+    axes = rows[-1].axes
+    if any(axes[s].interval is None for s in SYMBOLS):
+        yield "  => too short to tell which predicts better: record a minute or more"
+        return
+    said = []
+    for axis, symbol in enumerate(SYMBOLS):
+        letter, one = better[symbol], axes[symbol]
+        if letter is None or one.interval is None:
+            continue
+        scale, unit = _scale(axis)
+        good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
+        low, high = sorted(abs(scale * x) for x in one.interval)
+        said.append(
+            f"{letter} is better in {AXES[axis]}: {scale * good:.3g} against {scale * bad:.3g} {unit} "
+            f"(95 %: {low:.2g} to {high:.2g} better)"
+        )
+    if said:
+        yield f"  => the change matters for prediction: {'; '.join(said)}"
+    elif found.changed:
+        yield "  => coefficients changed, but it does not show in the prediction of these recordings"
+    else:
+        yield "  => both predict these recordings equally well"
+
+
+def _known(rows: list[Ahead]) -> Iterator[str]:
+    for letter, names in (
+        ("A", [r.recording for r in rows if r.seen_a and r.recording != "all"]),
+        ("B", [r.recording for r in rows if r.seen_b and r.recording != "all"]),
+    ):
+        if names:
+            yield f"  warning: {letter} was identified from {', '.join(names)}: that favours it"

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: MIT
+"""Before and after: tests with the false alarms they claim, changes found, predictions weighed."""
+
+import json
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from scipy import stats
+
+import seatrial
+from seatrial.cli import main
+from seatrial.compare import compare, comparison_json, drive_of
+from seatrial.compare.parameters import factors, joint, pairs, views
+from seatrial.compare.prediction import rms_difference
+from seatrial.compare.text import comparison_text
+from seatrial.errors import ModelError
+from seatrial.io.write import write_trial
+from seatrial.model import load, save
+from seatrial.plan import load_plan
+from seatrial.schema import ChainGroup, DeadZone, RecordingEntry, SourceEntry
+from seatrial.simulate import plant_model, simulate
+from seatrial.vehicle import vehicle_from
+
+MORE = 1.2  # times the mass
+TRUTH = TABLE_II["AF"]
+LOADED = {name: value / MORE for name, value in TRUTH.items()}
+
+
+def estimated(vehicle, values, rng=None, size=0.02):
+    """A model with errors of `size` that hang together, drawn from them if there is an `rng`."""
+    model = make_model(vehicle, values)
+    n = len(model.coefficients)
+    root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
+    drawn = model.coefficients + (root @ rng.normal(size=n) if rng else 0.0)
+    return replace(model, coefficients=drawn, covariance=root @ root.T)
+
+
+def names_of(found):
+    return [pair.name for pair in found.changed]
+
+
+def test_the_same_boat_twice_differs_in_one_comparison_out_of_twenty(mp):
+    rng, runs = np.random.default_rng(7), 400
+    alarms = np.zeros(4)
+    for _ in range(runs):
+        a, b = estimated(mp, TRUTH, rng), estimated(mp, TRUTH, rng)
+        seen = views(a, b)
+        found = pairs(a, b, seen, {})
+        surge, _, yaw = factors(a, found, seen)
+        alarms[0] += any(pair.differs for pair in found)
+        alarms[1] += joint(found, seen).p < 0.05
+        alarms[2] += surge.fits < 0.05
+        alarms[3] += abs(yaw.z) > 1.96
+    for number in alarms[1:]:
+        assert stats.binomtest(int(number), runs, 0.05).pvalue > 0.001
+    assert stats.binomtest(int(alarms[0]), runs, 0.05, "greater").pvalue > 0.001
+
+
+def test_more_mass_is_one_factor_in_every_axis(mp):
+    rng = np.random.default_rng(3)
+    found = compare(estimated(mp, TRUTH, rng, 0.01), estimated(mp, LOADED, rng, 0.01))
+    assert {"X_F", "Y_F", "N_F"} <= set(names_of(found))
+    assert found.joint.p < 1e-6
+    for factor in found.factors:
+        assert factor.factor == pytest.approx(1 / MORE, abs=3 * factor.error)
+        assert factor.error < 0.02
+        assert factor.fits > 0.001
+        assert "N_ud" not in factor.coefficients
+    assert "20 % more mass" in comparison_text(compare(estimated(mp, TRUTH), estimated(mp, LOADED)))
+
+
+def test_more_drag_alone_is_no_change_of_mass(mp):
+    found = compare(estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_u": -0.4, "X_uu": -2.6}))
+    assert names_of(found) == ["X_u", "X_uu"]
+    assert found.factors[0].fits < 1e-6
+    text = comparison_text(found)
+    assert "surge: X_u, X_uu, X_F changed by no common factor" in text
+    assert "sway:" not in text
+
+
+def test_differences_are_in_units_of_both_errors(mp):
+    a, b = estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_F": 0.15})
+    pair = next(p for p in compare(a, b).pairs if p.name == "X_F")
+    error = np.hypot(a.standard_errors["X_F"], b.standard_errors["X_F"])
+    assert (pair.difference, pair.error) == pytest.approx((0.01, error))
+    assert pair.z == pytest.approx(0.01 / error)
+    assert pair.unit == "m/s^2"
+    raw = 2 * stats.norm.sf(pair.z)
+    assert pair.p == pytest.approx(11 * raw)
+
+
+def test_the_joint_test_is_the_quadratic_form(mp):
+    rng = np.random.default_rng(5)
+    a, b = estimated(mp, TRUTH, rng), estimated(mp, TRUTH, rng)
+    d = b.coefficients - a.coefficients
+    want = d @ np.linalg.solve(a.covariance[:11, :11] + b.covariance[:11, :11], d)
+    found = compare(a, b).joint
+    assert found.chi2 == pytest.approx(want, rel=1e-8)
+    assert found.p == pytest.approx(stats.chi2.sf(want, 11), rel=1e-8)
+
+
+def test_given_values_are_compared_without_a_test(mp):
+    a, b = (replace(make_model(mp, v), covariance=np.zeros((11, 11))) for v in (TRUTH, LOADED))
+    found = compare(a, b)
+    assert found.joint is None
+    assert found.factors == []
+    assert len(found.changed) == 11
+    assert "Nothing was estimated" in comparison_text(found)
+
+
+def with_edge(model, edge, error):
+    """The model with a dead zone in its chain."""
+    vehicle = model.vehicle.with_chain([ChainGroup(dead_zone=DeadZone(edge, edge))])
+    covariance = np.zeros((13, 13))
+    covariance[:11, :11] = model.covariance[:11, :11]
+    covariance[11, 11] = covariance[12, 12] = error**2
+    constants = vehicle.constants.values
+    return replace(model, vehicle=vehicle, constants=constants, covariance=covariance)
+
+
+def test_always_forwards_gain_is_compared_past_the_dead_zones_edge(mp, af):
+    gains = {n: v / 0.92 if n.endswith("_F") else v for n, v in TRUTH.items()}
+    a, b = with_edge(estimated(mp, TRUTH), 0.08, 0.01), estimated(af, gains)
+    found = compare(a, b)
+    assert found.changed == []
+    assert found.joint.chi2 == pytest.approx(0.0, abs=1e-12)
+    pair = next(p for p in found.pairs if p.name == "X_F")
+    scatter = np.hypot(a.standard_errors["X_F"] / 0.92, TRUTH["X_F"] / 0.92**2 * 0.01)
+    assert pair.a == pytest.approx(TRUTH["X_F"] / 0.92)
+    assert pair.error_a == pytest.approx(scatter)
+    assert [one.name for one in found.only_a] == ["edge_forward", "edge_reverse"]
+    text = comparison_text(found)
+    assert "A's are shown as X_F, Y_F, N_F / (1 - edge)" in text
+    assert "allocation: A moore-penrose, B always-forward with F_os 0.12" in text
+    turned = compare(b, a)
+    assert [(p.a, p.b) for p in turned.pairs] == [(p.b, p.a) for p in found.pairs]
+    plain = comparison_text(compare(a, estimated(mp, TRUTH)))
+    assert "A has a dead zone, B has none: B's thrust gains are an average over it" in plain
+
+
+def changed(vehicle, **keys):
+    return vehicle_from(vehicle.to_mapping() | keys, "changed")
+
+
+def test_terms_of_one_model_and_same_names_with_another_meaning_are_said(mp):
+    lines = mp.structure.lines()
+    lines["surge"] = ["v * r", "X_u * u", "X_uu * |v| * u", "X_F * F_u", "X_v * v"]
+    other = make_model(changed(mp, structure=lines), TRUTH | {"X_v": -0.1})
+    found = compare(make_model(mp, TRUTH), other)
+    assert [one.name for one in found.only_b] == ["X_uu", "X_v"]
+    assert "it is X_uu * |u| * u in A, X_uu * |v| * u in B" in comparison_text(found)
+    lines["surge"][0] = "0.9 * v * r"
+    fixed = make_model(changed(mp, structure=lines), TRUTH | {"X_v": -0.1})
+    assert any("without a coefficient differ" in n for n in compare(other, fixed).notes)
+
+
+def test_models_with_nothing_in_common_are_refused(mp):
+    lines = {"surge": ["X_a * u", "X_b * F_u"]}
+    other = make_model(changed(mp, structure=lines), {"X_a": -1.0, "X_b": 1.0})
+    with pytest.raises(ModelError, match=r"no coefficient in common: A has X_u.*B has X_a, X_b"):
+        compare(make_model(mp, TRUTH), other)
+
+
+def test_other_axes_are_converted(mp, tmp_path):
+    """The same boat in a file of the other axes: no difference, and a note."""
+    frd = changed(mp, axes="forward-right-down")
+    save(estimated(mp, TRUTH), tmp_path / "a.yaml")
+    save(estimated(frd, TRUTH), tmp_path / "b.yaml")
+    assert "N_uu" in (tmp_path / "b.yaml").read_text()
+    a, b = (load(tmp_path / f"{n}.yaml") for n in "ab")
+    found = compare(a, b)
+    assert found.changed == []
+    assert any("both are compared in forward-left-up axes" in note for note in found.notes)
+
+
+def entry(name, sha, start=0.0):
+    return RecordingEntry(name, 60.0, start, [SourceEntry(f"{name}.bag", sha)])
+
+
+def test_shared_recordings_make_errors_dependent_and_it_is_said(mp):
+    a, b = estimated(mp, TRUTH), estimated(mp, TRUTH)
+    one = replace(a, recordings=(entry("S1", "x"), entry("S2", "y")))
+    other = replace(b, recordings=(entry("renamed", "y", 30.0), entry("S1", "z")))
+    (note,) = compare(one, other).notes
+    assert note.startswith("errors are not independent: both models come from S2.")
+    later = replace(b, recordings=(entry("renamed", "y", 60.0), entry("S1", "z")))
+    assert compare(one, later).notes == []
+
+
+def test_the_boat_in_physical_words(mp):
+    """Mass alone leaves top speed, and makes way and time to it longer by as much."""
+    found = compare(make_model(mp, TRUTH), make_model(mp, LOADED))
+    for row in found.boat[:2]:
+        assert row.top_speed[1] == pytest.approx(row.top_speed[0], rel=1e-6)
+        assert row.rise_time[1] == pytest.approx(MORE * row.rise_time[0], abs=0.01)
+        assert row.coast[1] == pytest.approx(MORE * row.coast[0], rel=2e-3)
+    unstable = make_model(mp, TRUTH | {"X_u": 0.5, "X_uu": 0.0})
+    with pytest.raises(ModelError, match=r"B: .*unstable"):
+        compare(make_model(mp, TRUTH), unstable)
+
+
+def test_the_interval_of_a_difference_of_errors_holds():
+    """Two models with a common error: 95 % intervals over blocks, 95 % of the time."""
+    rng = np.random.default_rng(1)
+    inside, alarms, runs = 0, 0, 400
+    for _ in range(runs):
+        common, a, b, c = rng.normal(size=(4, 30, 10))
+        interval, _ = rms_difference(
+            np.sum((common + 0.5 * a) ** 2, axis=1),
+            np.sum((common + 0.3 * b) ** 2, axis=1),
+            np.full(30, 10.0),
+        )
+        want = np.sqrt(1.25) - np.sqrt(1.09)
+        inside += interval[0] <= want <= interval[1]
+        _, p = rms_difference(
+            np.sum((common + 0.3 * b) ** 2, axis=1), np.sum((common + 0.3 * c) ** 2, axis=1),
+            np.full(30, 10.0),
+        )  # fmt: skip
+        alarms += p < 0.05
+    assert stats.binomtest(inside, runs, 0.95).pvalue > 0.001
+    assert stats.binomtest(alarms, runs, 0.05).pvalue > 0.001
+
+
+def loaded_plan(plan):
+    """The same boat with more mass."""
+    plant = msgspec.structs.replace(plan.plant, coefficients=LOADED)
+    return msgspec.structs.replace(plan, plant=plant)
+
+
+@pytest.fixture(scope="module")
+def heavier(mp):
+    """Trials of the boat with its payload; the models of both."""
+    plan = load_plan("paper-like")
+    plan = msgspec.structs.replace(plan, trials={n: plan.trials[n] for n in ("S4", "S7")})
+    after = loaded_plan(plan)
+    trials = list(simulate(after, mp))
+    return plant_model(plan, mp), plant_model(after, mp), trials
+
+
+def test_the_model_of_the_loaded_boat_predicts_it_better(heavier):
+    before, after, trials = heavier
+    records = [t.recording for t in trials]
+    found = compare(before, after, records, horizon=0.5)
+    assert found.better == {h: {"u": "B", "v": "B", "r": "B"} for h in ("0.5", "1")}
+    last = found.ahead[-1]
+    assert (last.recording, last.horizon, last.starts) == ("all", 1.0, "filter")
+    for axis in last.axes.values():
+        assert 0 < axis.interval[0] < axis.difference < axis.interval[1]
+    text = comparison_text(found)
+    assert "=> the change matters for prediction: B is better in surge" in text
+    turned = compare(after, before, records).ahead[-1]
+    for symbol, axis in turned.axes.items():
+        assert axis.difference == pytest.approx(-last.axes[symbol].difference, abs=1e-9)
+        assert axis.better == "A"
+
+
+def test_a_boat_predicts_as_well_as_itself(heavier):
+    _, after, trials = heavier
+    found = compare(after, after, [trials[0].recording])
+    assert found.better == {"1": {"u": None, "v": None, "r": None}}
+    assert [a.p for a in found.ahead[0].axes.values()] == [1.0, 1.0, 1.0]
+    assert "both predict these recordings equally well" in comparison_text(found)
+
+
+def test_a_recording_that_a_model_has_seen_is_no_fair_test(heavier):
+    before, after, trials = heavier
+    record = trials[0].recording
+    after = replace(after, recordings=(RecordingEntry(record.name, record.duration),))
+    text = comparison_text(compare(before, after, [record]))
+    assert f"warning: B was identified from {record.name}: that favours it" in text
+
+
+def test_a_few_seconds_tell_nothing(heavier):
+    before, after, trials = heavier
+    found = compare(before, after, [trials[0].recording.cut(10, 17)])
+    assert found.ahead[0].axes["u"].interval is None
+    assert "too short to tell which predicts better" in comparison_text(found)
+
+
+def test_the_command_line(heavier, mp, af, tmp_path, capsys):
+    before, after, trials = heavier
+    save(before, tmp_path / "old.yaml")
+    save(after, tmp_path / "new.yaml")
+    run = write_trial(trials[0], tmp_path)
+    files = [str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml")]
+    assert main(["compare", *files, str(run), "--json", str(tmp_path / "c.json")]) == 0
+    shown = capsys.readouterr().out
+    content = json.loads((tmp_path / "c.json").read_text())
+    a, b = (load(file) for file in files)
+    want = comparison_json(compare(a, b, [seatrial.read(run, a.vehicle)], labels=tuple(files)))
+    assert content == json.loads(json.dumps(want))
+    assert f"{100 * content['ahead'][0]['axes']['u']['a']:.3f}" in shown
+    save(after.with_vehicle(af), tmp_path / "af.yaml")
+    assert main(["compare", files[0], str(tmp_path / "af.yaml"), str(run)]) == 1
+    assert "say with --vehicle how these recordings were driven" in capsys.readouterr().err
+    assert (
+        main(["compare", files[0], str(tmp_path / "af.yaml"), str(run), "--vehicle", "mallard-mp"])
+        == 0
+    )
+    assert main(["compare", *files, "--json", files[0]]) == 1
+    assert "is an input of this command" in capsys.readouterr().err
+
+
+def test_models_are_driven_as_the_recordings_were(mp, af):
+    frd = changed(mp, axes="forward-right-down")
+    a, b = make_model(mp, TRUTH), make_model(af, LOADED)
+    driven = drive_of(a, b, frd)
+    for model, own in zip(driven, (a, b), strict=True):
+        assert model.vehicle.file.allocation == frd.file.allocation
+        assert model.values == own.values
+        assert set(model.structure.terms) == set(own.structure.terms)
