@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from seatrial.errors import IdentificationError, RecordingError
+from seatrial.excitation import find_roles
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import output_error
@@ -56,6 +57,7 @@ def identify(
     if method == OUTPUT_ERROR:
         if roles:
             raise IdentificationError(f"{method} uses every recording for all axes: no roles")
+        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
         model = output_error(recordings, vehicle)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)

@@ -109,18 +109,19 @@ def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
     series = [_series(r) for r in recordings]
     passes = [_forward(s, ROUGHNESS, FITTED) for s in series]
     count = sum(p.count for p in passes)
-    if count == 0:
-        raise IdentificationError(
-            f"{', '.join(r.name for r in recordings)}: no {2 * EDGE + 1} usable poses in a row; record "
-            "longer, or look for drop-outs with inspect"
-        )
     squares, logs = (
         np.sum([p.squares for p in passes], axis=0),
         np.sum([p.logs for p in passes], axis=0),
     )
     cost = count * np.log(squares + 1e-300) + logs[:, None]  # the pose noise at its likeliest
     likeliest = ROUGHNESS[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
-    return tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
+    tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
+    if not any(len(track.t) for track in tracks):
+        raise IdentificationError(
+            f"{', '.join(r.name for r in recordings)}: no {2 * EDGE + 1} usable poses in a row; record "
+            "longer, or look for drop-outs with inspect"
+        )
+    return tracks
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from seatrial.vehicle import Vehicle
 
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
+DEAD = 1e-9  # RMS of a column from which on it is more than rounding
 RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
 DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
 LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
@@ -91,7 +92,8 @@ class Design:
         flat = self.B.reshape(-1, self.B.shape[2])
         weighted = flat * weights.reshape(-1, 1)
         normal = flat.T @ weighted
-        size = np.sqrt(np.diag(normal)) + 1e-12
+        alive = np.linalg.norm(flat, axis=0) > DEAD * np.sqrt(len(flat))
+        size = np.where(alive, np.sqrt(np.diag(normal)) + 1e-12, np.inf)
         scaled = normal / np.outer(size, size) + RIDGE * np.eye(len(size))
         return np.asarray(np.linalg.solve(scaled, weighted.T @ self.a.ravel() / size) / size)
 
