@@ -20,6 +20,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "simulate", "validate"},
     {"compare"},
+    {"select"},
     {"io", "report"},
     {"init"},
     {"demo"},

@@ -152,6 +152,7 @@ def _parser() -> argparse.ArgumentParser:
             command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
 
     _add_compare(commands)
+    _add_select(commands)
     return parser
 
 
@@ -170,6 +171,21 @@ def _add_compare(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         help=f"how far ahead [s], besides {DEFAULT_HORIZON:g} s",
     )
     compare.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
+
+
+def _add_select(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    select = _add(commands, "select", _select, "which terms recordings ask for, and which repeat")
+    _recordings(select, vehicle_required=True)
+    select.add_argument(
+        "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
+        help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",
+    )  # fmt: skip
+    select.add_argument(
+        "--horizon", type=float, default=DEFAULT_HORIZON, metavar="S",
+        help="how far ahead held-out recordings are predicted [s] (default: %(default)g)",
+    )  # fmt: skip
+    select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
+    select.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
 
 
 def _guard(out: "Path | None", begins: str, *inputs: object) -> None:
@@ -343,9 +359,7 @@ def _identify(args: argparse.Namespace, progress: Progress) -> None:
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
     model = identify(recordings, vehicle, method=args.method, roles=roles, settings=settings)
-    save(model, args.out)
-    progress.clear()
-    print(summary(model))
+    told = ""
     if args.minutes or args.profile or args.bootstrap:
         from seatrial.identify.evidence import evidence
 
@@ -354,8 +368,10 @@ def _identify(args: argparse.Namespace, progress: Progress) -> None:
             model, recordings, vehicle,
             replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip
-        progress.clear()
-        print(f"\n{told}\n")
+    save(model, args.out)
+    progress.clear()
+    print(summary(model))
+    print(f"\n{told}\n" if told else "", end="")
     print(f"wrote {args.out}")
 
 
@@ -416,6 +432,29 @@ def _compare(args: argparse.Namespace, progress: Progress) -> None:
         write_text(args.json, dump_json(comparison_json(found)))
     progress.clear()
     print(comparison_text(found))
+
+
+def _select(args: argparse.Namespace, progress: Progress) -> None:
+    from seatrial.files import dump_json, dump_yaml, write_text
+    from seatrial.select import given_candidates, select, selection_json, selection_text
+    from seatrial.vehicle import load_vehicle
+
+    _guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
+    _guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
+    vehicle = load_vehicle(args.vehicle)
+    candidates = None if args.candidates is None else given_candidates(vehicle, args.candidates)
+    found = select(
+        _read(args, vehicle, progress), vehicle,
+        candidates=candidates, horizon=args.horizon, say=progress.say,
+    )  # fmt: skip
+    if args.json is not None:
+        write_text(args.json, dump_json(selection_json(found)))
+    if args.out is not None:
+        write_text(args.out, dump_yaml(found.vehicle.to_mapping()))
+    progress.clear()
+    print(selection_text(found))
+    if args.out is not None:
+        print(f"wrote {args.out}")
 
 
 def _report(args: argparse.Namespace, progress: Progress) -> None:

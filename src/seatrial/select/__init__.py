@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Which terms a boat's recordings ask for, and which of them repeat.
+
+First what no data can tell (exact aliases), then candidates by score tests and own terms by Wald
+tests, repeats against each other, and the prediction of recordings that were left out.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from seatrial.identify import check_recordings
+from seatrial.identify.output_error import output_error
+from seatrial.predict import DEFAULT_HORIZON
+from seatrial.recording import Recording
+from seatrial.select.candidates import default_candidates, given_candidates, with_terms
+from seatrial.select.folds import folds
+from seatrial.select.reasons import rows_of
+from seatrial.select.search import Search, forward_and_back
+from seatrial.select.selection import Selection
+from seatrial.select.text import selection_json, selection_text
+from seatrial.select.verdicts import Bench, reason_to_go
+from seatrial.structure import Term
+from seatrial.vehicle import Vehicle
+
+__all__ = [
+    "Selection",
+    "default_candidates",
+    "given_candidates",
+    "select",
+    "selection_json",
+    "selection_text",
+]
+
+
+def select(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    candidates: Sequence[Term] | None = None,
+    horizon: float = DEFAULT_HORIZON,
+    say: Callable[[str], None] = lambda _: None,
+) -> Selection:
+    """Keep a term if it is told from zero, repeats agree on it, and held-out prediction does not suffer.
+
+    `candidates` are terms that may come in (default: `default_candidates`); the vehicle's own may
+    go, but not thrust along its own axis nor known terms. Raises IdentificationError where there is
+    too little data, StructureError where a candidate can't be one.
+    """
+    check_recordings(recordings)
+    tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
+    parts = folds(vehicle, recordings)
+    together = tuple(r for part in parts for r in part.recordings)
+    search = Search(vehicle, tried, together, say)
+    say("the vehicle's own terms")
+    model = output_error(together, vehicle)
+    own = model.structure.terms
+    named = set(vehicle.structure.coefficients)
+    aliased = search.aliased(own, tried)
+    refused: dict[str, str] = {}
+    while True:
+        model = forward_and_back(search, model, [*refused])
+        say("repeats and held-out prediction")
+        bench = Bench(search, model, parts, horizon)
+        reasons = {
+            name: reason_to_go(found, len(bench.kept), parts, own=name in named)
+            for name, found in bench.kept.items()
+        }
+        bad = {n: r for n, r in reasons.items() if r is not None}
+        if not bad:
+            break
+        worst = min(bad, key=lambda name: bench.kept[name].change.z)
+        refused[worst] = bad[worst]
+        model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
+    rows = rows_of(bench, own, aliased, refused)
+    chosen = with_terms(vehicle, model.structure.terms)
+    return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Tests for a term: is it told from zero, and do repeats agree on it?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.distributions import chi2_sf, normal_two_sided
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array
+from seatrial.select.slopes import Slopes, solve
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A coefficient, its standard error, and the chance of as much where there is nothing."""
+
+    value: float
+    error: float
+    p: float
+
+    @property
+    def z(self) -> float:
+        """Value in standard errors."""
+        return self.value / self.error if self.error > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """A coefficient found from each fold, all others common to them."""
+
+    values: Array  # (folds,)
+    errors: Array  # (folds,)
+    p: float  # chance of such a spread among repeats of one and the same boat
+    between: float  # standard deviation between folds, beyond that of their errors
+    ratio: float  # spread over what the errors let expect: about 1 where repeats agree
+
+
+def t_chance(t: float, freedom: int) -> float:
+    """Two-sided chance of |t| or more with Student's distribution (Wallace, 1959, to 1e-3 of z)."""
+    size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
+    return normal_two_sided(float(size))
+
+
+def freedom(slopes: Slopes, fitted: int) -> int:
+    """Degrees of freedom of the blocks. Raises where there are too few."""
+    left = slopes.blocks - fitted
+    if left < fitted:
+        raise IdentificationError(
+            f"{slopes.blocks} blocks of 10 s for {fitted} parameters; record longer, "
+            "or give fewer candidates"
+        )
+    return left
+
+
+def estimate(slopes: Slopes, name: str) -> Estimate:
+    """One coefficient by a Gauss-Newton step of all the parameters there are.
+
+    Its error is the larger of Fisher's and the sandwich over blocks: the one trusts the noise
+    model, the other that there are blocks enough.
+    """
+    j, p = slopes.place(name), len(slopes.names)
+    unit = np.zeros(p)
+    unit[j] = 1.0
+    row = solve(slopes.total, unit)
+    value = slopes.values[j] + row @ slopes.gradient.sum(axis=0)
+    left = freedom(slopes, p - 1)
+    influence = slopes.scores @ row
+    sandwich = float(np.sum(influence**2)) * slopes.blocks / left
+    error = float(np.sqrt(max(sandwich, row[j])))
+    return Estimate(float(value), error, t_chance(value / error, left))
+
+
+def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
+    """One coefficient from each fold (indices of its recordings), the others from all together."""
+    j, k = slopes.place(name), len(folds)
+    rest = [i for i in range(len(slopes.names)) if i != j]
+    n = len(rest)
+    matrix, right = np.zeros((n + k, n + k)), np.zeros(n + k)
+    scores = np.zeros((slopes.blocks, n + k))
+    matrix[:n, :n] = slopes.total[np.ix_(rest, rest)]
+    right[:n] = slopes.gradient.sum(axis=0)[rest]
+    scores[:, :n] = slopes.scores[:, rest]
+    for f, members in enumerate(folds):
+        at = list(members)
+        cross = slopes.information[at].sum(axis=0)[j]
+        matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
+        matrix[n + f, n + f] = cross[j]
+        right[n + f] = slopes.gradient[at, j].sum()
+        mine = np.isin(slopes.recording, at)
+        scores[mine, n + f] = slopes.scores[mine, j]
+    unit = np.vstack([np.zeros((n, k)), np.eye(k)])
+    rows = solve(matrix, unit)  # (n + k, k)
+    values = slopes.values[j] + rows.T @ right
+    influence = scores @ rows
+    sandwich = influence.T @ influence * slopes.blocks / freedom(slopes, n + 1)
+    covariance = _larger(sandwich, rows[n:])
+    return _spread(values, covariance)
+
+
+def _larger(sandwich: Array, fisher: Array) -> Array:
+    """Correlations of the sandwich with the larger of both errors."""
+    errors = np.sqrt(np.maximum(np.diag(sandwich), np.diag(fisher)))
+    own = np.sqrt(np.diag(sandwich)) + np.finfo(float).tiny
+    return np.asarray(sandwich * np.outer(errors / own, errors / own))
+
+
+def _spread(values: Array, covariance: Array) -> Repeats:
+    """Cochran's Q over contrasts with the first fold; spread as DerSimonian and Laird (1986)."""
+    k = len(values)
+    contrast = np.hstack([-np.ones((k - 1, 1)), np.eye(k - 1)])
+    apart = contrast @ values
+    q = float(apart @ np.linalg.solve(contrast @ covariance @ contrast.T, apart))
+    errors = np.sqrt(np.diag(covariance))
+    weight = 1.0 / errors**2
+    scale = weight.sum() - (weight**2).sum() / weight.sum()
+    between = float(np.sqrt(max(0.0, q - (k - 1)) / scale))
+    return Repeats(values, errors, chi2_sf(q, k - 1), between, float(np.sqrt(q / (k - 1))))

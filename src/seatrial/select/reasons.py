@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""The table's rows: for every term its evidence and the reason, in words, why it stayed or went."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from seatrial.frames import AXES
+from seatrial.select.aliasing import Alias
+from seatrial.select.folds import Fold
+from seatrial.select.verdicts import Bench, Evidence, Row, Verdict, said_by
+from seatrial.structure import Term
+
+UNSEEN = 0.05  # [%] of the prediction error
+
+
+def rows_of(
+    bench: Bench,
+    own: Sequence[Term],
+    aliased: Sequence[Alias],
+    refused: Mapping[str, str],
+) -> tuple[Row, ...]:
+    """Own terms and candidates, axis by axis."""
+    model, kept = bench.model, bench.kept
+    made = {a.coefficient: a for a in aliased if a.coefficient not in model.values}
+    everything = [t for t in (*own, *bench.search.candidates) if t.coefficient]
+    outside = [
+        t for t in everything if t.coefficient not in model.values and t.coefficient not in made
+    ]
+    others = bench.others(outside)
+    rows = []
+    for term in sorted(everything, key=lambda t: t.axis):
+        name, was = str(term.coefficient), term in own
+        if name in made:
+            verdict, reason = Verdict.ALIASED, _aliased(made[name])
+        elif name in model.values:
+            verdict = Verdict.STAYS if was else Verdict.COMES
+            reason = _stays(kept[name], len(kept), bench.folds, term) if name in kept else "thrust"
+        else:
+            verdict = Verdict.GOES if was else Verdict.OUT
+            reason = refused.get(name) or _goes(others[name], term, was=was)
+        evidence = kept.get(name, others.get(name))
+        rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
+    return tuple(rows)
+
+
+def _aliased(alias: Alias) -> str:
+    return f"exactly what {', '.join(alias.made_by)} make together, whatever is recorded"
+
+
+def _goes(evidence: Evidence, term: Term, *, was: bool) -> str:
+    told = f"not told from zero (z = {evidence.estimate.z:.1f})"
+    return f"weak: {told}, {_moves(evidence, term)}" if was and evidence.weak else told
+
+
+def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
+    if evidence.weak:
+        text = f"weak: told from zero, but {_moves(evidence, term)}"
+    else:
+        text = f"told from zero, {_difference(evidence, term)} without it"
+    if not evidence.repeatable(tests):
+        text += f"; not repeatable: {said_by(evidence.repeats, folds)}"
+    return text
+
+
+def _moves(evidence: Evidence, term: Term) -> str:
+    percent = evidence.change.moves
+    return f"{AXES[term.axis]}'s prediction moves by {percent:.2g} % of its change with it"
+
+
+def _difference(evidence: Evidence, term: Term) -> str:
+    axis, percent = AXES[term.axis], evidence.change.percent
+    if abs(percent) < UNSEEN:
+        return f"{axis} is predicted as well"
+    size = "beyond bounds" if np.isinf(percent) else f"{sensible(abs(percent))} %"
+    return f"{axis} is predicted {size} {'worse' if percent > 0 else 'better'}"
+
+
+def sensible(percent: float) -> str:
+    """A percentage with as many digits as it needs."""
+    return f"{percent:.0f}" if percent >= 10 else f"{percent:.1f}"

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Which terms: forward by score tests, back by Wald tests, both against chance among many."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.identify.output_error import output_error
+from seatrial.model import Model
+from seatrial.recording import Recording
+from seatrial.select.aliasing import Alias, aliases
+from seatrial.select.candidates import is_essential, with_terms
+from seatrial.select.chance import estimate
+from seatrial.select.slopes import Slopes, slopes
+from seatrial.structure import Term
+from seatrial.vehicle import Vehicle
+
+CHANCE = 0.05  # that any term comes in which is not there, however many are tried
+ROUNDS = 12
+MOST_COEFFICIENTS = 40  # of the core, the filter's three disturbances among them
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is chosen among, and from what."""
+
+    vehicle: Vehicle  # as its file has it
+    candidates: tuple[Term, ...]
+    recordings: tuple[Recording, ...]
+    say: Say
+
+    def fit(self, terms: Sequence[Term], start: Model | None) -> Model:
+        """Output-error with these terms."""
+        return output_error(self.recordings, with_terms(self.vehicle, terms), start=start)
+
+    def removable(self, terms: Sequence[Term]) -> list[str]:
+        """Coefficients that may go: not thrust along its own axis."""
+        fixed = {t.coefficient for t in terms if is_essential(t, self.vehicle.forces)}
+        return list(dict.fromkeys(str(t.coefficient) for t in terms if t.coefficient not in fixed))
+
+    def aliased(self, terms: Sequence[Term], out: Sequence[Term]) -> tuple[Alias, ...]:
+        """What can't be told from what is there and what else is tried."""
+        return aliases(terms, out, self.vehicle.forces)
+
+
+def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Model:
+    """Terms come in, the best of every axis at a time, until none is told from zero; then go.
+
+    `refused` coefficients do not come in. Own terms go only when no candidate comes any more.
+    """
+    refused = list(refused)
+    for _ in range(ROUNDS):
+        added = newcomers(search, model, refused)
+        if added:
+            search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
+            model = search.fit((*model.structure.terms, *added), model)
+            continue
+        gone = leaver(search, model)
+        if gone is None:
+            return model
+        search.say(f"without {gone}")
+        refused.append(gone)
+        model = search.fit([t for t in model.structure.terms if t.coefficient != gone], model)
+    return model
+
+
+def newcomers(search: Search, model: Model, refused: Sequence[str]) -> list[Term]:
+    """The clearest candidate of every axis that passes Holm's test among all that are tried."""
+    out = [
+        t for t in search.candidates
+        if t.coefficient not in model.values and t.coefficient not in refused
+    ]  # fmt: skip
+    hidden = {a.coefficient for a in search.aliased(model.structure.terms, out)}
+    out = [t for t in out if t.coefficient not in hidden]
+    tested = {t.coefficient: estimate(s, str(t.coefficient)) for t, s in looks(search, model, out)}
+    best: dict[int, Term] = {}
+    for rank, term in enumerate(sorted(out, key=lambda t: tested[t.coefficient].p)):
+        if tested[term.coefficient].p > CHANCE / (len(out) - rank):
+            break
+        best.setdefault(term.axis, term)
+    return list(best.values())
+
+
+def leaver(search: Search, model: Model) -> str | None:
+    """The coefficient that is least told from zero, if there is one that is not."""
+    look = slopes(model, search.recordings)
+    own = set(search.vehicle.structure.coefficients)
+    tested = {name: estimate(look, name) for name in search.removable(model.structure.terms)}
+    worst = max(tested, key=lambda name: tested[name].p, default=None)
+    limits = {name: CHANCE if name in own else CHANCE / len(search.candidates) for name in tested}
+    return worst if worst is not None and tested[worst].p > limits[worst] else None
+
+
+def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[Term, Slopes]]:
+    """Each term that is not in the model, with the slopes of the model and of it alone."""
+    room = min(
+        _core.MAX_TERMS - len(model.structure.terms), MOST_COEFFICIENTS - len(model.values)
+    ) - 3  # the filter's disturbances  # fmt: skip
+    for first in range(0, len(out), max(1, room)):
+        batch = out[first : first + max(1, room)]
+        whole = slopes(model, search.recordings, batch)
+        there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
+        for term in batch:
+            yield term, whole.only([*there, str(term.coefficient)])
+
+
+def with_zero(model: Model, term: Term) -> Model:
+    """The model with one more term, whose coefficient is 0."""
+    whole = with_terms(model.vehicle, (*model.structure.terms, term))
+    values = np.array([model.values.get(name, 0.0) for name in whole.structure.coefficients])
+    n = len(values) + len(model.constants)
+    return replace(model, vehicle=whole, coefficients=values, covariance=np.zeros((n, n)))

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""What one pass of the filter tells about terms that are in the model, and about those that are not.
+
+The likelihood's gradient and Fisher's information, at the model as it is: a Gauss-Newton step is a
+refit, a part of the gradient that the others can't explain is a test for a term that is not there
+(Rao's score test). Scores are summed over blocks, over which errors may hang together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.causal import noise_vector
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array
+from seatrial.identify.output_error import OutputErrorSettings
+from seatrial.identify.problem import Problem
+from seatrial.model import Model
+from seatrial.recording import Recording
+from seatrial.select.candidates import with_terms
+from seatrial.structure import Term
+
+TINY = 1e-12  # relative ridge: parameters that a recording says nothing of
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Gradient and information of the free parameters, recording by recording."""
+
+    names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
+    values: Array  # (p,) where the model is
+    information: Array  # (g, p, p)
+    gradient: Array  # (g, p)
+    scores: Array  # (blocks, p) of all recordings
+    recording: NDArray[np.int64]  # (blocks,) that each block is of
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return len(self.scores)
+
+    @cached_property
+    def total(self) -> Array:
+        """Information of all recordings (p, p)."""
+        return np.asarray(self.information.sum(axis=0))
+
+    def place(self, name: str) -> int:
+        """Column of a parameter."""
+        return self.names.index(name)
+
+    def only(self, names: Sequence[str]) -> "Slopes":
+        """The same of some parameters; the others are as they are."""
+        at = [self.place(name) for name in names]
+        return replace(
+            self,
+            names=tuple(names),
+            values=self.values[at],
+            information=self.information[np.ix_(range(len(self.information)), at, at)],
+            gradient=self.gradient[:, at],
+            scores=self.scores[:, at],
+        )
+
+
+def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()) -> Slopes:
+    """Of the model's free parameters, and of coefficients of further terms, which are 0 in it."""
+    whole = with_terms(model.vehicle, (*model.structure.terms, *extra))
+    free_names = [name for name, error in model.standard_errors.items() if error > 0]
+    free_names += [str(term.coefficient) for term in extra]
+    settings = OutputErrorSettings()
+    given = {**model.values, **dict(zip(whole.constants.names, model.constants, strict=True))}
+    problem = Problem(whole, tuple(recordings), (), model.integration.step, settings.outlier)
+    free = tuple(i for i, name in enumerate(problem.names) if name in free_names)
+    problem = replace(problem, free=free)
+    theta = np.array([given.get(name, 0.0) for name in problem.names])
+    noise = noise_vector(model.noise)
+    if noise is None:
+        raise IdentificationError("selection needs a model with process noise: output-error's")
+    passes = problem.passes(theta, noise)
+    if not np.isfinite(passes.cost):
+        raise IdentificationError("the boat diverges; look at the recordings with inspect")
+    sums, owner = [], []
+    for i, (recording, each) in enumerate(zip(recordings, passes.each, strict=True)):
+        block = (recording.t // settings.block).astype(np.int64)
+        starts = np.flatnonzero(np.diff(block, prepend=-1))
+        sums.append(np.add.reduceat(each.score, starts, axis=0))
+        owner.append(np.full(len(starts), i))
+    return Slopes(
+        tuple(problem.names[i] for i in free),
+        theta[list(free)],
+        np.array([p.information for p in passes.each]),
+        np.array([p.gradient for p in passes.each]),
+        np.concatenate(sums),
+        np.concatenate(owner),
+    )
+
+
+def solve(matrix: Array, right: Array) -> Array:
+    """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    scaled = matrix / np.outer(scale, scale) + TINY * np.eye(len(matrix))
+    inner = right / scale if right.ndim == 1 else right / scale[:, None]
+    found = np.linalg.solve(scaled, inner)
+    return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

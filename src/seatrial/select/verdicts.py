@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""What is known of every term, and why it stays or goes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+
+from seatrial.model import Model
+from seatrial.select.chance import Estimate, Repeats, estimate, repeats
+from seatrial.select.folds import Fold
+from seatrial.select.held_out import Change, HeldOut
+from seatrial.select.search import Search, looks, with_zero
+from seatrial.select.slopes import Slopes, slopes
+from seatrial.structure import Term
+
+WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
+NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
+UNREPEATABLE = 0.5  # of its own size: how far a coefficient may spread between repeats
+HARM = -3.0  # [standard errors] held-out prediction must not be better without a term by as much
+SPREAD_CHANCE = 0.01  # that one of the kept terms is called unrepeatable when all are
+
+
+class Verdict(Enum):
+    """Whether a term is in the chosen structure."""
+
+    STAYS = "stays"
+    COMES = "comes"  # a candidate that was not there before
+    GOES = "goes"  # was there before
+    OUT = "out"  # a candidate that does not come
+    ALIASED = "aliased"
+
+    @property
+    def kept(self) -> bool:
+        """Whether the term is in the chosen structure."""
+        return self in (Verdict.STAYS, Verdict.COMES)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The tests of one coefficient."""
+
+    estimate: Estimate
+    repeats: Repeats
+    change: Change  # of held-out prediction, without the term
+
+    def repeatable(self, tests: int) -> bool:
+        """Whether repeats agree on it to within its own size."""
+        apart = self.repeats.p < SPREAD_CHANCE / tests
+        return not (apart and self.repeats.between > UNREPEATABLE * abs(self.estimate.value))
+
+    @property
+    def harms(self) -> bool:
+        """Whether held-out prediction is clearly better without it."""
+        return self.change.z < HARM
+
+    @property
+    def helps(self) -> bool:
+        """Whether held-out prediction is clearly worse without it."""
+        return self.change.z > -HARM
+
+    @property
+    def weak(self) -> bool:
+        """Whether it hardly moves the prediction."""
+        return self.change.moves < WEAK
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    term: str  # as in a file, forward-left-up
+    coefficient: str
+    axis: int
+    unit: str
+    verdict: Verdict
+    reason: str
+    evidence: Evidence | None  # None: not up for removal, or an exact alias
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A fitted model with all that its terms, and others, are tested by."""
+
+    search: Search
+    model: Model
+    folds: Sequence[Fold]
+    horizon: float  # [s]
+
+    @cached_property
+    def slopes(self) -> Slopes:
+        """Of the model's own parameters."""
+        return slopes(self.model, self.search.recordings)
+
+    @cached_property
+    def held_out(self) -> HeldOut:
+        """Prediction of each fold from the others."""
+        return HeldOut(
+            self.model, self.slopes, _places(self.folds), self.search.recordings, self.horizon
+        )
+
+    @cached_property
+    def kept(self) -> dict[str, Evidence]:
+        """Of every coefficient in the model that may go."""
+        terms = self.model.structure.terms
+        axes = {str(t.coefficient): t.axis for t in terms}
+        return {
+            name: self._evidence(self.slopes, name, self.held_out.without(name, axes[name]))
+            for name in self.search.removable(terms)
+        }
+
+    def others(self, terms: Sequence[Term]) -> dict[str, Evidence]:
+        """Of terms that are not in the model, each as if it alone came in."""
+        found = {}
+        for term, look in looks(self.search, self.model, terms):
+            change = self.held_out.with_it(with_zero(self.model, term), look, term.axis)
+            found[str(term.coefficient)] = self._evidence(look, str(term.coefficient), change)
+        return found
+
+    def _evidence(self, look: Slopes, name: str, change: Change) -> Evidence:
+        return Evidence(estimate(look, name), repeats(look, name, _places(self.folds)), change)
+
+
+def _places(folds: Sequence[Fold]) -> list[list[int]]:
+    """Indices of each fold's recordings among all, fold after fold."""
+    ends = np.cumsum([len(fold.recordings) for fold in folds])
+    return [
+        list(range(int(end) - len(fold.recordings), int(end)))
+        for fold, end in zip(folds, ends, strict=True)
+    ]
+
+
+def reason_to_go(evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool) -> str | None:
+    """Why a term that is told from zero can't stay; None if it can."""
+    if not evidence.repeatable(tests) and not evidence.helps:
+        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+    if evidence.harms:
+        return f"held-out prediction is {-evidence.change.percent:.2g} % better without it"
+    if not own and evidence.change.moves < NOTHING:
+        return f"told from zero, but moves the prediction by {evidence.change.moves:.1g} % only"
+    return None
+
+
+def said_by(repeats: Repeats, folds: Sequence[Fold]) -> str:
+    """What each repeat says, in words."""
+    return "; ".join(
+        f"{fold.name}: {value:.3g} ± {error:.2g}"
+        for fold, value, error in zip(folds, repeats.values, repeats.errors, strict=True)
+    )
