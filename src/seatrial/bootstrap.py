@@ -3,7 +3,7 @@
 
 Errors of overlapping predictions are correlated at least over the horizon, and what a model leaves
 out lasts. Blocks longer than both are nearly independent, so that blocks are drawn, not samples
-(Künsch). A sum for each block is all that a resample needs: a thousand cost one product of matrices.
+(Künsch). A sum for each block is all that a resample needs: all of them cost one product of matrices.
 """
 
 from functools import lru_cache
@@ -11,25 +11,30 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array
+from seatrial.frames import Array, frozen_array
 from seatrial.statistics import autocorrelation
 
-RESAMPLES = 2000
+RESAMPLES = 1000
 SEED = 1
 FEWEST = 6  # blocks: from fewer no interval is given
 ENOUGH = 10  # blocks that a recording is cut into rather than have them longer than they must be
 MOST = 40  # blocks: more of them say little more, longer ones lose less of what hangs together
+WIDEST = 6.0  # standard deviations to an end: Student's t of two blocks, if so few hold it all
 
 
 def correlation_time(squares: Array, index: NDArray[np.int64]) -> float:
-    """Integrated autocorrelation time, in samples, of squared errors (m,) at samples `index` (m,).
+    """Integrated autocorrelation time, in samples, of squared errors (m, q) at samples `index` (m,).
 
-    The sum of the autocorrelation, up to five times itself (Sokal's window).
+    The sum of the autocorrelation, up to five times itself (Sokal's window); the longest of the q.
     """
     lags = max(1, (int(index.max()) - int(index.min())) // 4)
-    total = 1.0 + 2.0 * np.cumsum(autocorrelation(squares, index, lags)[1:])
-    window = np.flatnonzero(np.arange(1, lags + 1) >= 5.0 * total)
-    return max(1.0, float(total[window[0]] if len(window) else total.max()))
+    total = 1.0 + 2.0 * np.cumsum(autocorrelation(squares, index, lags)[1:], axis=0)
+    closed = np.arange(1, lags + 1)[:, None] >= 5.0 * total
+    first = np.argmax(closed, axis=0)
+    times = np.where(
+        closed.any(axis=0), np.take_along_axis(total, first[None], 0)[0], total.max(axis=0)
+    )
+    return max(1.0, float(times.max()))
 
 
 def block_length(squares: Array, index: NDArray[np.int64], overlap: int) -> int:
@@ -40,7 +45,7 @@ def block_length(squares: Array, index: NDArray[np.int64], overlap: int) -> int:
     overlap and correlation time.
     """
     span = int(index.max()) - int(index.min()) + 1
-    time = max(correlation_time(column, index) for column in squares.T)
+    time = correlation_time(squares, index)
     least = max(float(overlap), time) + 1.0
     best = max(2.0 * overlap, 6.0 * time, span / MOST)
     return int(np.ceil(max(least, min(best, span / ENOUGH))))
@@ -67,8 +72,9 @@ def ratio_interval(over: Array, under: Array) -> Array:
     spread = _deviation(np.ones((1, len(over))), over, under)[0]
     found = np.log((drawn @ over) / (drawn @ under))
     student = (found - centre) / _deviation(drawn, over, under)
-    high, low = np.quantile(student, [0.025, 0.975], axis=0)
-    return np.asarray(np.exp(np.stack([centre - low * spread, centre - high * spread], axis=-1)))
+    student = np.clip(student, -WIDEST, WIDEST)
+    least, most = np.quantile(student, [0.025, 0.975], axis=0)
+    return np.asarray(np.exp(np.stack([centre - most * spread, centre - least * spread], axis=-1)))
 
 
 def _deviation(drawn: Array, over: Array, under: Array) -> Array:
@@ -83,4 +89,4 @@ def _deviation(drawn: Array, over: Array, under: Array) -> Array:
 def draws(blocks: int) -> Array:
     """How often each of the blocks is drawn (RESAMPLES, blocks)."""
     rng = np.random.default_rng(SEED)
-    return rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), RESAMPLES).astype(np.float64)
+    return frozen_array(rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), RESAMPLES))

@@ -36,6 +36,7 @@ VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first 
 OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
 ROUNDS = 4  # of filter and noise in turns
 SETTLED = 3.0  # of the cost: a step that gains less is the last
+SETTLING = 2.0  # [s] in which the filter forgets how it started
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
 PIECE = 10.0  # [s] that are taken together
 T = TypeVar("T")
@@ -44,7 +45,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Causal:
-    """A pass of the filter along a recording. NaN where a pose was not used."""
+    """A pass of the filter along a recording. NaN at its start, and where a pose was not used."""
 
     motion: Motion  # state after each pose, with the filter's own standard deviations
     residual: Array  # (n, 3) pose less its prediction, in body axes, in standard deviations
@@ -202,7 +203,7 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     """
     believed = believed_noise(model, [recording]) if noise is None else noise
     found = filter_pass(model, recording, series(recording), believed)
-    used = np.asarray(found.weight) > 0.0
+    used = (np.asarray(found.weight) > 0.0) & (recording.t > SETTLING)
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation[:, 3:6])

@@ -3,6 +3,7 @@
 
 import os
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,53 +64,94 @@ def predict(
     Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
     model runs away.
     """
-    if not 0 < horizon < np.inf:
-        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
-    steps = round(horizon / recording.period)
-    if steps < 1:
-        raise RecordingError(
-            f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
-            f"{recording.period:.3f} s; choose a longer one"
-        )
-    reference = motion(recording) if velocities is None else velocities
-    begin = reference if starts is None else starts
-    start = _starts(recording, begin.valid, reference.valid, steps, horizon)
-    start = start[start % every == start[0] % every]
-    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
-    states, _ = _core.predict(
-        model.boat, model.trace(recording), recording.t, start.astype(np.int32), x0, steps,
-        threads=os.cpu_count() or 1,
-    )  # fmt: skip
-    lost = int((~np.isfinite(states).all(axis=1)).sum())
-    if lost:
-        raise ModelError(
-            f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
-            f"{horizon:g} s: it can't be used at these speeds. {_why(model)}"
-        )
-    end = start + steps
-    known = velocities is not None and velocities.deviation is None and starts is None
-    floor = np.zeros(3)
-    if not known:
-        few = start[:: max(1, len(start) // FLOOR_STARTS)]
-        slopes = _carried(model, recording, few, begin, steps)
-        floor = _floor(
-            _stencil_noise(model, recording),
-            slopes,
-            few,
+    return Lookahead(model, recording, velocities, starts).predict(horizon, every)
+
+
+@dataclass(frozen=True)
+class Lookahead:
+    """Predictions along one recording, whatever the horizon; see `predict`."""
+
+    model: Model
+    recording: Recording
+    velocities: Motion | None = None
+    starts: Motion | None = None
+
+    @cached_property
+    def reference(self) -> Motion:
+        """What is to be predicted."""
+        return motion(self.recording) if self.velocities is None else self.velocities
+
+    @cached_property
+    def begin(self) -> Motion:
+        """What predictions start from."""
+        return self.reference if self.starts is None else self.starts
+
+    @cached_property
+    def stencil(self) -> Array:
+        """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s]."""
+        own = _own_noise(self.model, self.recording)
+        sigma = np.array([own.position, own.position, own.heading])
+        return STENCIL_NOISE / self.recording.period * sigma
+
+    def predict(self, horizon: float, every: int = 1) -> Prediction:
+        """Velocities `horizon` [s] ahead, from every so many poses."""
+        recording = self.recording
+        if not 0 < horizon < np.inf:
+            raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+        steps = round(horizon / recording.period)
+        if steps < 1:
+            raise RecordingError(
+                f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
+                f"{recording.period:.3f} s; choose a longer one"
+            )
+        start = _starts(recording, self.begin.valid, self.reference.valid, steps, horizon)
+        start = start[start % every == start[0] % every]
+        states, _ = self._run(start, steps)
+        lost = int((~np.isfinite(states).all(axis=1)).sum())
+        if lost:
+            raise ModelError(
+                f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
+                f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
+            )
+        end = start + steps
+        return Prediction(
+            recording.stamps[end],
+            recording.t[end],
+            states[:, 3:],
+            self.reference.nu[end],
+            self.begin.nu[start],
+            end,
             steps,
-            velocities=velocities,
-            starts=starts,
+            self._floor(start[:: max(1, len(start) // FLOOR_STARTS)], steps),
         )
-    return Prediction(
-        recording.stamps[end],
-        recording.t[end],
-        states[:, 3:],
-        reference.nu[end],
-        begin.nu[start],
-        end,
-        steps,
-        floor,
-    )
+
+    def _run(
+        self, start: NDArray[np.int64], steps: int, *, tangents: bool = False
+    ) -> tuple[Array, Array]:
+        x0 = np.column_stack([self.begin.eta[start], self.begin.nu[start]])
+        return _core.predict(
+            self.model.boat, self.model.trace(self.recording, initial=tangents), self.recording.t,
+            start.astype(np.int32), np.ascontiguousarray(x0), steps,
+            threads=os.cpu_count() or 1, tangents=tangents,
+        )  # fmt: skip
+
+    def _floor(self, start: NDArray[np.int64], steps: int) -> Array:
+        """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
+
+        Two stencils up to four poses apart share poses: less twice what that makes of their product
+        (the turn of the boat in between is left out).
+        """
+        given = self.velocities
+        if given is not None and given.deviation is None and self.starts is None:
+            return np.zeros(3)
+        slopes = self._run(start, steps, tangents=True)[1][:, 3:, 3:6]  # d nu(end) / d nu(start)
+        reference = _deviation(given, start + steps, self.stencil if given is None else np.zeros(3))
+        begin = _deviation(given if self.starts is None else self.starts, start, self.stencil)
+        variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
+        if given is None and self.starts is None and steps < len(STENCIL_CORRELATION):
+            own = np.einsum("nii->ni", slopes)
+            variance -= 2.0 * STENCIL_CORRELATION[steps] * own * self.stencil**2
+        return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 
 def _starts(
@@ -138,47 +180,6 @@ def _own_noise(model: Model, recording: Recording) -> NoiseEntry:
         return pose_noise(recording)
     except RecordingError:
         return model.noise
-
-
-def _carried(
-    model: Model, recording: Recording, start: NDArray[np.int64], begin: Motion, steps: int
-) -> Array:
-    """d nu(end) / d nu(start), (m, 3, 3)."""
-    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
-    _, slopes = _core.predict(
-        model.boat, model.trace(recording, initial=True), recording.t, start.astype(np.int32), x0,
-        steps, threads=os.cpu_count() or 1, tangents=True,
-    )  # fmt: skip
-    return np.asarray(slopes[:, 3:, 3:6])
-
-
-def _stencil_noise(model: Model, recording: Recording) -> Array:
-    """Standard deviations (3,) of the stencil's velocities."""
-    own = _own_noise(model, recording)
-    return STENCIL_NOISE / recording.period * np.array([own.position, own.position, own.heading])
-
-
-def _floor(
-    stencil: Array,
-    slopes: Array,
-    start: NDArray[np.int64],
-    steps: int,
-    *,
-    velocities: Motion | None,
-    starts: Motion | None,
-) -> Array:
-    """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
-
-    Two stencils up to four poses apart share poses: less twice what that makes of their product
-    (the turn of the boat in between is left out).
-    """
-    reference = _deviation(velocities, start + steps, np.zeros(3) if velocities else stencil)
-    begin = _deviation(velocities if starts is None else starts, start, stencil)
-    variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
-    if velocities is None and starts is None and steps < len(STENCIL_CORRELATION):
-        own_slope = np.einsum("nii->ni", slopes)
-        variance -= 2.0 * STENCIL_CORRELATION[steps] * own_slope * stencil**2
-    return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 
 def _deviation(moving: Motion | None, index: NDArray[np.int64], otherwise: Array) -> Array:

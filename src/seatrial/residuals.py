@@ -2,10 +2,10 @@
 """What the errors of a model still have to do with its inputs.
 
 The errors of a filter's prediction from pose to pose are white and follow nothing if model and noise
-are right (Ljung, section 16.6). If they follow a force, a term or a delay is missing.
+are right (Ljung, section 16.6). If they follow a force, a term is missing or a
+delay wrong.
 """
 
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import msgspec
@@ -15,10 +15,15 @@ from seatrial.causal import Causal
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
 from seatrial.recording import Recording
-from seatrial.statistics import NORMAL_95, autocorrelation, cross_correlation
+from seatrial.statistics import (
+    NORMAL_95,
+    autocorrelation,
+    bartlett_band,
+    cross_correlation,
+    white_band,
+)
 
 REACH = 2.0  # [s] lags to either side
-SETTLING = 2.0  # [s] in which the filter forgets how it started
 WHITENING, RIDGE = 20, 1e-6  # lags of the autoregression of a force
 MOST_LAGS = 400  # to either side; at higher rates lags are further apart than poses
 
@@ -33,17 +38,8 @@ class Correlation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     band: float  # 95 %, at one lag, for signals that have nothing to do with each other
     limit: float  # what all values of all residuals and forces stay within in 95 %
     found: bool  # one is beyond the limit: chance does not explain it
-    peak: float  # the value of largest size on the side where the whitened force has its own
+    peak: float  # the value of largest size; at a negative lag only if the force clearly follows
     lag: float  # [s] of the peak
-
-
-@dataclass(frozen=True)
-class Scan:
-    """Lags that are looked at."""
-
-    lags: int  # to either side
-    step: float  # [s]
-    widening: float  # of the band, so that it holds for all lags of all pairs together
 
 
 def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Correlation]:
@@ -52,31 +48,55 @@ def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Corr
     index = np.rint(recording.t / step).astype(np.int64)
     grid = np.arange(index[-1] + 1)
     errors = np.full((len(grid), 3), np.nan)
-    late = recording.t > SETTLING
-    errors[index[late]] = filtered.residual[late]
+    errors[index] = filtered.residual
     forces = np.asarray(model.trace(recording).forces(grid * step))
+    if not np.isfinite(errors).any():
+        return []
     lags = round(REACH / step)
+    found = cross_correlation(errors, forces, lags)
+    sharp = cross_correlation(errors, np.column_stack([_whitened(f) for f in forces.T]), lags)
+    band = _band(errors, forces)
     names = [force.name for force in model.vehicle.forces]
     tests = 3 * len(names) * (2 * lags + 1)
-    scan = Scan(lags, step, NormalDist().inv_cdf(1.0 - 0.025 / tests) / NORMAL_95)
+    widening = NormalDist().inv_cdf(1.0 - 0.025 / tests) / NORMAL_95  # for all of them together
+    clear = widening * white_band(int(np.isfinite(errors[:, 0]).sum()))
     return [
-        _correlation(errors[:, axis], forces[:, i], (SYMBOLS[axis], name), scan)
-        for axis in range(3)
+        _correlation(
+            (symbol, name),
+            step,
+            found[:, axis, i],
+            sharp[:, axis, i] / clear,
+            band[axis, i] * np.array([1.0, widening]),
+        )
+        for axis, symbol in enumerate(SYMBOLS)
         for i, name in enumerate(names)
-        if np.isfinite(errors[:, axis]).sum() > 4 * lags and np.ptp(forces[:, i]) > 0.0
+        if np.ptp(forces[:, i]) > 0.0
     ]
 
 
-def _correlation(error: Array, force: Array, names: tuple[str, str], scan: Scan) -> Correlation:
-    values, band = cross_correlation(error, force, scan.lags)
-    sharp, _ = cross_correlation(error, _whitened(force), scan.lags)
-    late = int(np.argmax(np.abs(sharp))) >= scan.lags
-    side = np.arange(scan.lags, 2 * scan.lags + 1) if late else np.arange(scan.lags)
+def _band(errors: Array, forces: Array) -> Array:
+    """95 % band (3, forces), from how errors and forces are correlated with themselves."""
+    there = np.flatnonzero(np.isfinite(errors).all(axis=1))
+    reach = len(errors) // 4
+    rho = autocorrelation(errors[there], there, reach)
+    return bartlett_band(
+        rho, autocorrelation(forces, np.arange(len(forces)), len(rho) - 1), len(there)
+    )
+
+
+def _correlation(
+    names: tuple[str, str], step: float, values: Array, sharp: Array, bands: Array
+) -> Correlation:
+    """What is new in a force is clearly (beyond 1) at negative lags only if residuals precede it."""
+    lags = len(values) // 2
+    band, limit = bands.tolist()
+    early = np.abs(sharp[:lags]).max() > 1.0
+    side = np.arange(lags) if early else np.arange(lags, 2 * lags + 1)
     at = int(side[np.argmax(np.abs(values[side]))])
-    limit = scan.widening * band
+    found = bool(np.abs(values).max() > limit)
     return Correlation(
-        *names, scan.step, values.round(4).tolist(), band, limit,
-        bool(np.abs(values).max() > limit), float(values[at]), (at - scan.lags) * scan.step,
+        *names, step, values.round(4).tolist(), band, limit, found, float(values[at]),
+        (at - lags) * step,
     )  # fmt: skip
 
 
@@ -103,5 +123,5 @@ def in_words(correlation: Correlation) -> str:
         )
     return (
         f"residuals in {axis} follow {correlation.force} {correlation.lag:.2f} s later: {size}: "
-        "a term or a delay is missing"
+        "a term is missing, or a delay is wrong"
     )

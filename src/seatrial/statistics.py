@@ -4,7 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
 
@@ -19,62 +19,62 @@ def kurtosis(errors: Array) -> float:
 def autocorrelation(errors: Array, index: NDArray[np.int64], lags: int) -> Array:
     """Normalised autocorrelation (lags + 1,) of errors (m,) that stand at samples `index` (m,).
 
-    Pairs are formed only between samples that are exactly the lag apart, so that gaps drop out.
+    Of errors (m, q) it is (lags + 1, q). Pairs are formed only between samples that are exactly the
+    lag apart, so that gaps drop out.
     """
-    series, there = _on_grid(errors - errors.mean(), index)
-    sums, pairs = _lagged(series, series, lags)[0], _lagged(there, there, lags)[0]
-    rho = np.zeros(lags + 1)
-    if sums[0] > 0:
-        rho = np.where(pairs > 0.5, sums / np.maximum(pairs, 1.0), 0.0) * pairs[0] / sums[0]
+    n = int(index.max() - index.min()) + 1
+    series, there = np.zeros((n, *errors.shape[1:])), np.zeros(n)
+    series[index - index.min()] = errors - errors.mean(axis=0)
+    there[index - index.min()] = 1.0
+    f, g = _spectrum(series, lags), _spectrum(there, lags)
+    sums, pairs = _sums(f, f)[: lags + 1], _sums(g, g)[: lags + 1]
+    mean = (sums.T / np.maximum(pairs, 1.0) * (pairs > 0.5)).T
+    rho = np.divide(mean, mean[0], out=np.zeros_like(mean), where=mean[0] > 0)
     rho[0] = 1.0
-    return rho
+    return np.asarray(rho)
 
 
-def cross_correlation(x: Array, y: Array, lags: int) -> tuple[Array, float]:
-    """Correlation (2 lags + 1,) of x[i] with y[i - lag], lag from -lags to lags; its 95 % band.
+def cross_correlation(x: Array, y: Array, lags: int) -> Array:
+    """Correlation (2 lags + 1, p, q) of x[i] with y[i - lag], lag from -lags to lags.
 
-    x (n,), y (n,) on one even grid; NaN where there is no sample. At positive lags x follows y.
-    The band holds for two signals that have nothing to do with each other, however each of them is
-    correlated with itself: var = sum of rho_x(j) rho_y(j) over all j, / n (Bartlett).
+    x (n, p), y (n, q) on one even grid; a row with NaN is no sample. At positive lags x follows y.
     """
-    good = np.isfinite(x), np.isfinite(y)
-    grid = np.arange(len(x))
-    (a, has_a), (b, has_b) = (
-        _on_grid(s[g] - s[g].mean(), grid[g], len(x)) for s, g in zip((x, y), good, strict=True)
+    (a, has_a), (b, has_b) = _centred(x), _centred(y)
+    sums = _sums(_spectrum(b, lags)[:, None, :], _spectrum(a, lags)[:, :, None])
+    pairs = _sums(_spectrum(has_b, lags), _spectrum(has_a, lags))
+    order = np.arange(lags, -lags - 1, -1)  # a negative index is a lag the other way
+    scale = np.sqrt(
+        np.outer(np.sum(a**2, axis=0) / has_a.sum(), np.sum(b**2, axis=0) / has_b.sum())
     )
-    before, after = _lagged(a, b, lags)
-    pairs = _lagged(has_a, has_b, lags)
-    scale = np.sqrt(np.sum(a**2) / good[0].sum() * np.sum(b**2) / good[1].sum())
-    if not scale > 0:
-        return np.zeros(2 * lags + 1), float("nan")
-    sums = np.concatenate([before[:0:-1], after])
-    counts = np.concatenate([pairs[0][:0:-1], pairs[1]])
-    reach = len(x) // 4
-    rho = [autocorrelation(s[g], grid[g], reach) for s, g in zip((x, y), good, strict=True)]
-    spread = 1.0 + 2.0 * float(np.sum(rho[0][1:] * rho[1][1:]))
-    both = max(float(pairs[1][0]), 1.0)
-    return sums / np.maximum(counts, 1.0) / scale, NORMAL_95 * float(
-        np.sqrt(max(spread, 1.0) / both)
-    )
+    mean = sums[order] / np.maximum(pairs[order], 1.0)[:, None, None]
+    return np.divide(mean, scale, out=np.zeros_like(mean), where=scale > 0)
 
 
-def _on_grid(
-    values: Array, index: NDArray[np.int64], size: int | None = None
-) -> tuple[Array, Array]:
-    """Values at their samples, 0 where there is none; and 1 where there is one."""
-    first = int(index.min()) if size is None else 0
-    n = int(index.max()) - first + 1 if size is None else size
-    series, there = np.zeros(n), np.zeros(n)
-    series[index - first] = values
-    there[index - first] = 1.0
-    return series, there
+def bartlett_band(rho_x: Array, rho_y: Array, samples: int) -> Array:
+    """95 % band (p, q) of the cross-correlation of signals that have nothing to do with each other.
+
+    rho_x (m, p), rho_y (m, q): how each is correlated with itself, from lag 0 on. Bartlett's
+    formula: the variance is the sum of rho_x(j) rho_y(j) over all j, over the samples. Not less than
+    for white signals.
+    """
+    spread = 1.0 + 2.0 * rho_x[1:].T @ rho_y[1:]
+    return np.asarray(NORMAL_95 * np.sqrt(np.maximum(spread, 1.0) / samples))
 
 
-def _lagged(x: Array, y: Array, lags: int) -> tuple[Array, Array]:
-    """Sums of x[i] y[i + lag] and of x[i] y[i - lag] for lags 0 to `lags`, by way of spectra."""
-    size = 1 << int(len(x) + lags).bit_length()
-    both = np.fft.irfft(np.fft.rfft(x, size) * np.conj(np.fft.rfft(y, size)), size)
-    return np.append(both[0], both[: -lags - 1 : -1]), both[: lags + 1]
+def _centred(x: Array) -> tuple[Array, Array]:
+    """Less its mean, 0 where there is no sample; and 1 where there is one (n,)."""
+    good: Mask = np.asarray(np.isfinite(x).all(axis=1))
+    centred: Array = np.where(good[:, None], x - x[good].mean(axis=0), 0.0)
+    return centred, good.astype(np.float64)
+
+
+def _spectrum(x: Array, lags: int) -> NDArray[np.complex128]:
+    return np.fft.rfft(x, 1 << int(len(x) + lags).bit_length(), axis=0)
+
+
+def _sums(f: NDArray[np.complex128], g: NDArray[np.complex128]) -> Array:
+    """Sums over i of f's x[i + lag] g's y[i], lags from 0; negative ones from the end."""
+    return np.fft.irfft(f * np.conj(g), axis=0)
 
 
 def white_band(samples: int) -> float:

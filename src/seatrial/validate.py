@@ -16,12 +16,11 @@ from seatrial.errors import ModelError, RecordingError
 from seatrial.excitation import excitation
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
+from seatrial.predict import DEFAULT_HORIZON, Lookahead, Prediction, predict
 from seatrial.recording import Recording
 from seatrial.residuals import Correlation, in_words, residuals
 from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
-from seatrial.velocity import Motion, motion
 
 SCORES_FORMAT = "scores 2"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
@@ -193,16 +192,15 @@ def further(model: Model, recordings: Sequence[Recording]) -> list[dict[str, Any
 def _further(model: Model, recording: Recording, filtered: Causal | None) -> dict[str, Any]:
     found: list[HorizonScore] = []
     notes: list[str] = []
-    starts: list[tuple[Start, Motion]] = [("stencil", motion(recording))]
-    starts += [] if filtered is None else [("filter", filtered.motion)]
-    for horizon, (name, begin) in product(HORIZONS, starts):
+    starts: list[tuple[Start, Lookahead]] = [("stencil", Lookahead(model, recording))]
+    if filtered is not None:
+        starts.append(("filter", Lookahead(model, recording, starts=filtered.motion)))
+    for horizon, (name, look) in product(HORIZONS, starts):
         if horizon < recording.period:
             continue
         every = max(1, round(horizon / recording.period) // STARTS)
         try:
-            ahead = predict(
-                model, recording, horizon, starts=None if name == "stencil" else begin, every=every
-            )
+            ahead = look.predict(horizon, every)
         except RecordingError:  # no stretch is as long
             continue
         except ModelError as error:
