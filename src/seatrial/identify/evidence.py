@@ -9,6 +9,7 @@ from seatrial.errors import IdentificationError
 from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
 from seatrial.identify.minutes import minutes, minutes_text
 from seatrial.identify.output_error import METHOD, Fit, OutputErrorSettings, fit
+from seatrial.identify.problem import KINDS
 from seatrial.identify.profile import Profile, profile
 from seatrial.identify.text import plus_minus, table
 from seatrial.model import Model
@@ -41,13 +42,24 @@ def evidence(
         raise IdentificationError(
             f"--bootstrap {replicates}: an interval takes {FEWEST} replicates or more; 200 are usual"
         )
-    whole = fit(recordings, vehicle, start=model, settings=OutputErrorSettings(extras=False))
+    whole = fit(recordings, vehicle, start=model, settings=_settings(model))
     parts = [minutes_text(minutes(whole))] if lengths else []
     if profiled:
         parts.append(profile_text([profile(whole, name) for name in profiled]))
     if replicates:
         parts.append(bootstrap_text(whole, replicates))
     return "\n\n".join(parts)
+
+
+def _settings(model: Model) -> OutputErrorSettings:
+    """Those that a model was found with; its chain has all stages already."""
+    chosen, usual = model.estimator.settings, OutputErrorSettings()
+    return OutputErrorSettings(
+        outlier=float(chosen.get("outlier") or usual.outlier),
+        block=float(chosen.get("block") or usual.block),
+        effects=tuple(k for k in KINDS if any(name.startswith(f"{k}_") for name in chosen)),
+        extras=False,
+    )
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

@@ -56,7 +56,7 @@ def _end(fit: Fit, k: int, side: float) -> float:
     room = (highest - best if side > 0 else best - lowest) / error
     near, far = (0.0, 0.0), (np.inf, np.inf)  # distance and rise, each in standard deviations
     distance = NORMAL_95
-    for _ in range(LOOKS):
+    for look in range(LOOKS):
         distance = min(distance, room, FARTHEST)
         rise = _rise(fit, k, side * distance)
         if abs(rise - NORMAL_95) < CLOSE:
@@ -75,7 +75,8 @@ def _end(fit: Fit, k: int, side: float) -> float:
         elif np.isfinite(far[0]):
             distance = 0.5 * (near[0] + far[0])
         else:
-            distance = near[0] * float(np.clip(NORMAL_95 / max(near[1], 1e-6), 1.05, 3.0))
+            least = 1.05 if look < 2 else 2.0  # it flattens: in leaps
+            distance = near[0] * float(np.clip(NORMAL_95 / max(near[1], 1e-6), least, 3.0))
     return best + side * distance * error
 
 

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Bootstrap, profile likelihood, accuracy against length: against the sandwich and closed forms."""
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.errors import IdentificationError
+from seatrial.identify import profile as profile_module
+from seatrial.identify.bootstrap import bootstrap, intervals
+from seatrial.identify.evidence import evidence
+from seatrial.identify.minutes import minutes, minutes_text
+from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identify.profile import profile
+from seatrial.plan import load_plan
+from seatrial.simulate import simulate
+
+SETTINGS = OutputErrorSettings(block=5.0, extras=False)  # 48 blocks
+
+
+@pytest.fixture(scope="module")
+def boat():
+    vehicle = seatrial.load_vehicle("mallard-af")
+    trials = simulate(load_plan("hard"), vehicle)
+    return vehicle, next(t.recording for t in trials if t.name.startswith("S7")).cut(None, 240.0)
+
+
+@pytest.fixture(scope="module")
+def whole(boat):
+    return fit([boat[1]], boat[0], settings=SETTINGS)
+
+
+def test_the_bootstrap_spreads_as_the_sandwich_says(whole):
+    """From 80 replicates a spread is known to 8 %, from 48 blocks either to 10 % or worse."""
+    draws = bootstrap(whole, 80, seed=1)
+    assert draws.shape == (80, len(whole.names))
+    own = np.sqrt(np.diag(whole.covariance))
+    ratio = draws.std(axis=0, ddof=1) / own
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
+    assert 0.6 < ratio.min() < ratio.max() < 1.6
+    found = whole.theta[list(whole.problem.free)]
+    assert (np.abs(draws.mean(axis=0) - found) < 0.6 * own).all()
+    low, high = intervals(draws).T
+    assert ((low < found) & (found < high)).all()
+
+
+def test_the_bootstrap_is_the_same_for_the_same_seed_whatever_the_threads_do(whole):
+    first, again = bootstrap(whole, 4, seed=3), bootstrap(whole, 4, seed=3)
+    np.testing.assert_array_equal(first, again)
+    assert not np.allclose(first, bootstrap(whole, 4, seed=4), rtol=1e-6)
+
+
+def test_a_nearly_quadratic_profile_is_the_normal_interval(whole):
+    found = profile(whole, "Y_F")
+    width = 1.96 * whole.model().standard_errors["Y_F"]
+    assert found.value == pytest.approx(whole.model().values["Y_F"])
+    assert found.high - found.value == pytest.approx(width, rel=0.1)
+    assert found.value - found.low == pytest.approx(width, rel=0.1)
+
+
+def test_a_lopsided_profile_gives_a_lopsided_interval(whole, monkeypatch):
+    """Root of the cost's rise d / (1 + d / 4) upwards, 1.96 at 3.84; downwards it stays below 1.5."""
+
+    def rise(fit, k, distance):
+        far = abs(distance)
+        return far / (1 + far / 4) if distance > 0 else 1.5 * np.tanh(far)
+
+    monkeypatch.setattr(profile_module, "_rise", rise)
+    found = profile(whole, "N_rr")
+    end = 1.96 / (1 - 1.96 / 4)
+    assert (found.high - found.value) / found.error == pytest.approx(end, rel=0.03)
+    assert found.low == -np.inf
+
+
+def test_a_profile_ends_at_the_bound_within_which_is_sought(whole, monkeypatch):
+    monkeypatch.setattr(profile_module, "_rise", lambda fit, k, distance: 0.001 * abs(distance))
+    found = profile(whole, "lag")
+    assert found.low == pytest.approx(0.002)
+    assert found.high == np.inf or found.high == pytest.approx(3.0)
+
+
+def test_accuracy_against_length_is_that_of_a_shorter_recording(boat, whole):
+    """After half of it: as the information of that half alone, searched anew, has it."""
+    found = minutes(whole)
+    half = boat[1].cut(None, boat[1].duration / 2)
+    alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, extras=False))
+    assert alone.names == found.names
+    np.testing.assert_allclose(found.errors[-1], np.sqrt(np.diag(whole.covariance)), rtol=1e-6)
+    excess = found.errors[-1] / np.sqrt(np.diag(np.linalg.inv(whole.passes.information)))
+    shorter = np.sqrt(np.diag(np.linalg.inv(alone.passes.information)))
+    np.testing.assert_allclose(found.errors[1] / excess, shorter, rtol=0.35)
+    assert (np.diff(found.errors, axis=0) < 0).all()
+
+
+def test_with_one_recording_half_the_error_takes_three_times_as_long_more(whole):
+    found = minutes(whole)
+    np.testing.assert_allclose(found.more[0], 3 * found.lengths[-1], rtol=1e-3)
+    text = minutes_text(found)
+    assert all(name in text for name in found.names)
+    assert text.count("12.0 min like these") == len(found.names)
+
+
+def test_the_tables_that_identify_shows_on_request(boat, whole):
+    vehicle, recording = boat
+    text = evidence(whole.model(), [recording], vehicle, profiled=["lag"], lengths=True)
+    assert text.splitlines()[0].split()[:3] == ["standard", "error", "after"]
+    assert "profile likelihood" in text
+
+
+def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
+    vehicle, recording = boat
+    model = whole.model()
+    with pytest.raises(IdentificationError, match="--profile X_q: sought were X_u, "):
+        evidence(model, [recording], vehicle, profiled=["X_q"])
+    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 20"):
+        evidence(model, [recording], vehicle, replicates=5)
+    paper = seatrial.identify([recording], vehicle, method="equation-error")
+    with pytest.raises(IdentificationError, match="belong to output-error, not to equation-error"):
+        evidence(paper, [recording], vehicle, lengths=True)
