@@ -12,7 +12,7 @@ from method_trials import changed, driven, pulses_of, truth
 import seatrial
 from seatrial.errors import IdentificationError
 from seatrial.identify.output_error import with_free_stages
-from seatrial.identify.start import start_values
+from seatrial.identify.start import pieces, start_values
 from seatrial.plan import load_plan
 from seatrial.recording import Signal
 from seatrial.schema import ChainGroup, DeadZone
@@ -91,6 +91,22 @@ def test_delays_that_differ_by_group_are_found_apart(mp):
     assert found["latency.stern"] == pytest.approx(0.03, abs=0.01)
 
 
+def test_of_long_recordings_pieces_are_enough(af):
+    """An hour: half of it is looked at."""
+    plan = load_plan("paper-like")
+    trials = {
+        name: msgspec.structs.replace(plan.trials[name], duration=1200)
+        for name in ("S1", "S2", "S3")
+    }
+    recordings = pulses_of(msgspec.structs.replace(plan, trials=trials), af)
+    looked_at = pieces(recordings)
+    assert sum(r.duration for r in looked_at) == pytest.approx(1800, rel=0.1)
+    assert {r.name for r in looked_at} == {r.name for r in recordings}
+    theta, constants = started(af, recordings)
+    assert_near(theta, truth("paper-like", "mallard-af"))
+    assert constants["latency"] + constants["lag"] == pytest.approx(0.06, abs=0.006)
+
+
 def test_only_what_is_free_is_changed():
     vehicle, recordings = driven("paper-like", "mallard-mp", 1)
     whole = with_free_stages(vehicle, recordings)
@@ -147,3 +163,8 @@ def test_recordings_in_shreds_are_refused_in_words():
         IdentificationError, match=r"no stretch of .* without drop-outs; record longer"
     ):
         start_values([shreds], vehicle)
+
+
+def test_no_recording_is_refused_in_words(mp):
+    with pytest.raises(IdentificationError, match="no recording given"):
+        start_values([], mp)

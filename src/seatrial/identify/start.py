@@ -6,12 +6,13 @@ each of these is scanned and the one with the smallest residual kept.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
+from seatrial.errors import IdentificationError, RecordingError
 from seatrial.frames import Array, Mask
 from seatrial.identify.weak_rows import Weighed, Widths, choose_widths, weighed
 from seatrial.recording import Recording
@@ -19,6 +20,8 @@ from seatrial.vehicle import Vehicle
 
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
+ENOUGH = 1800.0  # [s] of recordings for a start
+PIECE = 120.0  # [s]
 DEAD = 1e-9  # RMS of a column from which on it is more than rounding
 RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
 DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
@@ -132,8 +135,23 @@ def start_values(
     edges are. Lag and latency are hardly told apart, their sum is sharp.
     Raises IdentificationError where no recording has a stretch without drop-outs.
     """
-    found = search(gathered(recordings, vehicle, FINEST), changes(vehicle, free), STEPS)
+    rows = gathered(pieces(recordings), vehicle, FINEST)
+    found = search(rows, changes(vehicle, free), STEPS)
     return found.theta, found.constants
+
+
+def pieces(recordings: Sequence[Recording]) -> list[Recording]:
+    """The recordings, or where they are long, pieces spread over them: enough for a start."""
+    total = sum(r.duration for r in recordings)
+    if total <= ENOUGH:
+        return list(recordings)
+    every = PIECE * total / ENOUGH
+    found = []
+    for r in recordings:
+        for t in np.arange(0.0, max(r.duration - PIECE, every), every):
+            with suppress(RecordingError):  # a piece without poses
+                found.append(r.cut(float(t), float(t) + PIECE))
+    return found or list(recordings)
 
 
 def gathered(
@@ -146,8 +164,10 @@ def gathered(
 
     `serves`: for every recording, whether it serves surge, sway and yaw; all by default.
     """
+    if not recordings:
+        raise IdentificationError("no recording given; pass at least one")
     widths = choose_widths(recordings)
-    each, use, why = [], [], "no recording given; pass at least one"
+    each, use, why = [], [], ""
     for i, recording in enumerate(recordings):
         try:
             found = weighed(vehicle, recording, widths, finest)
