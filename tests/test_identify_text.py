@@ -31,7 +31,7 @@ def model():
     covariance[-2:, -2:] = apart * np.array([[1, -1], [-1, 1]]) + same / 4
     return replace(
         plant, vehicle=whole, constants=whole.constants.values, covariance=covariance,
-        envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, {"F_u": (-1.0, 1.0)}),
+        envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))),
         noise=NoiseEntry(0.004, 0.003, ProcessEntry(1e-6, 1e-6, 0.0068, 0.013, 2.0)),
         recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, notes=[NOTE]),
     )  # fmt: skip

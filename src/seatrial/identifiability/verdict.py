@@ -55,9 +55,10 @@ def verdict_of(name: str, value: float, error: float, worth: float = 0.0) -> tup
     relative = error / size if size > 0 else np.inf
     if error == 0.0:
         return Verdict.GIVEN, 0.0
-    if worth > 1.0 or (typical and relative > 1.0) or not np.isfinite(error):
+    near_zero = abs(value) < TOLD_APART * error
+    if (near_zero and worth > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
         return Verdict.LOST, relative
-    if not typical and abs(value) < TOLD_APART * error:
+    if near_zero and not typical:
         return Verdict.ZERO, relative
     known = Verdict.SHARP if relative < SHARP else Verdict.USABLE
     return (known if relative < USABLE else Verdict.WEAK), relative
@@ -81,7 +82,7 @@ def finding(model: Model, name: str, sought: Sequence[str], correlation: Array) 
 def full_thrust(model: Model, axis: int) -> float:
     """Largest acceleration that one force gave the axis, [m/s^2] or [rad/s^2]; 0: none does."""
     found = [
-        abs(t.number * model.values[t.coefficient]) * _largest(model, t)
+        abs(t.number * model.values[t.coefficient]) * (_largest(model, t) or 0.0)
         for t in model.structure.terms
         if t.axis == axis and t.coefficient and pure(model, t)
     ]
@@ -89,12 +90,12 @@ def full_thrust(model: Model, axis: int) -> float:
 
 
 def _worth(model: Model, name: str) -> float | None:
-    """Share of full thrust that a coefficient of 1 is worth at the envelope's edge."""
-    shares = [
-        _largest(model, t) * abs(t.number) / full_thrust(model, t.axis)
-        for t in model.structure.terms
-        if t.coefficient == name and full_thrust(model, t.axis) > 0
-    ]
+    """Share of full thrust that a coefficient of 1 is worth at the envelope's edge; None: unknown."""
+    shares = []
+    for term in model.structure.terms:
+        thrust, largest = full_thrust(model, term.axis), _largest(model, term)
+        if term.coefficient == name and thrust > 0 and largest is not None:
+            shares.append(largest * abs(term.number) / thrust)
     return max(shares, default=None)
 
 
@@ -104,11 +105,11 @@ def pure(model: Model, term: Term) -> bool:
     return len(term.factors) == 1 and term.factors[0] in forces and term.acceleration is None
 
 
-def _largest(model: Model, term: Term) -> float:
-    """Largest product of a term's factors within the envelope."""
+def _largest(model: Model, term: Term) -> float | None:
+    """Largest product of a term's factors within the envelope; None where it has none."""
     ranges = {**model.envelope.speeds, **model.envelope.forces}
-    size = 1.0
-    for factor in term.factors:
-        low, high = ranges.get(factor.strip("|"), (0.0, 1.0))
-        size *= max(abs(low), abs(high))
+    if any(factor.strip("|") not in ranges for factor in term.factors):
+        return None
+    sizes = [max(map(abs, ranges[factor.strip("|")])) for factor in term.factors]
+    size = float(np.prod(sizes))
     return size if term.acceleration is None else size * full_thrust(model, term.acceleration)

@@ -24,25 +24,31 @@ def evidence(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     *,
+    prior: Model | None = None,
     replicates: int = 0,
     profiled: Sequence[str] = (),
     lengths: bool = False,
 ) -> str:
     """Tables for the terminal, from the solution that a model of output-error came from.
 
-    `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
-    `lengths`: accuracy against length. Raises IdentificationError for a model of another method.
+    `prior`: the one that the model was found with; `replicates` of the bootstrap, 0 for none;
+    `profiled`: parameters whose likelihood is profiled; `lengths`: accuracy against length. Raises
+    IdentificationError for a model of another method.
     """
     if model.estimator.method != METHOD:
         raise IdentificationError(
             f"--bootstrap, --profile and --minutes belong to {METHOD}, not to "
             f"{model.estimator.method}; add --method {METHOD}"
         )
+    if "prior" in model.estimator.settings:
+        raise IdentificationError(
+            "--bootstrap, --profile and --minutes weigh recordings alone: leave --prior out"
+        )
     if replicates and replicates < FEWEST:
         raise IdentificationError(
             f"--bootstrap {replicates}: an interval takes {FEWEST} replicates or more; 200 are usual"
         )
-    whole = fit(recordings, vehicle, start=model, settings=_settings(model))
+    whole = fit(recordings, vehicle, start=model, prior=prior, settings=_settings(model))
     parts = [minutes_text(minutes(whole))] if lengths else []
     if profiled:
         parts.append(profile_text([profile(whole, name) for name in profiled]))

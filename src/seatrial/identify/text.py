@@ -42,7 +42,7 @@ def caution(model: Model) -> str:
 def summary(model: Model) -> str:
     """Parameters with verdicts, noise, how long to drive, doubts, and what they mean for the boat."""
     found = identifiability(model)
-    lines = [*_parameters(found), *map(_combined, found.combinations), *_condition(found)]
+    lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
     scatter = model.estimator.method == METHOD
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
     lines += model.estimator.notes
@@ -101,7 +101,7 @@ def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
     return said + (f"; hangs together with {', '.join(near)}" if near and loose else "")
 
 
-def _combined(found: Combination) -> str:
+def combined(found: Combination) -> str:
     """What is known of some parameters together."""
     names = " and ".join([", ".join(found.names[:-1]), found.names[-1]])
     apart = "can't be told apart" if abs(found.correlation) > APART else "hang together"
@@ -112,7 +112,7 @@ def _combined(found: Combination) -> str:
     )
 
 
-def _condition(found: Identifiability) -> list[str]:
+def condition_said(found: Identifiability) -> list[str]:
     """The condition number of the correlations, and what makes it large."""
     if len(found.names) < 2:
         return []
@@ -130,20 +130,13 @@ def _noise(model: Model) -> str:
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if process is None:
         return f"{said}."
-    thrust = [full_thrust(model, axis) for axis in range(3)]
-    linear = [t for t in thrust[:2] if t > 0]
-    shares = [
-        (
-            process.disturbance_linear,
-            float(np.mean(linear)) if linear else 0.0,
-            "in surge and sway",
-        ),
-        (process.disturbance_yaw, thrust[2], "in yaw"),
-    ]
+    linear = [full_thrust(model, axis) for axis in (0, 1)]
+    most = float(np.mean([t for t in linear if t > 0] or [0.0])), full_thrust(model, 2)
+    sizes = process.disturbance_linear, process.disturbance_yaw
     parts = [
-        f"{100 * size / most:.2g} % {where}"
-        for size, most, where in shares
-        if most > 0 and size > UNSEEN * most
+        f"{100 * size / thrust:.2g} % {where}"
+        for size, thrust, where in zip(sizes, most, ("in surge and sway", "in yaw"), strict=True)
+        if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
         f"; unmodelled force: {' and '.join(parts)} of what full thrust gives, lasting "
@@ -165,7 +158,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
         f for f in found.findings
         if f.verdict in {Verdict.USABLE, Verdict.WEAK, Verdict.LOST} and f.name not in helped
     ]  # fmt: skip
-    if not (length and found.names):
+    if not (length and found.names) or "prior" in model.estimator.settings:
         return []
     if not loose:
         return [f"Half of every error takes four times these {minutes(length)}."]

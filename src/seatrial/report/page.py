@@ -8,7 +8,7 @@ from importlib import resources
 from importlib.metadata import version
 
 from seatrial.model import Model
-from seatrial.report import sections
+from seatrial.report import known, sections
 from seatrial.report.embed import pack
 from seatrial.report.figures import figures
 from seatrial.report.runs import Run
@@ -19,6 +19,7 @@ POLICY = (
 )
 CONTENTS = (
     ("model", "Model"),
+    ("known", "What is known"),
     ("recorded", "Recordings"),
     ("prediction", "Prediction"),
     ("scores", "Scores"),
@@ -28,10 +29,12 @@ CONTENTS = (
 
 def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
     """The whole HTML text; `horizon` in s."""
+    told = known.section(model)
     body = "\n".join(
         [
             sections.verdict(model, runs, horizon),
             sections.model(model),
+            told,
             sections.recorded(runs),
             sections.prediction(runs, horizon),
             sections.scores(runs, horizon),
@@ -42,7 +45,8 @@ def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
         f'<script type="application/json" id="run-{i}">{pack(figures(model, run))}</script>'
         for i, run in enumerate(runs)
     )
-    links = "".join(f'<a href="#{name}">{title}</a>' for name, title in CONTENTS)
+    contents = [entry for entry in CONTENTS if entry[0] != "known" or told]
+    links = "".join(f'<a href="#{name}">{title}</a>' for name, title in contents)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
