@@ -14,7 +14,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"_core", "errors"},
     {"bootstrap", "distributions", "files", "frames", "progress", "schema", "statistics"},
     {"faults", "streams"},
-    {"allocation", "plan", "recording", "structure"},
+    {"allocation", "chain", "plan", "recording", "structure"},
     {"noise", "vehicle", "velocity"},
     {"model"},
     {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},

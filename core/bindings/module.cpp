@@ -52,7 +52,7 @@ Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix
           "at most 8 actuators and 8 commands");
   require(mix.shape(0) <= kMaxForces && mix.shape(1) == inverse.shape(0),
           "mix: forces x actuators");
-  require(actuators.shape(0) == inverse.shape(0) && actuators.shape(1) == 10, "actuators: n x 10");
+  require(actuators.shape(0) == inverse.shape(0) && actuators.shape(1) == 16, "actuators: n x 16");
   require(n_constants >= 0 && n_constants <= kMaxConstants, "too many chain constants");
   require(scale_reference.shape(0) <= kMaxScales, "at most 4 scale signals");
   require(table.shape(0) <= kMaxTable && table.shape(1) == 2, "table: at most 256 x 2");
@@ -68,16 +68,22 @@ Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix
   for (int k = 0; k < c.n_actuators(); ++k) {
     for (int j = 0; j < c.allocation.n_commands; ++j) c.allocation.inverse[k][j] = inverse(k, j);
     for (int j = 0; j < c.n_forces; ++j) c.mix[j][k] = mix(j, k);
-    for (int i = 0; i < 8; ++i) require(actuators(k, i) < n_constants, "constant out of range");
-    require(actuators(k, 8) < c.n_scales, "scale signal out of range");
+    for (int i = 0; i < 11; ++i) require(actuators(k, i) < n_constants, "constant out of range");
+    require(actuators(k, 11) < c.n_scales, "scale signal out of range");
     Actuator& a = c.actuators[k];
-    std::int8_t* fields[] = {&a.latency,       &a.edge_forward, &a.edge_reverse,
-                             &a.reverse_ratio, &a.power,        &a.lag,
-                             &a.scale_power,   &a.gain,         &a.scale};
-    for (int i = 0; i < 9; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
-    a.tabulated = actuators(k, 9) != 0;
+    std::int8_t* fields[] = {&a.latency,      &a.edge_forward,  &a.edge_reverse,   &a.reverse_ratio,
+                             &a.power,        &a.lag,           &a.scale_power,    &a.gain,
+                             &a.offset_along, &a.offset_across, &a.pair_dead_zone, &a.scale};
+    for (int i = 0; i < 12; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
+    a.tabulated = actuators(k, 12) > 0;
+    a.partner = static_cast<std::int8_t>(actuators(k, 13));
+    a.across = actuators(k, 14) > 0;
+    a.mirrored = actuators(k, 15) > 0;
     require(!a.tabulated || c.n_table >= 2, "a tabulated actuator needs a table");
   }
+  require(
+      pairs_are_whole(c),
+      "a pair: two actuators, each other's partner, with the same constants and no other curve");
   for (int i = 0; i < c.n_scales; ++i) c.scale_reference[i] = scale_reference(i);
   for (int i = 0; i < c.n_table; ++i) {
     c.table_command[i] = table(i, 0);
@@ -224,14 +230,18 @@ std::pair<Out2, Out1> run_allocate(const Chain& chain, Matrix wrench) {
   return {thrusters, alpha};
 }
 
-Out1 run_curve(const Chain& chain, Vector q, int actuator, Vector command) {
+/// Thrust of one actuator for rows of commands to all of them.
+Out1 run_curve(const Chain& chain, Vector q, int actuator, Matrix command) {
   require(actuator >= 0 && actuator < chain.n_actuators(), "actuator out of range");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
+  require(static_cast<int>(command.shape(1)) == chain.n_actuators(), "one column an actuator");
   const std::size_t n = command.shape(0);
+  const std::size_t width = command.shape(1);
   double* out = nullptr;
   auto thrust = fresh<Out1>({n}, &out);
-  for (std::size_t i = 0; i < n; ++i)
-    out[i] = curve(chain, q.data(), actuator, command(i), nullptr);
+  for (std::size_t i = 0; i < n; ++i) {
+    out[i] = curve(chain, q.data(), actuator, command.data() + i * width, nullptr);
+  }
   return thrust;
 }
 

@@ -263,6 +263,43 @@ inline Chain direct_chain() {
 
 inline std::vector<double> direct_constants() { return {0.1137, 0.05, 0.6, 0.09, 0.21, 1.2}; }
 
+/// Two propellers by components, 0 and 1, and mirrored 2 and 3; each component has its latency.
+enum PairConstant {
+  kAlongLatency,
+  kAcrossLatency,
+  kAlong,
+  kAcross,
+  kDead,
+  kPairLag,
+  kPairGain,  // of actuator 1
+  kPairConstants
+};
+
+inline Chain paired_chain() {
+  Chain c;
+  c.allocation.n_commands = 4;
+  c.allocation.n_actuators = 4;
+  c.n_forces = 3;
+  c.n_constants = kPairConstants;
+  const double mix[3][4] = {{0.5, 0.0, 0.5, 0.0}, {0.0, 0.5, 0.0, 0.5}, {-0.1, -0.4, 0.1, -0.4}};
+  for (int j = 0; j < 3; ++j) std::copy(mix[j], mix[j] + 4, c.mix[j]);
+  for (int k = 0; k < 4; ++k) {
+    Actuator& a = c.actuators[k];
+    a.latency = k % 2 == 0 ? kAlongLatency : kAcrossLatency;
+    a.lag = kPairLag;
+    a.offset_along = kAlong;
+    a.offset_across = kAcross;
+    a.pair_dead_zone = kDead;
+    a.partner = static_cast<std::int8_t>(k % 2 == 0 ? k + 1 : k - 1);
+    a.across = k % 2 == 1;
+  }
+  c.actuators[3].mirrored = true;
+  c.actuators[1].gain = kPairGain;
+  return c;
+}
+
+inline std::vector<double> paired_constants() { return {0.31, 0.17, -0.05, 0.15, 0.2, 0.07, 1.1}; }
+
 /// A piecewise-constant signal that owns its numbers.
 struct Script {
   int width = 0;
@@ -326,6 +363,25 @@ inline double curve_by_hand(const Chain& c, const std::vector<double>& q, int k,
   return value(a.gain, 1.0) * full * (share > 0.0 ? std::pow(share, value(a.power, 1.0)) : 0.0);
 }
 
+/// The same for a row of commands: of a pair, a vector's direction and length.
+inline double target_by_hand(const Chain& c, const std::vector<double>& q, int k,
+                             const double* thruster) {
+  const Actuator& a = c.actuators[k];
+  if (a.partner < 0) return curve_by_hand(c, q, k, thruster[k]);
+  const auto value = [&q](int i, double neutral) {
+    return i < 0 ? neutral : q[static_cast<std::size_t>(i)];
+  };
+  const int first = a.across ? a.partner : k;
+  const int second = a.across ? k : a.partner;
+  const double mirror = c.actuators[second].mirrored ? -1.0 : 1.0;
+  const double along = thruster[first] + value(a.offset_along, 0.0);
+  const double across = mirror * thruster[second] + value(a.offset_across, 0.0);
+  const double dead = value(a.pair_dead_zone, 0.0);
+  const double size = std::clamp((std::hypot(along, across) - dead) / (1.0 - dead), 0.0, 1.0);
+  const double angle = std::atan2(across, along);
+  return value(a.gain, 1.0) * size * (a.across ? mirror * std::sin(angle) : std::cos(angle));
+}
+
 /// Output f_k(t) of the whole chain as a sum of step responses (the lag is linear): no recursion.
 inline double output_by_hand(const Chain& c, const std::vector<double>& q, const Script& commands,
                              const Script& scales, int k, double t) {
@@ -334,11 +390,11 @@ inline double output_by_hand(const Chain& c, const std::vector<double>& q, const
   const double lag = a.lag < 0 ? 0.0 : q[static_cast<std::size_t>(a.lag)];
   double thruster[kMaxActuators];
   allocate(c.allocation, commands.row(0), thruster);
-  double before = curve_by_hand(c, q, k, thruster[k]);
+  double before = target_by_hand(c, q, k, thruster);
   double level = before;
   for (int i = 1; i < commands.size(); ++i) {
     allocate(c.allocation, commands.row(i), thruster);
-    const double target = curve_by_hand(c, q, k, thruster[k]);
+    const double target = target_by_hand(c, q, k, thruster);
     const double since = t - commands.time[static_cast<std::size_t>(i)] - latency;
     if (since >= 0.0) {
       level += (target - before) * (lag > 0.0 ? -std::expm1(-since / lag) : 1.0);

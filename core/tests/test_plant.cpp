@@ -117,6 +117,12 @@ TEST_CASE("a plant that is driven live goes where the recording of its commands 
   }
 }
 
+TEST_CASE("a plant with pairs of commands goes where the recording goes") {
+  const Script script = boats::random_script(74, 40, 4, 0.0, -1.2, 1.2);
+  Twin twin(boats::paired_chain(), boats::paired_constants());
+  CHECK(worst_against_recording(twin, script, stamps(110)) < 1e-9);
+}
+
 TEST_CASE("a plant without any stage follows its commands at once") {
   const Script script = boats::random_script(71, 20, 3, 0.0, -1.0, 1.0);
   Twin twin(boats::plain_chain(Scheme::kMoorePenrose), {});
@@ -268,6 +274,9 @@ TEST_CASE("a plant allocates nothing, nor does a step with tangents") {
   seed(columns, dx);
   detail::ForceTangent dforce = {};
 
+  Twin paired(boats::paired_chain(), boats::paired_constants());
+  const double four[4] = {1.0, 0.5, -0.5, 0.2};
+
   const long before = allocations;
   bool good = true;
   twin.plant->reset(0.0, still);
@@ -275,6 +284,8 @@ TEST_CASE("a plant allocates nothing, nor does a step with tangents") {
     good = good && twin.plant->command(0.02 * i, full);
     good = good && twin.plant->advance_to(0.02 * (i + 1));
   }
+  paired.plant->reset(0.0, still);
+  good = good && paired.plant->command(0.0, four) && paired.plant->advance_to(2.0);
   allocate(twin.chain.allocation, full, f);
   good = good && euler_step_tangent(twin.boat.structure, twin.boat.coefficient, columns, 0.1, force,
                                     dforce, x, dx);

@@ -128,6 +128,12 @@ TEST_CASE("five direct actuators with a table, limits and latency for two of the
   CHECK(worst.value() < 1e-13);
 }
 
+TEST_CASE(
+    "of a pair each component has its own latency, and its partner's command is of the same row") {
+  const Script commands = boats::random_script(64, 60, 4, 0.3, -1.2, 1.2);
+  CHECK(worst_output(boats::paired_chain(), boats::paired_constants(), commands, Script{}) < 1e-13);
+}
+
 TEST_CASE("a command that repeats the last one makes no break") {
   const Chain c = boats::full_chain(Scheme::kMoorePenrose);
   const auto q = boats::full_constants();
@@ -205,12 +211,14 @@ TEST_CASE("find gives the last break that is not after t") {
 }
 
 TEST_CASE("derivatives of level, target and multiplier equal central differences") {
-  for (const bool lag : {true, false}) {
-    const Chain c = boats::full_chain(Scheme::kMoorePenrose, lag);
-    const auto q = boats::full_constants();
-    const Script commands = boats::random_script(58, 30, 3, 0.0, -1.0, 1.0);
+  for (const int kind : {0, 1, 2}) {
+    const Chain c =
+        kind == 2 ? boats::paired_chain() : boats::full_chain(Scheme::kMoorePenrose, kind == 0);
+    const auto q = kind == 2 ? boats::paired_constants() : boats::full_constants();
+    const int width = c.allocation.n_commands;
+    const Script commands = boats::random_script(58, 30, width, 0.0, -1.0, 1.0);
     const Columns columns = boats::all_columns(boats::mallard(), c);
-    const Script volts = battery();
+    const Script volts = kind == 2 ? Script{} : battery();
     const Trace trace(c, q.data(), commands.held(), volts.held(), columns);
     Random random(59);
     Worst worst;

@@ -91,6 +91,12 @@ class Model:
         return dict(zip(self.parameters, errors, strict=True))
 
     @cached_property
+    def known_vehicle(self) -> Vehicle:
+        """The vehicle with the constants of its chain as they were found."""
+        names = self.vehicle.constants.names
+        return self.vehicle.with_stated(dict(zip(names, self.constants.tolist(), strict=True)))
+
+    @cached_property
     def boat(self) -> _core.Boat:
         """The core's model."""
         code = INTEGRATORS.index(self.integration.scheme)

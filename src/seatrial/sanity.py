@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
+from seatrial.chain import STAGES, USES
 from seatrial.errors import ModelError
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import INTEGRATORS, Model
@@ -175,8 +176,7 @@ def _refuse_unstable(model: Model, axis: int, command: float, t: Array, states: 
 
 def direct_chain(n: int) -> _core.Chain:
     """A chain without any stage: n commands are the n generalised forces."""
-    rows = np.full((n, 10), -1, dtype=np.int32)
-    rows[:, 9] = 0
+    rows = np.full((n, len(STAGES) + len(USES)), -1, dtype=np.int32)
     return _core.Chain(
         0, np.eye(n), 0.0, float("inf"), np.eye(n), rows, 0, np.zeros(0), np.zeros((0, 2))
     )

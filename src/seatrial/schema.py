@@ -10,6 +10,9 @@ Number = float | int
 Clock = Literal["header", "bag"]  # stamps of the messages, or of their arrival in the bag
 Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
+Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
+Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
+Estimate = Literal["estimate"]  # instead of a number: there is such a stage, its value is sought
 
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
@@ -90,15 +93,35 @@ class AllocationEntry(Strict, frozen=True):
 class DeadZone(Strict, frozen=True):
     """Edges of the dead zone, both >= 0, in command units."""
 
-    forward: Annotated[float, msgspec.Meta(ge=0, lt=1)]
-    reverse: Annotated[float, msgspec.Meta(ge=0, lt=1)]
+    forward: Edge
+    reverse: Edge
+
+
+class PairOffset(Strict, frozen=True):
+    """What is added to a pair's vector, in command units; absent: nothing."""
+
+    along: Offset | Estimate | None = None
+    across: Offset | Estimate | None = None
+
+
+class PairEntry(Strict, frozen=True):
+    """Propellers whose two commands are the components of one vector (Voith-Schneider, azimuth).
+
+    Both components limit each other: thrust is along the vector, and grows with its length from
+    the dead zone to 1.
+    """
+
+    of: list[tuple[str, str]]  # actuators, along and across
+    mirrored: list[str] = []  # of these: their command counts with the other sign in the vector
+    offset: PairOffset = PairOffset()
+    dead_zone: Edge | Estimate | None = None  # of the vector's length
 
 
 class ScaleUse(Strict, frozen=True):
     """Thrust is multiplied by (signal / reference) ^ power."""
 
     signal: str
-    power: float = 1.0
+    power: float | Estimate = 1.0
 
 
 class ChainGroup(Strict, frozen=True):
@@ -107,12 +130,13 @@ class ChainGroup(Strict, frozen=True):
     name: str = ""
     actuators: list[str] | None = None  # None: all
     # [s] transport delay plus clock offset: positive acts later than its stamp
-    latency: Annotated[float, msgspec.Meta(ge=-5, le=5)] | None = None
-    dead_zone: DeadZone | None = None
-    reverse_ratio: Positive | None = None  # full reverse over full forward thrust
-    power: Positive | None = None  # exponent past the edge
+    latency: Annotated[float, msgspec.Meta(ge=-5, le=5)] | Estimate | None = None
+    dead_zone: DeadZone | Estimate | None = None
+    reverse_ratio: Positive | Estimate | None = None  # full reverse over full forward thrust
+    power: Positive | Estimate | None = None  # exponent past the edge
     table: list[tuple[float, float]] | None = None  # command, thrust; instead of edge and power
-    lag: NotNegative | None = None  # [s]
+    pair: PairEntry | None = None  # instead of all these
+    lag: NotNegative | Estimate | None = None  # [s]
     scale: ScaleUse | None = None
     gains: dict[str, float] | None = None  # by actuator, mean 1
 

@@ -77,6 +77,11 @@ def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
     """The plan's plant as a model: the truth to compare an identified one with."""
     driven = vehicle.with_chain(plan.plant.chain)
     names = driven.structure.coefficients
+    if driven.estimated:
+        raise VehicleError(
+            f"plan {plan.name}: the plant's chain leaves {', '.join(driven.estimated)} to be "
+            "estimated; give numbers"
+        )
     odd = set(names) ^ set(plan.plant.coefficients)
     if odd:
         raise ModelError(

@@ -10,10 +10,10 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial import _core, structure
 from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.chain import ChainReader, Constants, stated
 from seatrial.errors import VehicleError
 from seatrial.files import convert, expect_format, read_yaml
 from seatrial.frames import AXES, Array, Axes
@@ -21,23 +21,6 @@ from seatrial.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, Vehi
 from seatrial.structure import Force, Structure
 
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
-STAGES = (
-    "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
-)  # in the order of the core's Actuator  # fmt: skip
-CONSTANT_UNITS = {"latency": "s", "lag": "s"}  # all others have none
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Constants of the actuator chain: names, values, and where each actuator finds its own."""
-
-    names: tuple[str, ...]
-    values: Array  # (n,)
-    index: NDArray[np.int32]  # (actuators, 8): STAGES -> place in `values`, -1: stage absent
-
-    def unit(self, name: str) -> str:
-        """SI unit of a constant; a suffix after the dot is its group."""
-        return CONSTANT_UNITS.get(name.partition(".")[0], "-")
 
 
 @dataclass(frozen=True)
@@ -143,39 +126,13 @@ class Vehicle:
 
     @cached_property
     def constants(self) -> Constants:
-        """Known constants of the actuator chain."""
-        names: list[str] = []
-        values: list[float] = []
-        index = np.full((len(self.actuators), len(STAGES)), -1, dtype=np.int32)
-        for group in self.file.chain:
-            suffix = f".{group.name}" if group.name else ""
-            members = [
-                self._actuator(n, f"chain group '{group.name}'")
-                for n in group.actuators or self.actuators
-            ]
-            for stage, value in _stage_values(group).items():
-                if np.any(index[members, STAGES.index(stage)] >= 0):
-                    raise VehicleError(
-                        f"{self.source}: chain: two groups give an actuator's {stage}"
-                    )
-                index[members, STAGES.index(stage)] = len(values)
-                names.append(stage + suffix)
-                values.append(value)
-            gains = group.gains or {}
-            if gains and not np.isclose(np.mean(list(gains.values())), 1.0):
-                raise VehicleError(
-                    f"{self.source}: chain: the gains' mean is {np.mean(list(gains.values())):.4g}; "
-                    "it must be 1, the coefficients carry the rest"
-                )
-            for name, value in gains.items():
-                index[self._actuator(name, "gains"), STAGES.index("gain")] = len(values)
-                names.append(f"gain.{name}")
-                values.append(value)
-        if len(set(names)) != len(names):
-            raise VehicleError(
-                f"{self.source}: chain: two groups with the same name; name them apart"
-            )
-        return Constants(tuple(names), np.array(values, dtype=float), index)
+        """Constants of the actuator chain."""
+        return self._reader.constants()
+
+    @property
+    def estimated(self) -> tuple[str, ...]:
+        """Names of the constants that the file leaves to the estimator."""
+        return self.constants.estimated
 
     @cached_property
     def chain(self) -> _core.Chain:
@@ -203,7 +160,11 @@ class Vehicle:
             offset,
             float("inf") if limit is None else limit,
             np.ascontiguousarray(self.mix),
-            self._actuator_rows(),
+            self._reader.rows(
+                self.constants,
+                self.scales,
+                np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs,
+            ),
             len(self.constants.names),
             np.array([s.reference for s in self.file.scales.values()], dtype=float),
             np.array(tables[0] if tables else [], dtype=float).reshape(-1, 2),
@@ -212,6 +173,10 @@ class Vehicle:
     def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
         """The same vehicle with another actuator chain."""
         return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
+
+    def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
+        """The same vehicle with other numbers, by constant."""
+        return self.with_chain(stated(self.file.chain, values))
 
     def to_mapping(self) -> dict[str, Any]:
         """The file's content, as stored inside a model."""
@@ -234,34 +199,14 @@ class Vehicle:
                 raise VehicleError(f"{self.source}: force '{name}': names begin with F_")
             flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
             for actuator, weight in force.of.items():
-                k = self._actuator(actuator, f"force {name}")
+                k = self._reader.place(actuator, f"force {name}")
                 # a wrench input has been flipped itself when it was read
                 row[k] = flip * weight * (1.0 if self.file.thrusters else self.input_signs[k])
         return mix
 
-    def _actuator(self, name: str, where: str) -> int:
-        if name not in self.actuators:
-            raise VehicleError(
-                f"{self.source}: {where} names '{name}'; the actuators are {', '.join(self.actuators)}"
-            )
-        return self.actuators.index(name)
-
-    def _actuator_rows(self) -> NDArray[np.int32]:
-        rows = np.full((len(self.actuators), 10), -1, dtype=np.int32)
-        rows[:, :8] = self.constants.index
-        rows[:, 9] = 0
-        for group in self.file.chain:
-            members = [self._actuator(n, "chain") for n in group.actuators or self.actuators]
-            if group.scale is not None:
-                if group.scale.signal not in self.scales:
-                    raise VehicleError(
-                        f"{self.source}: chain uses scale '{group.scale.signal}'; "
-                        f"scales has {', '.join(self.scales) or 'none'}"
-                    )
-                rows[members, 8] = self.scales.index(group.scale.signal)
-            if group.table is not None:
-                rows[members, 9] = 1
-        return rows
+    @cached_property
+    def _reader(self) -> ChainReader:
+        return ChainReader(self.file.chain, self.actuators, self.source)
 
 
 def load_vehicle(path: str | Path) -> Vehicle:
@@ -281,34 +226,3 @@ def vehicle_from(content: dict[str, Any], source: str) -> Vehicle:
 def as_column(entry: str | Column) -> Column:
     """The long form of a column: a bare name is a table's column and a message's field."""
     return Column(column=entry, field=entry) if isinstance(entry, str) else entry
-
-
-def _stage_values(group: ChainGroup) -> dict[str, float]:
-    """The constants that a group sets."""
-    if group.table is not None:
-        _check_table(group)
-    edges = group.dead_zone
-    values = {
-        "latency": group.latency,
-        "edge_forward": edges.forward if edges else None,
-        "edge_reverse": edges.reverse if edges else None,
-        "reverse_ratio": group.reverse_ratio,
-        "power": group.power,
-        "lag": group.lag,
-        "scale_power": group.scale.power if group.scale else None,
-    }
-    return {stage: value for stage, value in values.items() if value is not None}
-
-
-def _check_table(group: ChainGroup) -> None:
-    table = np.array(group.table, dtype=float)
-    if group.dead_zone or group.power or group.reverse_ratio:
-        raise VehicleError("chain: a table stands instead of dead_zone, power and reverse_ratio")
-    if len(table) < 2 or len(table) > _core.MAX_TABLE or np.any(np.diff(table[:, 0]) <= 0):
-        raise VehicleError(
-            f"chain: a table needs 2 to {_core.MAX_TABLE} points with rising commands"
-        )
-    if abs(np.interp(1.0, table[:, 0], table[:, 1]) - 1.0) > 1e-9:
-        raise VehicleError(
-            "chain: a table must give thrust 1 at command 1; divide it by that value"
-        )

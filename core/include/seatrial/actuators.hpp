@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The actuator chain: command -> latency -> static curve -> first-order lag -> scale -> F = T f.
+// The actuator chain: command -> latency -> static curve, of the actuator alone or of two together
+// (a pair) -> first-order lag -> scale -> F = T f.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -24,8 +25,15 @@ struct Actuator {
   std::int8_t lag = -1;            // [s] time constant
   std::int8_t scale_power = -1;    // [-] exponent of (scale / reference)
   std::int8_t gain = -1;           // [-] of this actuator; the gains have mean 1
-  std::int8_t scale = -1;          // which scale signal; -1: none
-  bool tabulated = false;          // the table instead of edges and power
+  // of a pair, whose two commands are the components of one vector; the same for both of them
+  std::int8_t offset_along = -1;    // [-] added to the first component
+  std::int8_t offset_across = -1;   // [-] added to the second
+  std::int8_t pair_dead_zone = -1;  // [-] of the vector's length, >= 0
+  std::int8_t scale = -1;           // which scale signal; -1: none
+  bool tabulated = false;           // the table instead of edges and power
+  std::int8_t partner = -1;         // the pair's other actuator; -1: no pair
+  bool across = false;              // the pair's second component
+  bool mirrored = false;            // its command counts with the other sign in the vector
 };
 
 /// Structure of the chain; its constants q are kept apart, so that they can be estimated.
@@ -67,35 +75,102 @@ inline double interpolate(const Chain& c, double x) {
 
 }  // namespace detail
 
-/// Static curve of actuator k with its gain: g(1) = 1, g = 0 between the edges.
+namespace detail {
+
+/// Edges and power: g(1) = 1, g = 0 between the edges. slope[i] += share d g / d q_i.
+inline double edges_and_power(const Actuator& a, const double* q, double command, double share,
+                              double* slope) {
+  const bool forward = command >= 0.0;
+  const std::int8_t edge_at = forward ? a.edge_forward : a.edge_reverse;
+  const double edge = constant(q, edge_at, 0.0);
+  const double power = constant(q, a.power, 1.0);
+  const double full = forward ? 1.0 : -constant(q, a.reverse_ratio, 1.0);
+  const double past = std::abs(command) - edge;
+  if (past <= 0.0) return 0.0;
+  const double w = past / (1.0 - edge);
+  const double shape = a.power >= 0 ? std::pow(w, power) : w;
+  const double g = full * shape;
+  if (slope != nullptr) {
+    const double dshape = a.power >= 0 ? power * shape / w : 1.0;  // d shape / d w
+    const double dw = (w - 1.0) / (1.0 - edge);                    // d w / d edge
+    if (edge_at >= 0) slope[edge_at] += share * full * dshape * dw;
+    if (a.power >= 0) slope[a.power] += share * g * std::log(w);
+    if (!forward && a.reverse_ratio >= 0) slope[a.reverse_ratio] += -share * shape;
+  }
+  return g;
+}
+
+/// A component of the pair's vector P.
+inline double component(const Actuator& a, const double* q, double command) {
+  const double offset = constant(q, a.across ? a.offset_across : a.offset_along, 0.0);
+  return (a.mirrored ? -command : command) + offset;
+}
+
+/// Own component of P / |P| (min(|P|, 1) - d) / (1 - d), mirrored back; 0 where |P| <= d.
+/// slope[i] += share d / d q_i.
+inline double of_pair(const Chain& c, const double* q, int k, const double* thruster, double share,
+                      double* slope) {
+  const Actuator& a = c.actuators[k];
+  const double own = component(a, q, thruster[k]);
+  const double other = component(c.actuators[a.partner], q, thruster[a.partner]);
+  const double dead = constant(q, a.pair_dead_zone, 0.0);
+  const double length = std::hypot(own, other);
+  if (length <= dead) return 0.0;
+  const double sign = a.mirrored ? -1.0 : 1.0;
+  const bool limited = length >= 1.0;
+  const double left = limited ? 1.0 : (length - dead) / (1.0 - dead);
+  const double ratio = left / length;
+  if (slope != nullptr) {
+    const double dleft = limited ? 0.0 : 1.0 / (1.0 - dead);            // d left / d length
+    const double bend = share * sign * own * (dleft - ratio) / length;  // share d out / d length
+    const std::int8_t own_at = a.across ? a.offset_across : a.offset_along;
+    const std::int8_t other_at = a.across ? a.offset_along : a.offset_across;
+    if (own_at >= 0) slope[own_at] += bend * own / length + share * sign * ratio;
+    if (other_at >= 0) slope[other_at] += bend * other / length;
+    if (a.pair_dead_zone >= 0 && !limited) {
+      slope[a.pair_dead_zone] += share * sign * own / length * (left - 1.0) / (1.0 - dead);
+    }
+  }
+  return sign * own * ratio;
+}
+
+}  // namespace detail
+
+/// Static curve of actuator k with its gain, for one row of commands to all actuators.
 /// Where `slope` is given, slope[i] += d target / d q_i (n_constants entries).
-inline double curve(const Chain& c, const double* q, int k, double command, double* slope) {
+inline double curve(const Chain& c, const double* q, int k, const double* thruster, double* slope) {
   const Actuator& a = c.actuators[k];
   const double gain = detail::constant(q, a.gain, 1.0);
   double g = 0.0;
-  if (a.tabulated) {
-    g = detail::interpolate(c, command);
+  if (a.partner >= 0) {
+    g = detail::of_pair(c, q, k, thruster, gain, slope);
+  } else if (a.tabulated) {
+    g = detail::interpolate(c, thruster[k]);
   } else {
-    const bool forward = command >= 0.0;
-    const std::int8_t edge_at = forward ? a.edge_forward : a.edge_reverse;
-    const double edge = detail::constant(q, edge_at, 0.0);
-    const double power = detail::constant(q, a.power, 1.0);
-    const double full = forward ? 1.0 : -detail::constant(q, a.reverse_ratio, 1.0);
-    const double past = std::abs(command) - edge;
-    if (past <= 0.0) return 0.0;
-    const double w = past / (1.0 - edge);
-    const double shape = a.power >= 0 ? std::pow(w, power) : w;
-    g = full * shape;
-    if (slope != nullptr) {
-      const double dshape = a.power >= 0 ? power * shape / w : 1.0;  // d shape / d w
-      const double dw = (past / (1.0 - edge) - 1.0) / (1.0 - edge);  // d w / d edge
-      if (edge_at >= 0) slope[edge_at] += gain * full * dshape * dw;
-      if (a.power >= 0) slope[a.power] += gain * g * std::log(w);
-      if (!forward && a.reverse_ratio >= 0) slope[a.reverse_ratio] += -gain * shape;
-    }
+    g = detail::edges_and_power(a, q, thruster[k], gain, slope);
   }
   if (slope != nullptr && a.gain >= 0) slope[a.gain] += g;
   return gain * g;
+}
+
+/// Whether every pair is one: two actuators, each other's partner, with the same constants of the
+/// pair and none of the single curve.
+inline bool pairs_are_whole(const Chain& c) {
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    const Actuator& a = c.actuators[k];
+    if (a.partner < 0) {
+      if (a.offset_along >= 0 || a.offset_across >= 0 || a.pair_dead_zone >= 0) return false;
+      continue;
+    }
+    if (a.partner >= c.n_actuators() || a.partner == k) return false;
+    const Actuator& b = c.actuators[a.partner];
+    const bool alike = a.offset_along == b.offset_along && a.offset_across == b.offset_across &&
+                       a.pair_dead_zone == b.pair_dead_zone;
+    const bool curved =
+        a.edge_forward >= 0 || a.edge_reverse >= 0 || a.reverse_ratio >= 0 || a.power >= 0;
+    if (b.partner != k || a.across == b.across || !alike || curved || a.tabulated) return false;
+  }
+  return true;
 }
 
 /// Multiplier (s / s_ref)^p of actuator k; 1 without a scale signal.

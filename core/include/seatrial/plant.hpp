@@ -117,7 +117,7 @@ class Plant {
   void aim(const double* command, int k) {
     double thruster[kMaxActuators];
     allocate(chain_.allocation, command, thruster);
-    f_.target[k] = curve(chain_, q_, k, thruster[k], nullptr);
+    f_.target[k] = curve(chain_, q_, k, thruster, nullptr);
     if (detail::constant(q_, chain_.actuators[k].lag, 0.0) <= kShortestLag) {
       f_.level[k] = f_.target[k];
     }

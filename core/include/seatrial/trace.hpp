@@ -159,7 +159,7 @@ class Trace {
     double thruster[kMaxActuators];
     double slope[kMaxConstants] = {0.0};
     allocate(chain_.allocation, command, thruster);
-    f.target[k] = curve(chain_, q_, k, thruster[k], slope);
+    f.target[k] = curve(chain_, q_, k, thruster, slope);
     choose(slope, df.target[k]);
   }
 

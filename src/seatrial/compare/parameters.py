@@ -7,11 +7,12 @@ import msgspec
 import numpy as np
 
 from seatrial.allocation import Scheme
+from seatrial.chain import STAGES
 from seatrial.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.frames import AXES, Array
 from seatrial.model import Model
 from seatrial.structure import Term
-from seatrial.vehicle import STAGES, WRENCH, Vehicle
+from seatrial.vehicle import WRENCH, Vehicle
 
 SIGNIFICANT = 0.05
 RANK = 1e-12  # share of the largest eigenvalue, of scaled covariance, below which there is none
@@ -121,7 +122,7 @@ def _has_edge(model: Model) -> bool:
 
 
 def _has_edges(model: Model) -> bool:
-    curved = any(group.table for group in model.vehicle.file.chain)
+    curved = any(group.table or group.pair for group in model.vehicle.file.chain)
     return curved or any(name.partition(".")[0] in EDGES for name in model.parameters)
 
 

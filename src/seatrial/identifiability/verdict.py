@@ -15,7 +15,11 @@ from seatrial.structure import Term
 SHARP, USABLE = 0.05, 0.2  # relative errors below which a parameter counts as such
 PARTNERS = 3
 # A latency of 0 is as good as any: errors of constants are relative to these, or to the value.
-TYPICAL = {"latency": 0.1, "lag": 0.1, "edge_forward": 0.1, "edge_reverse": 0.1}  # [s], [s], -, -
+TYPICAL = {
+    "latency": 0.1, "lag": 0.1,  # [s]
+    "edge_forward": 0.1, "edge_reverse": 0.1, "pair_dead_zone": 0.1,
+    "pair_offset_along": 0.1, "pair_offset_across": 0.1,
+}  # fmt: skip
 
 
 class Verdict(Enum):

@@ -63,6 +63,11 @@ def equation_error(
     fall on the same recordings (mixed driving), an axis' coupled terms are found with its own.
     """
     chosen = settings or EquationErrorSettings()
+    if vehicle.estimated:
+        raise IdentificationError(
+            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {METHOD} takes "
+            "the actuators as known: use output-error or weak-form, or give numbers"
+        )
     found = find_roles(vehicle, recordings, roles)
     moving = [motion(r) for r in recordings] if motions is None else list(motions)
     period = float(np.median([r.period for r in recordings]))

@@ -200,7 +200,7 @@ def _problem(
     settings: OutputErrorSettings,
 ) -> Problem:
     """Free are the coefficients, the constants that the file does not state, chosen effects."""
-    known = set(vehicle.constants.names)
+    known = set(vehicle.constants.names) - set(whole.estimated)
     problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier)
     n, m = problem.size, problem.constants
     free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]

@@ -34,6 +34,9 @@ BOUNDS = {  # of the constants that are estimated
     "power": (0.3, 4.0),
     "scale_power": (-1.0, 5.0),
     "gain": (0.1, 10.0),
+    "pair_offset_along": (-0.5, 0.5),
+    "pair_offset_across": (-0.5, 0.5),
+    "pair_dead_zone": (0.0, 0.6),
 }
 
 

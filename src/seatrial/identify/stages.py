@@ -13,11 +13,13 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
+from seatrial.chain import ESTIMATE, STAGES, STARTS
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
-from seatrial.vehicle import STAGES, WRENCH, Vehicle
+from seatrial.vehicle import WRENCH, Vehicle
 
-START = {"latency": 0.0, "lag": 0.05, "edge": 0.05}
+MOMENTS = 0.05  # share of the time
+VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
 
 
@@ -41,11 +43,41 @@ def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, 
     curved = _curved(vehicle)
     why = None if curved else _no_edges(vehicle, recordings)
     group = ChainGroup(
-        latency=None if has["latency"] else START["latency"],
-        lag=None if has["lag"] else START["lag"],
-        dead_zone=None if curved or why else DeadZone(START["edge"], START["edge"]),
+        latency=None if has["latency"] else STARTS["latency"],
+        lag=None if has["lag"] else STARTS["lag"],
+        dead_zone=None
+        if curved or why
+        else DeadZone(STARTS["edge_forward"], STARTS["edge_reverse"]),
     )
-    return vehicle.with_chain([*vehicle.file.chain, group]), [why] if why else []
+    held, notes = _powers_held(vehicle, recordings)
+    return held.with_chain([*held.file.chain, group]), [*([why] if why else []), *notes]
+
+
+def _powers_held(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+    """The vehicle with powers of scale signals stated where no recording can tell them."""
+    given, notes = {}, []
+    for group in vehicle.file.chain:
+        if group.scale is None or group.scale.power != ESTIMATE:
+            continue
+        name = "scale_power" + (f".{group.name}" if group.name else "")
+        if not _varies(recordings, vehicle.scales.index(group.scale.signal)):
+            given[name] = STARTS["scale_power"]
+            notes.append(
+                f"{name}: taken as {STARTS['scale_power']:g}, as {group.scale.signal} hardly changes "
+                "in the recordings"
+            )
+    return vehicle.with_stated(given), notes
+
+
+def _varies(recordings: Sequence[Recording], scale: int) -> bool:
+    """Whether a scale signal is at other values for more than moments."""
+    values = [r.scales.values[:, scale] for r in recordings if r.scales is not None]
+    running = np.concatenate(values or [np.zeros(0)])
+    running = running[running > 0]  # at 0 there is no thrust, whatever the power
+    if len(running) == 0:
+        return False
+    low, high = np.quantile(running, [MOMENTS / 2, 1 - MOMENTS / 2])
+    return bool(high > VARIED * low)
 
 
 def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) -> list[Extra]:
@@ -102,7 +134,7 @@ def _stated(vehicle: Vehicle) -> dict[str, bool]:
 
 def _curved(vehicle: Vehicle) -> bool:
     """Whether the file says something of the static curve."""
-    return any(g.table or g.power or g.dead_zone for g in vehicle.file.chain)
+    return any(g.table or g.power or g.dead_zone or g.pair for g in vehicle.file.chain)
 
 
 def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:

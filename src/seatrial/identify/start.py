@@ -48,6 +48,9 @@ CHANGES = {
     "lag": Change(0.02, 0.15, 0.01, 2.0, LAGS),  # [s]
     "edge_forward": Change(0.02, 0.08, 0.0, 0.6, EDGES),
     "edge_reverse": Change(0.02, 0.08, 0.0, 0.6, EDGES),
+    "pair_dead_zone": Change(0.02, 0.08, 0.0, 0.6, EDGES),
+    "pair_offset_along": Change(0.02, 0.08, -0.5, 0.5, ()),
+    "pair_offset_across": Change(0.02, 0.08, -0.5, 0.5, ()),
 }
 
 

@@ -76,7 +76,7 @@ def weak_form(
 def to_find(recordings: Sequence[Recording], vehicle: Vehicle) -> tuple[Vehicle, dict[int, Change]]:
     """The vehicle with the stages that its file does not state, and which constants are sought."""
     whole = with_free_stages(vehicle, recordings)
-    known = set(vehicle.constants.names)
+    known = set(vehicle.constants.names) - set(whole.estimated)
     free = [i for i, name in enumerate(whole.constants.names) if name not in known]
     return whole, changes(whole, free)
 

@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from seatrial.chain import STAGES
 from seatrial.frames import AXES, Array
 from seatrial.recording import Recording, Signal
 from seatrial.signs.findings import Finding, findings
@@ -97,7 +98,9 @@ def _thrust(vehicle: Vehicle, scales: Array) -> Array:
             members = [vehicle.actuators.index(n) for n in group.actuators or vehicle.actuators]
             reference = vehicle.file.scales[group.scale.signal].reference
             value = scales[:, vehicle.scales.index(group.scale.signal)]
-            factor[:, members] *= (np.maximum(value, 0.0) / reference)[:, None] ** group.scale.power
+            constants = vehicle.constants
+            power = constants.values[constants.index[members[0], STAGES.index("scale_power")]]
+            factor[:, members] *= (np.maximum(value, 0.0) / reference)[:, None] ** power
     if vehicle.actuators == vehicle.inputs:
         return factor
     return np.repeat(factor.mean(axis=1)[:, None], len(vehicle.inputs), axis=1)

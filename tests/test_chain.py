@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: MIT
+"""The actuator chain in the vehicle file: pairs of commands, and constants that are to be estimated."""
+
+import numpy as np
+import pytest
+from conftest import CSE1, TABLE_II, make_model
+from hypothesis import given
+from hypothesis import strategies as st
+
+import seatrial
+from seatrial import _core
+from seatrial.errors import IdentificationError, SeatrialError, VehicleError
+from seatrial.files import convert
+from seatrial.identify.output_error import output_error
+from seatrial.identify.stages import staged
+from seatrial.model import load, save, thrust_trace
+from seatrial.plan import load_plan
+from seatrial.recording import Recording, Signal
+from seatrial.schema import ChainGroup
+from seatrial.simulate import plant_model
+from seatrial.vehicle import Vehicle, vehicle_from
+
+ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
+PAIR = {
+    "of": [["left_surge", "left_sway"], ["right_surge", "right_sway"]],
+    "mirrored": ["right_sway"],
+    "offset": {"across": ACROSS},
+    "dead_zone": DEAD,
+}
+INPUTS = ("left_surge", "left_sway", "right_surge", "right_sway")
+
+
+def tug(axes="forward-left-up", pair=PAIR, inputs=INPUTS, **chain) -> Vehicle:
+    """Two Voith-Schneider propellers side by side."""
+    surge, sway = inputs[0::2], inputs[1::2]
+    content = {
+        "seatrial": "vehicle 1", "name": "tug", "axes": axes,
+        "pose": {"stamp": "t", "x": "x", "y": "y", "psi": "psi"},
+        "commands": {"stamp": "t", "inputs": {n: n for n in inputs}},
+        "forces": {
+            "F_u": {"axis": "surge", "of": dict.fromkeys(surge, 0.5)},
+            "F_v": {"axis": "sway", "of": dict.fromkeys(sway, 0.5)},
+            "F_r": {"axis": "yaw", "of": dict(zip(surge, (-0.5, 0.5), strict=False))},
+        },
+        "chain": [{"pair": pair, **chain}],
+        "structure": {
+            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+            "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+            "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r", "N_v * F_v"],
+        },
+    }  # fmt: skip
+    return vehicle_from(content, "tug")
+
+
+def forces(vehicle: Vehicle, rows: np.ndarray) -> np.ndarray:
+    """Generalised forces of rows of commands that are a second apart, in the vehicle's own axes."""
+    chain, q = vehicle.chain, vehicle.constants.values
+    read = rows * vehicle.input_signs
+    outputs = [_core.curve(chain, q, k, np.ascontiguousarray(read)) for k in range(rows.shape[1])]
+    return np.stack(outputs, axis=1) @ vehicle.mix.T
+
+
+def by_hand(rows: np.ndarray) -> np.ndarray:
+    """The same of the tug, from the definition with complex numbers."""
+    out = []
+    for along, across, mirror in ((0, 1, 1.0), (2, 3, -1.0)):
+        P = rows[:, along] + 1j * (mirror * rows[:, across] + ACROSS)
+        size = np.clip((np.abs(P) - DEAD) / (1 - DEAD), 0.0, 1.0)
+        thrust = size * np.exp(1j * np.angle(P))
+        out.append((thrust.real, mirror * thrust.imag))
+    (x1, y1), (x2, y2) = out
+    return np.stack([(x1 + x2) / 2, (y1 + y2) / 2, (x2 - x1) / 2], axis=1)
+
+
+COMMANDS = st.lists(
+    st.lists(st.floats(-1.2, 1.2), min_size=4, max_size=4), min_size=1, max_size=5
+).map(np.array)
+
+
+@given(COMMANDS)
+def test_a_pairs_thrust_is_along_the_vector_of_its_two_commands(rows):
+    np.testing.assert_allclose(forces(tug(), rows), by_hand(rows), atol=1e-12)
+
+
+@given(COMMANDS)
+def test_offset_and_mirror_are_of_the_commands_as_the_file_has_them(rows):
+    """Commands keep their sign in either axes, forces to the side and in yaw change theirs."""
+    flipped = forces(tug("forward-right-down"), rows)
+    np.testing.assert_allclose(flipped, by_hand(rows) * [1.0, -1.0, -1.0], atol=1e-12)
+
+
+@given(st.lists(st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)), min_size=1).map(np.array))
+def test_a_pair_of_wrench_inputs_is_turned_with_them(rows):
+    """A boat with one propeller whose commands are F_u and F_v, in forward-right-down axes."""
+    pair = {**PAIR, "of": [["F_u", "F_v"]], "mirrored": []}
+    one = tug("forward-right-down", pair, ("F_u", "F_v"))
+    P = rows[:, 0] + 1j * (rows[:, 1] + ACROSS)
+    thrust = np.clip((np.abs(P) - DEAD) / (1 - DEAD), 0.0, 1.0) * np.exp(1j * np.angle(P))
+    wanted = 0.5 * np.stack([thrust.real, -thrust.imag], axis=1)
+    np.testing.assert_allclose(forces(one, rows)[:, :2], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("pair", "more", "words"),
+    [
+        ({"of": [["left_surge", "left_sway"], ["left_surge", "right_sway"]]}, {}, "left_surge named"),
+        ({"of": []}, {}, "no actuator named"),
+        ({"of": [["left_surge", "stern"]]}, {}, "names 'stern'; the actuators are left_surge"),
+        ({"of": [["left_surge", "left_sway"]], "mirrored": ["right_sway"]}, {}, "mirrored names right"),
+        (PAIR, {"dead_zone": {"forward": 0.1, "reverse": 0.1}}, "stands instead of dead_zone"),
+        (PAIR, {"power": "estimate"}, "stands instead of dead_zone"),
+        (PAIR, {"table": [[-1, -1], [1, 1]]}, "instead of dead_zone, power, reverse_ratio and table"),
+        ({**PAIR, "dead_zone": 1.0}, {}, "dead_zone"),
+        ({**PAIR, "dead_zone": "sought"}, {}, "sought"),
+    ],
+)  # fmt: skip
+def test_a_pair_that_is_none_is_one_clear_line(pair, more, words):
+    with pytest.raises(SeatrialError, match=words) as caught:
+        tug(pair=pair, **more)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_to_be_estimated_has_a_start_value():
+    group = {
+        "latency": "estimate", "dead_zone": "estimate", "reverse_ratio": "estimate",
+        "power": "estimate", "lag": "estimate",
+    }  # fmt: skip
+    boat = seatrial.load_vehicle("mallard-mp").with_chain([convert(group, ChainGroup, "chain")])
+    names = ("latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag")
+    assert boat.estimated == boat.constants.names == names
+    assert boat.constants.values.tolist() == [0.0, 0.05, 0.05, 1.0, 1.0, 0.05]
+    values = dict(zip(names, (0.1, 0.07, 0.09, 0.8, 1.2, 0.2), strict=True))
+    known = boat.with_stated(values)
+    assert known.estimated == ()
+    assert dict(zip(known.constants.names, known.constants.values, strict=True)) == values
+
+
+def test_a_model_keeps_what_was_estimated_and_states_it_on_request(tmp_path):
+    estimated = {**PAIR, "offset": {"across": "estimate"}, "dead_zone": "estimate"}
+    boat = tug("forward-right-down", estimated, latency="estimate", lag=0.1)
+    assert boat.estimated == ("latency", "pair_offset_across", "pair_dead_zone")
+    values = dict.fromkeys(boat.structure.coefficients, -0.2)
+    model = make_model(boat, values)
+    found = np.array([0.3, 0.1, ACROSS, DEAD])
+    model = seatrial.Model(
+        boat, model.coefficients, model.covariance, found, model.integration, model.noise,
+        model.envelope,
+    )  # fmt: skip
+    save(model, tmp_path / "model.yaml")
+    back = load(tmp_path / "model.yaml")
+    assert back.vehicle.file == boat.file
+    np.testing.assert_array_equal(back.constants, found)
+    assert back.known_vehicle.estimated == ()
+    np.testing.assert_array_equal(back.known_vehicle.constants.values, found)
+
+
+def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1):
+    coupled = seatrial.load_vehicle(CSE1 / "coupled.yaml")
+    with pytest.raises(
+        IdentificationError, match=r"latency\.bow are to be estimated; equation-error"
+    ):
+        seatrial.identify([cse1["run1"]], coupled)
+    plan = load_plan("clean")
+    unknown = convert({**content_of(plan), "plant": {**content_of(plan)["plant"], "chain": [
+        {"latency": "estimate"}]}}, type(plan), "plan")  # fmt: skip
+    with pytest.raises(VehicleError, match="leaves latency to be estimated; give numbers"):
+        plant_model(unknown, mp)
+
+
+def test_a_scales_power_is_taken_as_2_where_the_signal_never_changes(cse1):
+    coupled = seatrial.load_vehicle(CSE1 / "coupled.yaml")
+    assert "scale_power.propellers" in coupled.estimated
+    whole, notes = staged(coupled, [cse1["random_run1"], cse1["random_run3"]])
+    assert "scale_power.propellers" not in whole.estimated
+    constants = dict(zip(whole.constants.names, whole.constants.values, strict=True))
+    assert constants["scale_power.propellers"] == 2.0
+    assert any("propeller_speed hardly changes" in note for note in notes)
+    whole, notes = staged(coupled, [cse1["random_run1"], cse1["run1"]])
+    assert "scale_power.propellers" in whole.estimated
+    assert not any("propeller_speed" in note for note in notes)
+
+
+def content_of(plan):
+    import msgspec
+
+    return {"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}
+
+
+def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
+    """A noisy run of the tug, its propellers known but for the pair's constants."""
+    rng = np.random.default_rng(20)
+    truth = tug(latency=0.2, lag=0.05)
+    values = {**TABLE_II["MP"], "N_v": -0.4}
+    boat = make_model(truth, {n: values[n] for n in truth.structure.coefficients}, step=1 / 30)
+    t_c = np.arange(0.0, 240.0, 2.0)
+    commands = Signal(INPUTS, (t_c * 1e9).astype(np.int64), rng.uniform(-1, 1, (len(t_c), 4)))
+    t = np.arange(0.0, 240.0, 0.1)
+    still = Recording("run", (t * 1e9).astype(np.int64), np.zeros((len(t), 3)), commands)
+    trace = thrust_trace(truth, boat.constants, still)
+    poses = _core.simulate(boat.boat, trace, np.zeros(6), t, False)[0][:, :3]
+    noisy = poses + rng.normal(0.0, 1.0, poses.shape) * [2e-3, 2e-3, 4e-3]  # [m], [m], [rad]
+    run = Recording("run", still.stamps, noisy, commands)
+    pair = {**PAIR, "offset": {"along": 0.0, "across": "estimate"}, "dead_zone": "estimate"}
+    model = output_error([run], tug(pair=pair, latency="estimate", lag=0.05))
+    found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
+    errors = model.standard_errors
+    for name, value in (("pair_offset_across", ACROSS), ("pair_dead_zone", DEAD), ("latency", 0.2)):
+        assert abs(found[name] - value) < 4 * errors[name]
+        assert errors[name] < 0.02
+    assert found["pair_offset_along"] == 0.0
+    assert errors["pair_offset_along"] == 0.0
