@@ -38,7 +38,9 @@ def rows_of(
             reason = _stays(kept[name], len(kept), bench.folds, term) if name in kept else "thrust"
         else:
             verdict = Verdict.GOES if was else Verdict.OUT
-            reason = refused.get(name) or _goes(others[name], term, was=was)
+            reason = refused.get(name) or _goes(
+                others[name], len(others), bench.folds, term, was=was
+            )
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
     return tuple(rows)
@@ -48,7 +50,9 @@ def _aliased(alias: Alias) -> str:
     return f"exactly what {', '.join(alias.made_by)} make together, whatever is recorded"
 
 
-def _goes(evidence: Evidence, term: Term, *, was: bool) -> str:
+def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term, *, was: bool) -> str:
+    if not evidence.repeatable(tests):
+        return f"not repeatable: {said_by(evidence.repeats, folds)}"
     told = f"not told from zero (z = {evidence.estimate.z:.1f})"
     return f"weak: {told}, {_moves(evidence, term)}" if was and evidence.weak else told
 
