@@ -17,6 +17,7 @@ import numpy as np
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
+from seatrial.identify.belief import believed, least_noise, plain_noise
 from seatrial.identify.problem import KINDS, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.score_test import ScoreTest, block_scores, score_test
@@ -66,6 +67,7 @@ class Fit:
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
+    share: float = 0.0  # how closely the model was believed, see belief.py
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,12 +83,15 @@ class Fit:
         covariance = np.zeros((size, size))
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.settings.block,
+            "outlier": self.settings.outlier, "block": self.settings.block, "belief": self.share,
         }  # fmt: skip
         settings |= {
             problem.names[i]: float(theta[i]) for i in problem.free if i >= size
         }  # what the effects were found to be
-        position, heading, *process = self.noise.tolist()
+        noise = self.noise
+        if self.share:
+            noise = plain_noise(Point(theta, self.noise, self.passes))
+        position, heading, *process = noise.tolist()
         recordings = problem.recordings
         constants = theta[n:size]
         return Model(
@@ -133,14 +138,24 @@ def fit(
     problem = _with_prior(_problem(whole, vehicle, recordings, chosen), prior)
     theta, noise = _first(problem, recordings, start)
     at = search(problem, theta, noise, hold=chosen.hold_noise)
+    at, share = believed(at, hold=chosen.hold_noise)
     if chosen.extras and start is None:
-        at, found = _freed(at, vehicle, chosen)
+        at, found = _freed(at, vehicle, chosen, share)
         notes += found
+    if share:
+        notes.append(
+            f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
+            "in a second, which predicts one second ahead better than the likelihood's choice"
+        )
     covariance = sandwich(at, chosen.block)
-    return Fit(at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes))
+    return Fit(
+        at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes), share
+    )
 
 
-def _freed(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> tuple[Point, list[str]]:
+def _freed(
+    at: Point, vehicle: Vehicle, settings: OutputErrorSettings, share: float
+) -> tuple[Point, list[str]]:
     """The solution with those further stages of the chain that the data ask for; said in words."""
     notes: list[str] = []
     for _ in range(MOST_EXTRAS):
@@ -155,7 +170,8 @@ def _freed(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> tuple[
         if not found:
             break
         _, words, wider, theta = max(found, key=lambda f: f[0])
-        at = search(wider, theta, at.noise, hold=settings.hold_noise)
+        least = least_noise(wider, share)
+        at = search(wider, theta, at.noise, hold=settings.hold_noise, least=least)
         notes.append(f"{words}: sought, as the data ask for it")
     return at, notes
 

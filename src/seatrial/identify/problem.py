@@ -112,13 +112,22 @@ class Problem:
         free = {parameter: i for i, parameter in enumerate(self.free)}
         return np.array([free.get(i, -1) for i in own])
 
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest values (p,) of the free parameters."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        is_constant = [self.size <= i < self.size + self.constants for i in self.free]
+        found = [
+            BOUNDS[kind] if own else (-np.inf, np.inf)
+            for kind, own in zip(kinds, is_constant, strict=True)
+        ]
+        low, high = np.array(found).reshape(-1, 2).T
+        return low, high
+
     def bounded(self, theta: Array) -> Array:
         """The nearest parameters within bounds."""
-        out = theta.copy()
-        for i in self.free:
-            if self.size <= i < self.size + self.constants:
-                low, high = BOUNDS[self.names[i].partition(".")[0]]
-                out[i] = np.clip(out[i], low, high)
+        out, free = theta.copy(), list(self.free)
+        out[free] = np.clip(theta[free], *self.bounds)
         return out
 
     def passes(self, theta: Array, noise: Array, counts: list[Array] | None = None) -> "Passes":
