@@ -34,6 +34,7 @@ from seatrial.velocity import motion
 METHOD = "output-error"
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 MOST_EXTRAS = 3
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
@@ -282,15 +283,27 @@ def _first(
 
 
 def sandwich(at: Point, block: float) -> Array:
-    """Of the information and of the scores summed over blocks: errors may hang together."""
+    """Of the information and the scatter of scores over blocks, since errors may hang together.
+
+    The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
+    it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
+    more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
+    """
     problem = at.passes.problem
     scores = block_scores(at.passes, block)
     p, blocks = len(problem.free), len(scores)
-    if blocks < 2 * p and problem.prior is None:
+    information = at.passes.information
+    inverse = np.linalg.pinv(information, hermitian=True)
+    prior = problem.prior
+    if prior is None and blocks < 2 * p:
         raise IdentificationError(
             f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
         )
-    inverse = np.linalg.pinv(at.passes.information, hermitian=True)
-    if problem.prior is not None:
-        return np.asarray(inverse)
-    return np.asarray(inverse @ (scores.T @ scores) @ inverse * blocks / (blocks - p))
+    free = list(problem.free)
+    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)]
+    scores = scores - scores.mean(axis=0)
+    scatter = scores.T @ scores * blocks / max(blocks - p, blocks / 4)
+    factor = float(np.trace(inverse @ scatter)) / p
+    share = blocks / (blocks + SHRINKAGE * p)
+    drawn = share * scatter + (1.0 - share) * factor * (information - known)
+    return np.asarray(inverse @ (drawn + known) @ inverse)
