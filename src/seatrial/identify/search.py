@@ -61,7 +61,7 @@ def search(
     for _ in range(ITERATIONS):
         better, gain = (at.noise, 0.0) if hold else fitted_noise(at, least)
         for trial in range(TRIALS):
-            move, promised = _step(at, damping)
+            move, promised = step_within(at, damping)
             if promised < SETTLED and gain < NOISE_SETTLED:
                 return at
             last = trial == TRIALS - 1  # then the noise alone
@@ -90,7 +90,7 @@ def _further(before: Array, after: Array) -> Array:
     return out
 
 
-def _step(at: Point, damping: float) -> tuple[Array, float]:
+def step_within(at: Point, damping: float) -> tuple[Array, float]:
     """A step of all parameters within their bounds, and the fall of the cost that it promises.
 
     Parameters that would leave their bounds go there, and the others' step is solved anew.
