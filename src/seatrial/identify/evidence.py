@@ -26,16 +26,15 @@ def evidence(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     *,
-    prior: Model | None = None,
     replicates: int = 0,
     profiled: Sequence[str] = (),
     lengths: bool = False,
 ) -> str:
     """Tables for the terminal, from the solution that a model of output-error came from.
 
-    `prior`: the one that the model was found with; `replicates` of the bootstrap, 0 for none;
-    `profiled`: parameters whose likelihood is profiled; `lengths`: accuracy against length. Raises
-    IdentificationError for a model of another method.
+    `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
+    `lengths`: accuracy against length. Raises IdentificationError for a model of another method, or
+    one that rests on a prior.
     """
     if model.estimator.method != METHOD:
         raise IdentificationError(
@@ -50,7 +49,7 @@ def evidence(
         raise IdentificationError(
             f"--bootstrap {replicates}: an interval takes {FEWEST} replicates or more; 200 are usual"
         )
-    whole = _solution(model, recordings, vehicle, prior)
+    whole = _solution(model, recordings, vehicle)
     parts = [minutes_text(minutes(whole))] if lengths else []
     if profiled:
         parts.append(profile_text([profile(whole, name) for name in profiled]))
@@ -59,9 +58,7 @@ def evidence(
     return "\n\n".join(parts)
 
 
-def _solution(
-    model: Model, recordings: Sequence[Recording], vehicle: Vehicle, prior: Model | None
-) -> Fit:
+def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -> Fit:
     """What a model came from, found again from where it ends: believed as closely as it was."""
     chosen, usual = model.estimator.settings, OutputErrorSettings()
     settings = OutputErrorSettings(
@@ -71,7 +68,7 @@ def _solution(
         hold_noise=True,
         extras=False,
     )
-    near = fit(recordings, vehicle, start=model, prior=prior, settings=settings)
+    near = fit(recordings, vehicle, start=model, settings=settings)
     share = float(chosen.get("belief") or 0.0)
     at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
     return Fit(
