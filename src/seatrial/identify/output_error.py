@@ -9,11 +9,13 @@ start: the data say how long the model is to be believed. Pose noise is modelled
 not bias the coefficients as it does the paper's.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
@@ -35,6 +37,8 @@ METHOD = "output-error"
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+LONGEST = 0.3  # step times rate of the boat's quickest motion
+SHORTEST_STEP = 1 / 480  # [s]
 MOST_EXTRAS = 3
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
@@ -49,7 +53,7 @@ class OutputErrorSettings:
 
     outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
     block: float = 10.0  # [s] over which scores may hang together, for the standard errors
-    step: float = 1 / 20  # [s] longest of the integration
+    step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
     hold_noise: bool = False  # the noise stays that of the start model
     extras: bool = (
@@ -138,6 +142,7 @@ def fit(
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(_problem(whole, vehicle, recordings, chosen), prior)
     theta, noise = _first(problem, recordings, start)
+    problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
     at, share = believed(at, hold=chosen.hold_noise)
     if chosen.extras and start is None:
@@ -152,6 +157,25 @@ def fit(
     return Fit(
         at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes), share
     )
+
+
+def _step(problem: Problem, theta: Array) -> float:
+    """As long as asked for, but short beside the boat's quickest motion at the speeds that occur."""
+    vehicle, n = problem.vehicle, problem.size
+    nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
+    fast = np.percentile(np.abs(nu), 99, axis=0)
+    corners = fast * np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))
+    small = 1e-4 * np.eye(3)
+    still = np.zeros((len(corners), len(vehicle.forces)))
+
+    def rate(at: Array) -> Array:
+        return _core.accelerations(
+            vehicle.structure.compiled, np.ascontiguousarray(theta[:n]), at, still
+        )
+
+    slopes = np.stack([(rate(corners + d) - rate(corners - d)) / 2e-4 for d in small], axis=2)
+    quickest = float(np.abs(np.linalg.eigvals(slopes)).max())
+    return float(min(problem.step, max(LONGEST / max(quickest, 1e-9), SHORTEST_STEP)))
 
 
 def _freed(
