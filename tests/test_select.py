@@ -11,6 +11,7 @@ from conftest import CSE1
 from scipy import stats
 
 import seatrial
+from seatrial import _core
 from seatrial.cli import main
 from seatrial.errors import IdentificationError, SeatrialError, StructureError
 from seatrial.identify.output_error import OutputErrorSettings, output_error
@@ -22,6 +23,7 @@ from seatrial.select.candidates import is_essential, with_terms
 from seatrial.select.chance import Estimate, Repeats, estimate, repeats, t_chance
 from seatrial.select.folds import folds
 from seatrial.select.held_out import Change, HeldOut
+from seatrial.select.search import Search, looks
 from seatrial.select.slopes import slopes
 from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
 from seatrial.simulate import plant_model, simulate
@@ -161,6 +163,19 @@ def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, fitted, mp):
     assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
     assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
     assert step.z == pytest.approx(step.value / step.error)
+
+
+def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(six, fitted, mp):
+    tried = default_candidates(mp)
+    room = min(_core.MAX_TERMS - 13, 40 - 11) - 3
+    assert len(tried) > room
+    search = Search(mp, tried, tuple(six), lambda _: None)
+    found = {t.coefficient: estimate(s, t.coefficient) for t, s in looks(search, fitted, tried)}
+    assert set(found) == {t.coefficient for t in tried}
+    for term in (tried[0], tried[-1]):
+        alone = estimate(slopes(fitted, six, [term]), term.coefficient)
+        assert found[term.coefficient].value == pytest.approx(alone.value, rel=1e-6)
+        assert found[term.coefficient].error == pytest.approx(alone.error, rel=1e-6)
 
 
 def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
