@@ -225,9 +225,12 @@ SAME, FINE = spread(0.5, 0.0), Change(5.0, 6.0, 10.0)
         (Evidence(told(), SAME, Change(-4.0, -5.0, 10.0)), True, "4 % better without it"),
         (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), False, "by 0.01 % only"),
         (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), True, None),
+        (Evidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
+        (Evidence(told(0.05, 0.6), SAME, Change(-0.2, -1.5, 9.0)), True, "0.2 % better without it"),
+        (Evidence(told(0.05, 0.6), SAME, Change(0.0, 0.0, 0.1)), True, "by 0.5 % at most"),
     ],
 )
-def test_why_a_term_that_is_told_from_zero_goes(evidence, own, said):
+def test_why_a_term_of_the_model_goes(evidence, own, said):
     parts = [type("F", (), {"name": n})() for n in ("first", "second")]
     found = reason_to_go(evidence, 10, parts, own=own)
     assert (found is None) if said is None else (said in found)

@@ -49,9 +49,9 @@ class Search:
 
 
 def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Model:
-    """Terms come in, the best of every axis at a time, until none is told from zero; then go.
+    """Terms come in, the best of every axis at a time, until none is told from zero.
 
-    `refused` coefficients do not come in. Own terms go only when no candidate comes any more.
+    One that came goes again where others do its work better. `refused` ones do not come in.
     """
     refused = list(refused)
     for _ in range(ROUNDS):
@@ -87,13 +87,13 @@ def newcomers(search: Search, model: Model, refused: Sequence[str]) -> list[Term
 
 
 def leaver(search: Search, model: Model) -> str | None:
-    """The coefficient that is least told from zero, if there is one that is not."""
+    """The newcomer that is least told from zero, if there is one that is not any more."""
     look = slopes(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
-    tested = {name: estimate(look, name) for name in search.removable(model.structure.terms)}
-    limits = {name: CHANCE if name in own else CHANCE / len(search.candidates) for name in tested}
-    loose = [name for name in tested if tested[name].p > limits[name]]
-    return max(loose, key=lambda name: tested[name].p, default=None)
+    names = [n for n in search.removable(model.structure.terms) if n not in own]
+    tested = {name: estimate(look, name).p for name in names}
+    loose = [name for name in names if tested[name] > CHANCE / len(search.candidates)]
+    return max(loose, key=lambda name: tested[name], default=None)
 
 
 def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[Term, Slopes]]:
