@@ -18,7 +18,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask
 from seatrial.identify.belief import believed, least_noise, plain_noise
 from seatrial.identify.problem import KINDS, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
@@ -148,6 +148,10 @@ def fit(
     if chosen.extras and start is None:
         at, found = _freed(at, vehicle, chosen, share)
         notes += found
+    problem = at.passes.problem
+    for i, held in zip(problem.free, at_bounds(at), strict=True):
+        if held:
+            notes.append(f"{problem.names[i]}: {at.theta[i]:g} is the bound of its range")
     if share:
         notes.append(
             f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
@@ -314,20 +318,39 @@ def sandwich(at: Point, block: float) -> Array:
     more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
     """
     problem = at.passes.problem
-    scores = block_scores(at.passes, block)
-    p, blocks = len(problem.free), len(scores)
-    information = at.passes.information
-    inverse = np.linalg.pinv(information, hermitian=True)
-    prior = problem.prior
+    prior, free = problem.prior, list(problem.free)
+    inside = ~at_bounds(at)
+    scores = block_scores(at.passes, block)[:, inside]
+    information = at.passes.information[np.ix_(inside, inside)]
+    blocks, p = scores.shape
     if prior is None and blocks < 2 * p:
         raise IdentificationError(
             f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
         )
-    free = list(problem.free)
-    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)]
+    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
+        np.ix_(inside, inside)
+    ]  # fmt: skip
+    inverse = _inverse(information)
     scores = scores - scores.mean(axis=0)
     scatter = scores.T @ scores * blocks / max(blocks - p, blocks / 4)
     factor = float(np.trace(inverse @ scatter)) / p
     share = blocks / (blocks + SHRINKAGE * p)
     drawn = share * scatter + (1.0 - share) * factor * (information - known)
-    return np.asarray(inverse @ (drawn + known) @ inverse)
+    out = np.zeros((len(free), len(free)))
+    out[np.ix_(inside, inside)] = inverse @ (drawn + known) @ inverse
+    return out
+
+
+def at_bounds(at: Point) -> Mask:
+    """Which free parameters ended at a bound: the data say no more of them."""
+    problem = at.passes.problem
+    low, high = problem.bounds
+    theta = at.theta[list(problem.free)]
+    return np.asarray((theta <= low) | (theta >= high))
+
+
+def _inverse(information: Array) -> Array:
+    """Of what is not informed of at all the variance is large, not 0."""
+    scale = 1.0 / np.sqrt(np.diag(information) + 1e-12)
+    correlation = information * np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+    return np.asarray(np.linalg.inv(correlation) * np.outer(scale, scale))

@@ -19,6 +19,7 @@ from seatrial.structure import Structure, Term
 from seatrial.vehicle import Vehicle
 
 SPREAD = 0.2  # relative change of a coefficient that is to be expected
+COMMON = 0.75  # of that variance is one factor for all drag and thrust of an axis: its mass
 SLIGHT = 0.2  # share of an axis' largest term below which a term is taken to be as large as that
 CLOCK = 0.05  # [s] that latency may change by: it holds what two clocks are apart
 EDGE = 0.05  # dead-zone edges are taken to be at least so large
@@ -51,7 +52,7 @@ class Shift:
 def widened(prior: Model, spread: float = SPREAD) -> Model:
     """The prior with its covariance widened by a relative change `spread` of every parameter.
 
-    A coefficient near 0 may change by `SLIGHT` of what its axis' largest term would ask of it at
+    Those of an axis change together for the most part, as they do with its mass. A coefficient near 0 may change by `SLIGHT` of what its axis' largest term would ask of it at
     the speeds that the prior was identified at; latency by `CLOCK` [s]. Raises IdentificationError.
     """
     if not 0.0 < spread < np.inf:
@@ -65,7 +66,23 @@ def widened(prior: Model, spread: float = SPREAD) -> Model:
     for name, value in zip(names, prior.constants.tolist(), strict=True):
         size = max(abs(value), EDGE) if name.startswith("edge") else abs(value)
         more.append(CLOCK if name == "latency" else spread * size)
-    return replace(prior, covariance=prior.covariance + np.diag(np.square(more)))
+    added = np.diag(np.square(more))
+    for axis in range(3):
+        together = _of_axis(prior, axis)
+        for i in together:
+            for j in set(together) - {i}:
+                added[i, j] = COMMON * spread**2 * prior.coefficients[i] * prior.coefficients[j]
+    return replace(prior, covariance=prior.covariance + added)
+
+
+def _of_axis(model: Model, axis: int) -> list[int]:
+    """Coefficients of drag and thrust that stand in this axis alone: Eq. (12) is per unit mass."""
+    out = []
+    for i, name in enumerate(model.structure.coefficients):
+        own = [t for t in model.structure.terms if t.coefficient == name]
+        if all(t.axis == axis and t.acceleration is None for t in own):
+            out.append(i)
+    return out
 
 
 def _least(model: Model) -> dict[str, float]:
