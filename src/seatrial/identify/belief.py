@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.causal import NOISE_LEAST
+from seatrial.causal import fitted_noise as likeliest
 from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.frames import Array
 from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point, fitted_noise, search
+from seatrial.identify.search import Point, search
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
@@ -42,19 +43,18 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Point, float]:
     problem = at.passes.problem
     if hold or (at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all():
         return at, 0.0  # nothing is left to explain
-    best = first = _ahead(problem, at.theta)
-    if first is None or (first.rms**2 < NOISY * first.floor**2).all():
+    best = _ahead(problem, at.theta)
+    if best is None or (best.rms**2 < NOISY * best.floor**2).all():
         return at, 0.0
     chosen, share = at, 0.0
     for tried in SHARES:
         try:
             found = search(problem, chosen.theta, chosen.noise, least=least_noise(problem, tried))
         except IdentificationError:
-            break
+            continue
         ahead = _ahead(problem, found.theta)
-        if ahead is None or best is None or np.mean(np.log(ahead.rms / best.rms)) > -GAIN:
-            break
-        chosen, share, best = found, tried, ahead
+        if ahead is not None and np.mean(np.log(ahead.rms / best.rms)) < -GAIN:
+            chosen, share, best = found, tried, ahead
     return chosen, share
 
 
@@ -69,14 +69,16 @@ def least_noise(problem: Problem, share: float) -> Array:
     return least
 
 
-def plain_noise(at: Point) -> Array:
-    """The likeliest noise (7,) with the parameters as they are: what a filter is to believe."""
+def plain_noise(at: Point, noise: Array) -> Array:
+    """The likeliest noise (7,) with the parameters as they are: what a filter is to believe.
+
+    `noise`: what the likelihood found before the model was believed less closely.
+    """
     held = replace(at.passes.problem, free=())
-    noise = at.noise
-    for _ in range(6):
-        there = Point(at.theta, noise, held.passes(at.theta, noise))
-        noise, gain = fitted_noise(there)
-        if gain < 1.0:
+    for _ in range(3):
+        passes = held.passes(at.theta, noise)
+        noise, cost = likeliest(passes.each, held.series, noise, 1.0)
+        if passes.cost - cost < 2.0:
             break
     return noise
 

@@ -73,6 +73,7 @@ class Fit:
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
     share: float = 0.0  # how closely the model was believed, see belief.py
+    plain: Array | None = None  # (7,) the noise when it was believed as the likelihood has it
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,8 +95,8 @@ class Fit:
             problem.names[i]: float(theta[i]) for i in problem.free if i >= size
         }  # what the effects were found to be
         noise = self.noise
-        if self.share:
-            noise = plain_noise(Point(theta, self.noise, self.passes))
+        if self.share and self.plain is not None:
+            noise = plain_noise(Point(theta, noise, self.passes), self.plain)
         position, heading, *process = noise.tolist()
         recordings = problem.recordings
         constants = theta[n:size]
@@ -144,6 +145,7 @@ def fit(
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
+    plain = at.noise
     at, share = believed(at, hold=chosen.hold_noise)
     if chosen.extras and start is None:
         at, found = _freed(at, vehicle, chosen, share)
@@ -159,7 +161,15 @@ def fit(
         )
     covariance = sandwich(at, chosen.block)
     return Fit(
-        at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes), share
+        at.passes.problem,
+        at.theta,
+        at.noise,
+        at.passes,
+        covariance,
+        chosen,
+        tuple(notes),
+        share,
+        plain,
     )
 
 

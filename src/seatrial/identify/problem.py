@@ -37,6 +37,18 @@ BOUNDS = {  # of the constants that are estimated
 }
 
 
+REACH = {  # of one step of the search
+    "latency": 0.1,  # [s]
+    "lag": 0.1,  # [s]
+    "edge_forward": 0.1,
+    "edge_reverse": 0.1,
+    "reverse_ratio": 0.5,
+    "power": 0.5,
+    "scale_power": 0.5,
+    "gain": 0.5,
+}
+
+
 @dataclass(frozen=True)
 class Prior:
     """What is known beforehand: a normal distribution of some parameters."""
@@ -123,6 +135,12 @@ class Problem:
         ]
         low, high = np.array(found).reshape(-1, 2).T
         return low, high
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far (p,) one step may go: what the chain does is far from linear."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        return np.array([REACH.get(kind, np.inf) for kind in kinds])
 
     def bounded(self, theta: Array) -> Array:
         """The nearest parameters within bounds."""

@@ -27,7 +27,7 @@ CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of s
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
 NOISE_SETTLED = 0.1
 ITERATIONS = 40
-TRIALS = 8
+TRIALS = 6
 
 
 @dataclass(frozen=True)
@@ -57,18 +57,19 @@ def search(
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping = 1e-4
+    damping, flat = 1e-4, 0
     for _ in range(ITERATIONS):
         better, gain = (at.noise, 0.0) if hold else fitted_noise(at, least)
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
-            if promised < SETTLED and gain < NOISE_SETTLED:
+            if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:
                 return at
             last = trial == TRIALS - 1  # then the noise alone
             there = at.theta if last else at.theta + move
             believed = _further(at.noise, better) if trial == 0 and gain > FAR else better
             found = problem.passes(there, believed)
             if found.cost < at.passes.cost:
+                flat = flat + 1 if at.passes.cost - found.cost < NOISE_SETTLED else 0
                 at = Point(there, believed, found)
                 damping /= 10.0
                 break
@@ -91,13 +92,14 @@ def _further(before: Array, after: Array) -> Array:
 
 
 def step_within(at: Point, damping: float) -> tuple[Array, float]:
-    """A step of all parameters within their bounds, and the fall of the cost that it promises.
+    """A step of all parameters within bounds and reach, and the fall of the cost that it promises.
 
-    Parameters that would leave their bounds go there, and the others' step is solved anew.
+    Parameters that would go further stop there, and the others' step is solved anew.
     """
     problem = at.passes.problem
     free = np.array(problem.free)
     low, high = (bound - at.theta[free] for bound in problem.bounds)
+    near, far = np.maximum(low, -problem.reach), np.minimum(high, problem.reach)
     gradient, information = at.passes.gradient, at.passes.information
     damped = information + damping * np.diag(np.diag(information) + TINY)
     step, held = np.zeros(len(free)), np.zeros(len(free), dtype=bool)
@@ -107,10 +109,12 @@ def step_within(at: Point, damping: float) -> tuple[Array, float]:
         scale = 1.0 / np.sqrt(np.diag(damped)[go] + TINY)
         matrix = damped[np.ix_(go, go)] * np.outer(scale, scale)
         step[go] = scale * np.linalg.solve(matrix, scale * pull)
-        beyond = go & ((step < low) | (step > high))
+        beyond = go & ((step < low) | (step > high))  # first: what pulls the others along with it
+        if not beyond.any():
+            beyond = go & ((step < near) | (step > far))
         if not beyond.any():
             break
-        step[beyond] = np.clip(step, low, high)[beyond]
+        step[beyond] = np.clip(step, near, far)[beyond]
         held |= beyond
     move = np.zeros(len(at.theta))
     move[free] = step
