@@ -203,7 +203,7 @@ def table(folder: Path, rivals: dict[str, str], repeats: int) -> None:
         print(
             f"| {label} | {got['process']:.2f} | {got['process'] / base['process']:.1f} "
             f"| {got['estimation']:.3f} | {got['estimation'] / base['estimation']:.1f} "
-            f"| {got['compiling']:.2f} | {got['iterations']} | {differs:.0e} |",
+            f"| {got['compiling']:.2f} | {got['iterations'] or ''} | {differs:.0e} |",
             flush=True,
         )
 
@@ -211,7 +211,7 @@ def table(folder: Path, rivals: dict[str, str], repeats: int) -> None:
 def main() -> None:
     """Run."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--plan", default="paper-like", help="for instance hard")
+    parser.add_argument("--plan", default="hard", help="for instance paper-like")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--only", nargs="+", help="of casadi, scipy, jax")
     parser.add_argument("--measure", nargs=2, help=argparse.SUPPRESS)

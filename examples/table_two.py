@@ -47,7 +47,7 @@ def identified(column: dict[str, float], settings: EquationErrorSettings) -> sea
     values = np.array([column[name] for name in truth.structure.coefficients])
     bare = replace(
         truth, vehicle=vehicle, constants=np.zeros(0), coefficients=values,
-        integration=Integration("forward-euler", 1 / RATE),
+        covariance=np.zeros((len(values), len(values))), integration=Integration("forward-euler", 1 / RATE),
     )  # fmt: skip
     data = [trial(bare, axis) for axis in range(3)]
     return equation_error(

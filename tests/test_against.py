@@ -77,6 +77,13 @@ def test_every_horizon_has_its_floor_from_either_start(truth, trial):  # noqa: F
             assert score.ratio_interval[0] < score.ratio < score.ratio_interval[1]
 
 
+def test_the_horizon_that_was_asked_for_is_among_them(truth, trial):  # noqa: F811
+    row = validate(truth, [trial.recording.cut(0.0, 60.0)], 3.0).recordings[0]
+    (own,) = [h for h in row.horizons if h.horizon == 3.0 and h.start == "stencil"]
+    assert own.scores == row.scores
+    assert len(row.horizons) == 14
+
+
 def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))

@@ -9,6 +9,8 @@ import numpy as np
 from rivals.problem import STEPS, Problem, Solution
 
 COEFFICIENTS, STATES = 11, 6
+# of MUMPS: as it comes its steps are so inaccurate here that IPOPT needs hundreds of them
+ACCURATE = {"mumps_permuting_scaling": 0, "mumps_scaling": 8, "mumps_pivtol": 1e-3}
 
 
 def rate(theta: ca.SX, x: ca.SX, F: ca.SX) -> ca.SX:
@@ -87,7 +89,7 @@ def solve(problem: Problem) -> Solution:
     solver = ca.nlpsol(
         "solver", "ipopt", {"x": w, "f": 0.5 * ca.sumsqr(residual), "g": gap},
         {"hess_lag": hessian, "jac_g": jacobian, "print_time": False,
-         "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-6, "max_iter": 100}},
+         "ipopt": {**ACCURATE, "print_level": 0, "sb": "yes", "tol": 1e-6, "max_iter": 100}},
     )  # fmt: skip
     states = np.concatenate([problem.eta, problem.nu], axis=2)
     built = time.perf_counter() - started

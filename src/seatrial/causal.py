@@ -29,7 +29,7 @@ from seatrial.velocity import Motion, motion
 
 # position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0])
-NOISE_LEAST = np.array([1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.3])
+NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
 NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0])
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.errors import SeatrialError
 from seatrial.frames import Axes
-from seatrial.identify import DEFAULT_METHOD, METHODS
+from seatrial.identify import DEFAULT_METHOD, METHODS, PRIOR_SPREAD
 from seatrial.io.write_bag import FORMATS
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.progress import Progress
@@ -125,6 +125,14 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="Eq. (17) as printed, surge acceleration one step late",
     )
+    identify.add_argument(
+        "--prior", type=Path, metavar="OLD",
+        help="model of this boat from before its payload changed: then a short recording will do",
+    )  # fmt: skip
+    identify.add_argument(
+        "--prior-spread", type=float, default=PRIOR_SPREAD, metavar="SHARE",
+        help="by how much its parameters may have changed (default: %(default)g)",
+    )  # fmt: skip
 
     for name, run, text in (
         ("validate", _validate, "how well a model predicts recordings"),
@@ -349,16 +357,20 @@ def _simulate(args: argparse.Namespace, progress: Progress) -> None:
 
 def _identify(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.identify import EquationErrorSettings, identify, summary
-    from seatrial.model import save
+    from seatrial.model import load, save
     from seatrial.vehicle import load_vehicle
 
-    _guard(args.out, "seatrial: model", args.vehicle, *args.recordings)
+    _guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     vehicle = load_vehicle(args.vehicle)
+    prior = None if args.prior is None else load(args.prior)
     recordings = _read(args, vehicle, progress)
     progress.say("identifying")
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
-    model = identify(recordings, vehicle, method=args.method, roles=roles, settings=settings)
+    model = identify(
+        recordings, vehicle, method=args.method, roles=roles, settings=settings,
+        prior=prior, prior_spread=args.prior_spread,
+    )  # fmt: skip
     told = ""
     if args.minutes or args.profile or args.bootstrap:
         from seatrial.identify.evidence import evidence

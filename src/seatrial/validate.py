@@ -104,7 +104,7 @@ def validate(
     """
     sanity(model)
     found = [score(model, r, predict(model, r, horizon)) for r in recordings]
-    more = further(model, recordings)
+    more = further(model, recordings, horizon)
     found = [msgspec.structs.replace(s, **m) for s, m in zip(found, more, strict=True)]
     beside = None if other is None else against(model, other, recordings, horizon)
     return Scores(SCORES_FORMAT, model.name, model.estimator.method, horizon, found, beside)
@@ -179,26 +179,32 @@ def _beyond(rms: float, floor: float) -> float:
     return float(np.sqrt(max(0.0, rms**2 - floor**2)))
 
 
-def further(model: Model, recordings: Sequence[Recording]) -> list[dict[str, Any]]:
-    """For every recording the horizons from both starts, correlations, and notes."""
+def further(
+    model: Model, recordings: Sequence[Recording], chosen: float = DEFAULT_HORIZON
+) -> list[dict[str, Any]]:
+    """For every recording `HORIZONS` and the chosen one from both starts, correlations, notes."""
     try:
         noise = believed_noise(model, recordings)
-        return [_further(model, r, causal(model, r, noise)) for r in recordings]
+        return [_further(model, r, chosen, causal(model, r, noise)) for r in recordings]
     except ModelError as error:
         lost = f"no starts from a filter, no residuals: {error}"
-        return [{**_further(model, r, None), "notes": [lost]} for r in recordings]
+        found = [_further(model, r, chosen, None) for r in recordings]
+        return [{**each, "notes": [lost, *each["notes"]]} for each in found]
 
 
-def _further(model: Model, recording: Recording, filtered: Causal | None) -> dict[str, Any]:
+def _further(
+    model: Model, recording: Recording, chosen: float, filtered: Causal | None
+) -> dict[str, Any]:
     found: list[HorizonScore] = []
     notes: list[str] = []
     starts: list[tuple[Start, Lookahead]] = [("stencil", Lookahead(model, recording))]
     if filtered is not None:
         starts.append(("filter", Lookahead(model, recording, starts=filtered.motion)))
-    for horizon, (name, look) in product(HORIZONS, starts):
+    for horizon, (name, look) in product(sorted({*HORIZONS, chosen}), starts):
         if horizon < recording.period:
             continue
-        every = max(1, round(horizon / recording.period) // STARTS)
+        apart = max(1, round(horizon / recording.period) // STARTS)
+        every = 1 if horizon == chosen else apart
         try:
             ahead = look.predict(horizon, every)
         except RecordingError:  # no stretch is as long
@@ -266,9 +272,7 @@ def _range(interval: Interval | None, scale: float) -> str:
 
 def horizons_text(scores: Scores) -> str:
     """Errors at all horizons, and what residuals still have to do with the forces."""
-    known = [
-        h for h in HORIZONS if any(h == x.horizon for r in scores.recordings for x in r.horizons)
-    ]
+    known = sorted({x.horizon for row in scores.recordings for x in row.horizons})
     width = max(23, *(len(r.recording) for r in scores.recordings))
     head = "".join(f"{f'{h:g} s':>8}" for h in known)
     lines = [

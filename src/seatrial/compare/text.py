@@ -3,13 +3,16 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from seatrial.compare import Comparison, Side
 from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
 from seatrial.compare.prediction import Ahead, AxisDifference
 from seatrial.frames import AXES, SYMBOLS, Axes
+from seatrial.identify.text import plus_minus
 
+TOLD = (
+    2.4  # standard errors: by chance one of three axes is that far from 1 in one comparison of 20
+)
+QUIET = 1e-5  # [m/s^2], [rad/s^2] a force that is not worth a word
 FITS = 0.01  # p below which one factor does not explain an axis
 
 
@@ -55,7 +58,7 @@ def _pair(pair: Pair) -> str:
     z, p = ("given", "") if pair.z is None or pair.p is None else (f"{pair.z:.1f}", _p(pair.p))
     return (
         f"{mark} {pair.name:<12} {_value(pair.a, pair.error_a):>20} {_value(pair.b, pair.error_b):>20} "
-        f"{pair.difference:10.{_digits(pair.difference, pair.error)}f} {z:>9} {p:>9}   {pair.unit}"
+        f"{_shift(pair):>10} {z:>9} {p:>9}   {pair.unit}"
     )
 
 
@@ -67,14 +70,12 @@ def _one(letter: str, one: OneSided) -> str:
 
 
 def _value(value: float, error: float) -> str:
-    digits = _digits(value, error)
-    return f"{value:.{digits}f} ± {error:.{digits}f}" if error > 0 else f"{value:.{digits}f} given"
+    return plus_minus(value, error) + ("" if error > 0 else " given")
 
 
-def _digits(value: float, error: float) -> int:
-    """Decimals that show two digits of the error; of the value where it was given."""
-    size = error if error > 0 else abs(value) / 100.0
-    return int(np.clip(1 - np.floor(np.log10(size)), 0, 7)) if size > 0 else 1
+def _shift(pair: Pair) -> str:
+    """The difference, to the second digit of its error."""
+    return plus_minus(pair.difference, pair.error).partition(" ")[0]
 
 
 def _p(p: float) -> str:
@@ -99,7 +100,7 @@ def _changed(found: Comparison) -> Iterator[str]:
 
 
 def _factor(factor: Factor) -> Iterator[str]:
-    if abs(factor.z) < 2.0:
+    if abs(factor.z) < TOLD:
         return
     names = ", ".join(factor.coefficients)
     if factor.fits < FITS:
@@ -143,8 +144,13 @@ def _noise(found: Comparison) -> Iterator[str]:
         f"pose noise: {1e3 * one.position:.2g} → {1e3 * two.position:.2g} mm, "
         f"{1e3 * one.heading:.2g} → {1e3 * two.heading:.2g} mrad"
     )
-    if one.process is not None and two.process is not None:
-        p, q = one.process, two.process
+    p, q = one.process, two.process
+    if p is None or q is None:
+        return
+    if (
+        max(p.disturbance_linear, p.disturbance_yaw, q.disturbance_linear, q.disturbance_yaw)
+        > QUIET
+    ):
         yield (
             f"what the model leaves out: {1e3 * p.disturbance_linear:.2g} → "
             f"{1e3 * q.disturbance_linear:.2g} mm/s^2, {1e3 * p.disturbance_yaw:.2g} → "

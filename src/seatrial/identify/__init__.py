@@ -9,6 +9,8 @@ from seatrial.excitation import find_roles
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import output_error
+from seatrial.identify.prior import SPREAD as PRIOR_SPREAD
+from seatrial.identify.prior import check_prior, widened, with_prior_said
 from seatrial.identify.smoother import METHOD as SMOOTHER
 from seatrial.identify.smoother import smoother
 from seatrial.identify.text import caution, summary
@@ -28,6 +30,7 @@ SHORTEST = 10.0  # [s] of all recordings together
 __all__ = [
     "DEFAULT_METHOD",
     "METHODS",
+    "PRIOR_SPREAD",
     "EquationErrorSettings",
     "caution",
     "check_recordings",
@@ -43,22 +46,29 @@ def identify(
     method: str = DEFAULT_METHOD,
     roles: Mapping[str, Sequence[str]] | None = None,
     settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
 ) -> Model:
     """The vehicle's model from its recordings, checked for physical sense.
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
-    the excitation. Raises IdentificationError, RecordingError, ModelError (unstable).
+    the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
+    which a short recording corrects. Raises IdentificationError, RecordingError, ModelError
+    (unstable).
     """
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
     check_recordings(recordings)
     if method != METHOD and settings is not None and settings.literal:
         raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
+    if prior is not None and method != OUTPUT_ERROR:
+        raise IdentificationError(
+            f"a prior belongs to {OUTPUT_ERROR}, not to {method}; add --method {OUTPUT_ERROR}"
+        )
     if method == OUTPUT_ERROR:
         if roles:
             raise IdentificationError(f"{method} uses every recording for all axes: no roles")
-        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        model = output_error(recordings, vehicle)
+        model = _output_error(recordings, vehicle, prior, prior_spread)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
     elif method == SMOOTHER:
@@ -68,6 +78,19 @@ def identify(
     sanity(model)
     wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
     return replace(model, warnings=(*wrong, *concerns(model)))
+
+
+def _output_error(
+    recordings: Sequence[Recording], vehicle: Vehicle, prior: Model | None, spread: float
+) -> Model:
+    """With a prior, an axis that was never driven keeps what the prior says of it."""
+    if prior is None:
+        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+        return output_error(recordings, vehicle)
+    check_prior(prior, vehicle)
+    wide = widened(prior, spread)
+    found = output_error(recordings, vehicle, start=prior, prior=wide)
+    return with_prior_said(found, prior, spread)
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:

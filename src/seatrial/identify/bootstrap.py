@@ -11,7 +11,7 @@ import numpy as np
 from seatrial.causal import spread
 from seatrial.frames import Array
 from seatrial.identify.output_error import Fit
-from seatrial.identify.problem import Passes
+from seatrial.identify.search import Point, step_within
 
 REPLICATES = 200
 STEPS = 6  # of Gauss and Newton's; one or two do where the likelihood is nearly quadratic
@@ -46,43 +46,18 @@ def intervals(draws: Array) -> Array:
 
 def _refit(fit: Fit, counts: list[Array]) -> Array:
     """The free parameters (p,) where poses count so often; Gauss-Newton from the optimum."""
-    problem, theta = fit.problem, fit.theta
-    at = problem.passes(theta, fit.noise, counts)
+    at = Point(fit.theta, fit.noise, fit.problem.passes(fit.theta, fit.noise, counts))
     for _ in range(STEPS):
-        moved, promised = _moved(at, theta)
+        move, promised = step_within(at, 0.0)
         if promised < SETTLED:
             break
-        found = problem.passes(moved, fit.noise, counts)
         for _ in range(HALVINGS):
-            if found.cost < at.cost:
+            theta = at.theta + move
+            found = fit.problem.passes(theta, fit.noise, counts)
+            if found.cost < at.passes.cost:
                 break
-            moved = 0.5 * (theta + moved)
-            found = problem.passes(moved, fit.noise, counts)
-        if not found.cost < at.cost:
+            move = 0.5 * move
+        else:
             break
-        theta, at = moved, found
-    return theta[list(problem.free)]
-
-
-def _moved(at: Passes, theta: Array) -> tuple[Array, float]:
-    """All parameters after a step, and the cost's fall that it promises.
-
-    What the step would take beyond its bound goes to the bound, and the others follow.
-    """
-    free, H, g = list(at.problem.free), at.information, at.gradient
-    step = np.linalg.lstsq(H, g, rcond=None)[0]
-    held = np.zeros(len(free), dtype=bool)
-    for _ in free:
-        wanted = theta.copy()
-        wanted[free] += step
-        allowed = (at.problem.bounded(wanted) - theta)[free]
-        beyond = (allowed != step) & ~held
-        if not beyond.any():
-            break
-        held |= beyond
-        step = np.where(held, allowed, 0.0)
-        rest = np.flatnonzero(~held)
-        step[rest] = np.linalg.lstsq(H[np.ix_(rest, rest)], (g - H @ step)[rest], rcond=None)[0]
-    moved = theta.copy()
-    moved[free] += step
-    return at.problem.bounded(moved), float(2.0 * step @ g - step @ H @ step)
+        at = Point(theta, fit.noise, found)
+    return at.theta[list(fit.problem.free)]

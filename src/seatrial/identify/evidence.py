@@ -6,11 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.errors import IdentificationError
+from seatrial.identify.belief import least_noise
 from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
 from seatrial.identify.minutes import minutes, minutes_text
-from seatrial.identify.output_error import METHOD, Fit, OutputErrorSettings, fit
+from seatrial.identify.output_error import METHOD, Fit, OutputErrorSettings, fit, sandwich
 from seatrial.identify.problem import KINDS
 from seatrial.identify.profile import Profile, profile
+from seatrial.identify.search import search
 from seatrial.identify.text import plus_minus, table
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -24,16 +26,15 @@ def evidence(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     *,
-    prior: Model | None = None,
     replicates: int = 0,
     profiled: Sequence[str] = (),
     lengths: bool = False,
 ) -> str:
     """Tables for the terminal, from the solution that a model of output-error came from.
 
-    `prior`: the one that the model was found with; `replicates` of the bootstrap, 0 for none;
-    `profiled`: parameters whose likelihood is profiled; `lengths`: accuracy against length. Raises
-    IdentificationError for a model of another method.
+    `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
+    `lengths`: accuracy against length. Raises IdentificationError for a model of another method, or
+    one that rests on a prior.
     """
     if model.estimator.method != METHOD:
         raise IdentificationError(
@@ -48,7 +49,7 @@ def evidence(
         raise IdentificationError(
             f"--bootstrap {replicates}: an interval takes {FEWEST} replicates or more; 200 are usual"
         )
-    whole = fit(recordings, vehicle, start=model, prior=prior, settings=_settings(model))
+    whole = _solution(model, recordings, vehicle)
     parts = [minutes_text(minutes(whole))] if lengths else []
     if profiled:
         parts.append(profile_text([profile(whole, name) for name in profiled]))
@@ -57,15 +58,23 @@ def evidence(
     return "\n\n".join(parts)
 
 
-def _settings(model: Model) -> OutputErrorSettings:
-    """Those that a model was found with; its chain has all stages already."""
+def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -> Fit:
+    """What a model came from, found again from where it ends: believed as closely as it was."""
     chosen, usual = model.estimator.settings, OutputErrorSettings()
-    return OutputErrorSettings(
+    settings = OutputErrorSettings(
         outlier=float(chosen.get("outlier") or usual.outlier),
         block=float(chosen.get("block") or usual.block),
         effects=tuple(k for k in KINDS if any(name.startswith(f"{k}_") for name in chosen)),
+        hold_noise=True,
         extras=False,
     )
+    near = fit(recordings, vehicle, start=model, settings=settings)
+    share = float(chosen.get("belief") or 0.0)
+    at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
+    return Fit(
+        near.problem, at.theta, at.noise, at.passes, sandwich(at, settings.block), settings,
+        near.notes, share,
+    )  # fmt: skip
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

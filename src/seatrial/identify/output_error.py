@@ -9,14 +9,17 @@ start: the data say how long the model is to be believed. Pose noise is modelled
 not bias the coefficients as it does the paper's.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask
+from seatrial.identify.belief import believed, least_noise, plain_noise
 from seatrial.identify.problem import KINDS, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.score_test import ScoreTest, block_scores, score_test
@@ -33,6 +36,9 @@ from seatrial.velocity import motion
 METHOD = "output-error"
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+LONGEST = 0.3  # step times rate of the boat's quickest motion
+SHORTEST_STEP = 1 / 480  # [s]
 MOST_EXTRAS = 3
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
@@ -47,7 +53,7 @@ class OutputErrorSettings:
 
     outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
     block: float = 10.0  # [s] over which scores may hang together, for the standard errors
-    step: float = 1 / 20  # [s] longest of the integration
+    step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
     hold_noise: bool = False  # the noise stays that of the start model
     extras: bool = (
@@ -66,6 +72,8 @@ class Fit:
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
+    share: float = 0.0  # how closely the model was believed, see belief.py
+    plain: Array | None = None  # (7,) the noise when it was believed as the likelihood has it
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,12 +89,15 @@ class Fit:
         covariance = np.zeros((size, size))
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.settings.block,
+            "outlier": self.settings.outlier, "block": self.settings.block, "belief": self.share,
         }  # fmt: skip
         settings |= {
             problem.names[i]: float(theta[i]) for i in problem.free if i >= size
         }  # what the effects were found to be
-        position, heading, *process = self.noise.tolist()
+        noise = self.noise
+        if self.share and self.plain is not None:
+            noise = plain_noise(Point(theta, noise, self.passes), self.plain)
+        position, heading, *process = noise.tolist()
         recordings = problem.recordings
         constants = theta[n:size]
         return Model(
@@ -132,15 +143,58 @@ def fit(
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(_problem(whole, vehicle, recordings, chosen), prior)
     theta, noise = _first(problem, recordings, start)
+    problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
+    plain = at.noise
+    at, share = believed(at, hold=chosen.hold_noise)
     if chosen.extras and start is None:
-        at, found = _freed(at, vehicle, chosen)
+        at, found = _freed(at, vehicle, chosen, share)
         notes += found
+    problem = at.passes.problem
+    for i, held in zip(problem.free, at_bounds(at), strict=True):
+        if held:
+            notes.append(f"{problem.names[i]}: {at.theta[i]:g} is the bound of its range")
+    if share:
+        notes.append(
+            f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
+            "in a second, which predicts one second ahead better than the likelihood's choice"
+        )
     covariance = sandwich(at, chosen.block)
-    return Fit(at.passes.problem, at.theta, at.noise, at.passes, covariance, chosen, tuple(notes))
+    return Fit(
+        at.passes.problem,
+        at.theta,
+        at.noise,
+        at.passes,
+        covariance,
+        chosen,
+        tuple(notes),
+        share,
+        plain,
+    )
 
 
-def _freed(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> tuple[Point, list[str]]:
+def _step(problem: Problem, theta: Array) -> float:
+    """As long as asked for, but short beside the boat's quickest motion at the speeds that occur."""
+    vehicle, n = problem.vehicle, problem.size
+    nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
+    fast = np.percentile(np.abs(nu), 99, axis=0)
+    corners = fast * np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))
+    small = 1e-4 * np.eye(3)
+    still = np.zeros((len(corners), len(vehicle.forces)))
+
+    def rate(at: Array) -> Array:
+        return _core.accelerations(
+            vehicle.structure.compiled, np.ascontiguousarray(theta[:n]), at, still
+        )
+
+    slopes = np.stack([(rate(corners + d) - rate(corners - d)) / 2e-4 for d in small], axis=2)
+    quickest = float(np.abs(np.linalg.eigvals(slopes)).max())
+    return float(min(problem.step, max(LONGEST / max(quickest, 1e-9), SHORTEST_STEP)))
+
+
+def _freed(
+    at: Point, vehicle: Vehicle, settings: OutputErrorSettings, share: float
+) -> tuple[Point, list[str]]:
     """The solution with those further stages of the chain that the data ask for; said in words."""
     notes: list[str] = []
     for _ in range(MOST_EXTRAS):
@@ -155,7 +209,8 @@ def _freed(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> tuple[
         if not found:
             break
         _, words, wider, theta = max(found, key=lambda f: f[0])
-        at = search(wider, theta, at.noise, hold=settings.hold_noise)
+        least = least_noise(wider, share)
+        at = search(wider, theta, at.noise, hold=settings.hold_noise, least=least)
         notes.append(f"{words}: sought, as the data ask for it")
     return at, notes
 
@@ -266,15 +321,46 @@ def _first(
 
 
 def sandwich(at: Point, block: float) -> Array:
-    """Of the information and of the scores summed over blocks: errors may hang together."""
+    """Of the information and the scatter of scores over blocks, since errors may hang together.
+
+    The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
+    it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
+    more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
+    """
     problem = at.passes.problem
-    scores = block_scores(at.passes, block)
-    p, blocks = len(problem.free), len(scores)
-    if blocks < 2 * p and problem.prior is None:
+    prior, free = problem.prior, list(problem.free)
+    inside = ~at_bounds(at)
+    scores = block_scores(at.passes, block)[:, inside]
+    information = at.passes.information[np.ix_(inside, inside)]
+    blocks, p = scores.shape
+    if prior is None and blocks < 2 * p:
         raise IdentificationError(
             f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
         )
-    inverse = np.linalg.pinv(at.passes.information, hermitian=True)
-    if problem.prior is not None:
-        return np.asarray(inverse)
-    return np.asarray(inverse @ (scores.T @ scores) @ inverse * blocks / (blocks - p))
+    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
+        np.ix_(inside, inside)
+    ]  # fmt: skip
+    inverse = _inverse(information)
+    scores = scores - scores.mean(axis=0)
+    scatter = scores.T @ scores * blocks / max(blocks - p, blocks / 4)
+    factor = float(np.trace(inverse @ scatter)) / p
+    share = blocks / (blocks + SHRINKAGE * p)
+    drawn = share * scatter + (1.0 - share) * factor * (information - known)
+    out = np.zeros((len(free), len(free)))
+    out[np.ix_(inside, inside)] = inverse @ (drawn + known) @ inverse
+    return out
+
+
+def at_bounds(at: Point) -> Mask:
+    """Which free parameters ended at a bound: the data say no more of them."""
+    problem = at.passes.problem
+    low, high = problem.bounds
+    theta = at.theta[list(problem.free)]
+    return np.asarray((theta <= low) | (theta >= high))
+
+
+def _inverse(information: Array) -> Array:
+    """Of what is not informed of at all the variance is large, not 0."""
+    scale = 1.0 / np.sqrt(np.diag(information) + 1e-12)
+    correlation = information * np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+    return np.asarray(np.linalg.inv(correlation) * np.outer(scale, scale))

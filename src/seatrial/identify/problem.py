@@ -40,6 +40,18 @@ BOUNDS = {  # of the constants that are estimated
 }
 
 
+REACH = {  # of one step of the search
+    "latency": 0.1,  # [s]
+    "lag": 0.1,  # [s]
+    "edge_forward": 0.1,
+    "edge_reverse": 0.1,
+    "reverse_ratio": 0.5,
+    "power": 0.5,
+    "scale_power": 0.5,
+    "gain": 0.5,
+}
+
+
 @dataclass(frozen=True)
 class Prior:
     """What is known beforehand: a normal distribution of some parameters."""
@@ -115,13 +127,28 @@ class Problem:
         free = {parameter: i for i, parameter in enumerate(self.free)}
         return np.array([free.get(i, -1) for i in own])
 
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest values (p,) of the free parameters."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        is_constant = [self.size <= i < self.size + self.constants for i in self.free]
+        found = [
+            BOUNDS[kind] if own else (-np.inf, np.inf)
+            for kind, own in zip(kinds, is_constant, strict=True)
+        ]
+        low, high = np.array(found).reshape(-1, 2).T
+        return low, high
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far (p,) one step may go: what the chain does is far from linear."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        return np.array([REACH.get(kind, np.inf) for kind in kinds])
+
     def bounded(self, theta: Array) -> Array:
         """The nearest parameters within bounds."""
-        out = theta.copy()
-        for i in self.free:
-            if self.size <= i < self.size + self.constants:
-                low, high = BOUNDS[self.names[i].partition(".")[0]]
-                out[i] = np.clip(out[i], low, high)
+        out, free = theta.copy(), list(self.free)
+        out[free] = np.clip(theta[free], *self.bounds)
         return out
 
     def passes(self, theta: Array, noise: Array, counts: list[Array] | None = None) -> "Passes":

@@ -14,8 +14,8 @@ import numpy as np
 from seatrial.causal import spread
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
+from seatrial.identify.belief import least_noise
 from seatrial.identify.output_error import Fit
-from seatrial.identify.problem import BOUNDS
 from seatrial.identify.search import search
 from seatrial.statistics import NORMAL_95
 
@@ -51,7 +51,7 @@ def profile(fit: Fit, name: str) -> Profile:
 def _end(fit: Fit, k: int, side: float) -> float:
     """Where the cost has risen as far as at 1.96 standard errors of a normal likelihood."""
     place, error = fit.problem.free[k], float(np.sqrt(fit.covariance[k, k]))
-    lowest, highest = _bounds(fit, place)
+    lowest, highest = (float(bound[k]) for bound in fit.problem.bounds)
     best = float(fit.theta[place])
     room = (highest - best if side > 0 else best - lowest) / error
     near, far = (0.0, 0.0), (np.inf, np.inf)  # distance and rise, each in standard deviations
@@ -80,14 +80,6 @@ def _end(fit: Fit, k: int, side: float) -> float:
     return best + side * distance * error
 
 
-def _bounds(fit: Fit, place: int) -> tuple[float, float]:
-    """Within which a parameter is sought."""
-    first = fit.problem.size
-    if first <= place < first + fit.problem.constants:
-        return BOUNDS[fit.problem.names[place].partition(".")[0]]
-    return -np.inf, np.inf
-
-
 def _rise(fit: Fit, k: int, distance: float) -> float:
     """Root of the cost's rise, scaled, with the parameter held so many standard errors away."""
     place, free = fit.problem.free[k], list(fit.problem.free)
@@ -100,7 +92,7 @@ def _rise(fit: Fit, k: int, distance: float) -> float:
     theta = problem.bounded(theta)
     theta[place] = held
     try:
-        found = search(problem, theta, fit.noise)
+        found = search(problem, theta, fit.noise, least=least_noise(problem, fit.share))
     except IdentificationError:
         return np.inf
     return float(np.sqrt(max(0.0, found.passes.cost - fit.passes.cost) / _excess(fit)[k]))

@@ -22,11 +22,12 @@ PROCESS, DISTURBANCES, MEMORY = (2, 6), [4, 5], 6
 NOISE_STEP = 2.5  # the largest of a logarithm
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
+TINY = 1e-12
 CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
 NOISE_SETTLED = 0.1
 ITERATIONS = 40
-TRIALS = 8
+TRIALS = 6
 
 
 @dataclass(frozen=True)
@@ -38,28 +39,37 @@ class Point:
     passes: Passes
 
 
-def search(problem: Problem, theta: Array, noise: Array, *, hold: bool = False) -> Point:
-    """The most likely parameters and, unless they are held, noise levels.
+def search(
+    problem: Problem,
+    theta: Array,
+    noise: Array,
+    *,
+    hold: bool = False,
+    least: Array = NOISE_LEAST,
+) -> Point:
+    """The most likely parameters and, unless they are held, noise levels, not below `least` (7,).
 
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
+    noise = np.maximum(noise, least)
     at = Point(theta, noise, problem.passes(theta, noise))
     if not np.isfinite(at.passes.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping = 1e-4
+    damping, flat = 1e-4, 0
     for _ in range(ITERATIONS):
-        better, gain = (at.noise, 0.0) if hold else fitted_noise(at)
+        better, gain = (at.noise, 0.0) if hold else fitted_noise(at, least)
         for trial in range(TRIALS):
-            move, promised = _step(at, damping)
-            if promised < SETTLED and gain < NOISE_SETTLED:
+            move, promised = step_within(at, damping)
+            if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:
                 return at
             last = trial == TRIALS - 1  # then the noise alone
-            there = at.theta if last else problem.bounded(at.theta + move)
+            there = at.theta if last else at.theta + move
             believed = _further(at.noise, better) if trial == 0 and gain > FAR else better
             found = problem.passes(there, believed)
             if found.cost < at.passes.cost:
+                flat = flat + 1 if at.passes.cost - found.cost < NOISE_SETTLED else 0
                 at = Point(there, believed, found)
                 damping /= 10.0
                 break
@@ -81,19 +91,37 @@ def _further(before: Array, after: Array) -> Array:
     return out
 
 
-def _step(at: Point, damping: float) -> tuple[Array, float]:
-    """A step of all parameters, and the fall of the cost that it promises."""
-    free = list(at.passes.problem.free)
-    gradient = at.passes.gradient
-    scale = np.sqrt(np.diag(at.passes.information)) + 1e-12
-    matrix = at.passes.information / np.outer(scale, scale) + damping * np.eye(len(free))
-    step = np.linalg.solve(matrix, gradient / scale) / scale
+def step_within(at: Point, damping: float) -> tuple[Array, float]:
+    """A step of all parameters within bounds and reach, and the fall of the cost that it promises.
+
+    Parameters that would go further stop there, and the others' step is solved anew.
+    """
+    problem = at.passes.problem
+    free = np.array(problem.free)
+    low, high = (bound - at.theta[free] for bound in problem.bounds)
+    near, far = np.maximum(low, -problem.reach), np.minimum(high, problem.reach)
+    gradient, information = at.passes.gradient, at.passes.information
+    damped = information + damping * np.diag(np.diag(information) + TINY)
+    step, held = np.zeros(len(free)), np.zeros(len(free), dtype=bool)
+    for _ in range(len(free)):
+        go = ~held
+        pull = gradient[go] - information[np.ix_(go, held)] @ step[held]
+        scale = 1.0 / np.sqrt(np.diag(damped)[go] + TINY)
+        matrix = damped[np.ix_(go, go)] * np.outer(scale, scale)
+        step[go] = scale * np.linalg.solve(matrix, scale * pull)
+        beyond = go & ((step < low) | (step > high))  # first: what pulls the others along with it
+        if not beyond.any():
+            beyond = go & ((step < near) | (step > far))
+        if not beyond.any():
+            break
+        step[beyond] = np.clip(step, near, far)[beyond]
+        held |= beyond
     move = np.zeros(len(at.theta))
     move[free] = step
-    return move, float(step @ gradient)
+    return move, float(2.0 * step @ gradient - step @ information @ step)
 
 
-def fitted_noise(at: Point) -> tuple[Array, float]:
+def fitted_noise(at: Point, least: Array = NOISE_LEAST) -> tuple[Array, float]:
     """Noise under which the errors are more likely, the model as it is; the fall of the cost.
 
     One step of Fisher's scoring on the logarithms. What falls is tried at its least, too: there
@@ -101,14 +129,14 @@ def fitted_noise(at: Point) -> tuple[Array, float]:
     """
     problem = at.passes.problem
     pairs = list(zip(at.passes.each, problem.series, strict=True))
-    least, most = np.log(NOISE_LEAST), np.log(NOISE_MOST)
+    low, high = np.log(least), np.log(NOISE_MOST)
 
     def cost(phi: Array) -> float:
         one = np.exp(phi)
         return sum(spread(lambda p: _core.repeated(*p, one, problem.outlier), pairs))
 
     phi = np.log(at.noise)
-    active = phi > least
+    active = phi > low
     active[MEMORY] = active[DISTURBANCES].any()
     mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
     parts = spread(lambda p: _core.noise_slopes(*p, at.noise, problem.outlier, mask), pairs)
@@ -118,7 +146,7 @@ def fitted_noise(at: Point) -> tuple[Array, float]:
     for _ in range(TRIALS):
         matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
         move = np.clip(np.linalg.solve(matrix, gradient), -NOISE_STEP, NOISE_STEP)
-        trial = np.clip(phi - move, least, most)
+        trial = np.clip(phi - move, low, high)
         found = cost(trial)
         if found < here:
             phi, here = trial, found
@@ -129,7 +157,7 @@ def fitted_noise(at: Point) -> tuple[Array, float]:
         raised = not active[i] and first - here < NOISE_SETTLED
         if fell or raised:
             trial = phi.copy()
-            trial[i] = least[i] if fell else np.log(RAISED[i])
+            trial[i] = low[i] if fell else np.log(RAISED[i])
             found = cost(trial)
             phi, here = (trial, found) if found < here else (phi, here)
     return np.exp(phi), first - here

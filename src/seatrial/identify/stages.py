@@ -2,7 +2,7 @@
 """Which stages of the actuator chain are sought: those that the file leaves open and the data show.
 
 Latency, lag and dead zone are always sought where they can be. Others (full reverse over full
-forward thrust, the curve's power, a latency or lag for each group of actuators) are tried from their
+forward thrust, the curve's power, a latency for each group of actuators) are tried from their
 neutral value by a score test, and freed where the data say so.
 """
 
@@ -95,19 +95,16 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
             if getattr(own, stage) is None and not has[stage]:
                 add(f"{words} of the thrust curve", [_with(own, stage, 1.0)], {})
     groups = alike(whole)
-    for stage in ("latency", "lag"):
-        value = getattr(own, stage)
-        if value is None or len(groups) < 2:
-            continue
+    if own.latency is not None and len(groups) > 1:
         parts = [
-            _with(ChainGroup(name=f"{stage}_{name}", actuators=members), stage, value)
+            ChainGroup(name=f"latency_{name}", actuators=members, latency=own.latency)
             for name, members in groups.items()
         ]
-        origin = {f"{stage}.{part.name}": stage for part in parts}
         add(
-            f"a {stage} for each of {', '.join(groups)}",
-            [_with(own, stage, None), *parts], origin,
-        )  # fmt: skip
+            f"a latency for each of {', '.join(groups)}",
+            [_with(own, "latency", None), *parts],
+            {f"latency.{part.name}": "latency" for part in parts},
+        )
     return found
 
 

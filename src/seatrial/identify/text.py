@@ -156,7 +156,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
     helped = {n for c in found.combinations if c.verdict is Verdict.SHARP for n in c.names}
     loose = [
         f for f in found.findings
-        if f.verdict in {Verdict.USABLE, Verdict.WEAK, Verdict.LOST} and f.name not in helped
+        if f.verdict in {Verdict.USABLE, Verdict.WEAK} and f.name not in helped
     ]  # fmt: skip
     if not (length and found.names) or "prior" in model.estimator.settings:
         return []

@@ -31,7 +31,7 @@ from seatrial.vehicle import Vehicle
 
 SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
 LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side
-STATE_RANGE = (0.0, 0.6)  # [s], but two poses at least
+STATE_MOST = 0.6  # [s]; at least two poses
 TEST_RANGE = (0.4, 1.5)  # [s]
 BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
 
@@ -82,7 +82,8 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     poses = float(np.max(12.0 * (sigma / period / (SLOPE_NOISE * speed)) ** 2)) ** (1 / 3)
     half = float(np.max(22.5 * period * (sigma / (LEFT_NOISE * bend)) ** 2)) ** (1 / 5)
     return Widths(
-        float(np.clip(poses * period / 2, *STATE_RANGE)), float(np.clip(half, *TEST_RANGE))
+        float(np.clip(poses / 2, 2.0, STATE_MOST / period) * period),
+        float(np.clip(half, *TEST_RANGE)),
     )
 
 

@@ -64,9 +64,10 @@ def estimate(slopes: Slopes, name: str) -> Estimate:
     unit = np.zeros(p)
     unit[j] = 1.0
     row = solve(slopes.total, unit)
-    value = slopes.values[j] + row @ slopes.gradient.sum(axis=0)
+    step = solve(slopes.total, slopes.gradient.sum(axis=0))
+    value = slopes.values[j] + step[j]
     left = freedom(slopes, p - 1)
-    influence = slopes.scores @ row
+    influence = slopes.left(step) @ row
     sandwich = float(np.sum(influence**2)) * slopes.blocks / left
     error = float(np.sqrt(max(sandwich, row[j])))
     return Estimate(float(value), error, t_chance(value / error, left))
@@ -78,25 +79,23 @@ def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeat
     rest = [i for i in range(len(slopes.names)) if i != j]
     n = len(rest)
     matrix, right = np.zeros((n + k, n + k)), np.zeros(n + k)
-    scores = np.zeros((slopes.blocks, n + k))
     matrix[:n, :n] = slopes.total[np.ix_(rest, rest)]
     right[:n] = slopes.gradient.sum(axis=0)[rest]
-    scores[:, :n] = slopes.scores[:, rest]
     for f, members in enumerate(folds):
         at = list(members)
         cross = slopes.information[at].sum(axis=0)[j]
         matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
         matrix[n + f, n + f] = cross[j]
         right[n + f] = slopes.gradient[at, j].sum()
-        mine = np.isin(slopes.recording, at)
-        scores[mine, n + f] = slopes.scores[mine, j]
-    unit = np.vstack([np.zeros((n, k)), np.eye(k)])
-    rows = solve(matrix, unit)  # (n + k, k)
-    values = slopes.values[j] + rows.T @ right
-    influence = scores @ rows
+    step = solve(matrix, right)
+    rows = solve(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
+    influence = np.zeros((slopes.blocks, k))
+    for f, members in enumerate(folds):
+        own = np.insert(step[:n], j, step[n + f])
+        mine = np.isin(slopes.recording, list(members))
+        influence[mine] = (slopes.left(own) @ np.insert(rows[:n], j, rows[n + f], axis=0))[mine]
     sandwich = influence.T @ influence * slopes.blocks / freedom(slopes, n + 1)
-    covariance = _larger(sandwich, rows[n:])
-    return _spread(values, covariance)
+    return _spread(slopes.values[j] + step[n:], _larger(sandwich, rows[n:]))
 
 
 def _larger(sandwich: Array, fisher: Array) -> Array:

@@ -38,7 +38,7 @@ def rows_of(
             reason = _stays(kept[name], len(kept), bench.folds, term) if name in kept else "thrust"
         else:
             verdict = Verdict.GOES if was else Verdict.OUT
-            reason = refused.get(name) or _goes(others[name], term, was=was)
+            reason = refused.get(name) or _goes(others[name], len(others), bench.folds)
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
     return tuple(rows)
@@ -48,13 +48,19 @@ def _aliased(alias: Alias) -> str:
     return f"exactly what {', '.join(alias.made_by)} make together, whatever is recorded"
 
 
-def _goes(evidence: Evidence, term: Term, *, was: bool) -> str:
-    told = f"not told from zero (z = {evidence.estimate.z:.1f})"
-    return f"weak: {told}, {_moves(evidence, term)}" if was and evidence.weak else told
+def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold]) -> str:
+    if not evidence.repeatable(tests):
+        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+    return f"not told from zero (z = {evidence.estimate.z:.1f})"
 
 
 def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
-    if evidence.weak:
+    if not evidence.told:
+        text = (
+            f"weak: not told from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "
+            f"{AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
+        )
+    elif evidence.weak:
         text = f"weak: told from zero, but {_moves(evidence, term)}"
     else:
         text = f"told from zero, {_difference(evidence, term)} without it"

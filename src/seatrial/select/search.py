@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial import _core
+from seatrial.errors import StructureError
 from seatrial.identify.output_error import output_error
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -19,7 +20,8 @@ from seatrial.vehicle import Vehicle
 
 CHANCE = 0.05  # that any term comes in which is not there, however many are tried
 ROUNDS = 12
-MOST_COEFFICIENTS = 40  # of the core, the filter's three disturbances among them
+MOST_COEFFICIENTS = 40  # of the core
+DISTURBANCES = 3  # terms and coefficients that the filter takes for itself
 Say = Callable[[str], None]
 
 
@@ -47,9 +49,9 @@ class Search:
 
 
 def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Model:
-    """Terms come in, the best of every axis at a time, until none is told from zero; then go.
+    """Terms come in, the best of every axis at a time, until none is told from zero.
 
-    `refused` coefficients do not come in. Own terms go only when no candidate comes any more.
+    One that came goes again where others do its work better. `refused` ones do not come in.
     """
     refused = list(refused)
     for _ in range(ROUNDS):
@@ -85,22 +87,26 @@ def newcomers(search: Search, model: Model, refused: Sequence[str]) -> list[Term
 
 
 def leaver(search: Search, model: Model) -> str | None:
-    """The coefficient that is least told from zero, if there is one that is not."""
+    """The newcomer that is least told from zero, if there is one that is not any more."""
     look = slopes(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
-    tested = {name: estimate(look, name) for name in search.removable(model.structure.terms)}
-    worst = max(tested, key=lambda name: tested[name].p, default=None)
-    limits = {name: CHANCE if name in own else CHANCE / len(search.candidates) for name in tested}
-    return worst if worst is not None and tested[worst].p > limits[worst] else None
+    names = [n for n in search.removable(model.structure.terms) if n not in own]
+    tested = {name: estimate(look, name).p for name in names}
+    loose = [name for name in names if tested[name] > CHANCE / len(search.candidates)]
+    return max(loose, key=lambda name: tested[name], default=None)
 
 
 def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[Term, Slopes]]:
     """Each term that is not in the model, with the slopes of the model and of it alone."""
-    room = min(
-        _core.MAX_TERMS - len(model.structure.terms), MOST_COEFFICIENTS - len(model.values)
-    ) - 3  # the filter's disturbances  # fmt: skip
+    terms, coefficients = len(model.structure.terms), len(model.values)
+    room = min(_core.MAX_TERMS - terms, MOST_COEFFICIENTS - coefficients) - DISTURBANCES
+    if room < 1 and out:
+        raise StructureError(
+            f"{terms} terms with {coefficients} coefficients leave no room for a candidate; at most "
+            f"{_core.MAX_TERMS - DISTURBANCES - 1} and {MOST_COEFFICIENTS - DISTURBANCES - 1} do"
+        )
     for first in range(0, len(out), max(1, room)):
-        batch = out[first : first + max(1, room)]
+        batch = out[first : first + room]
         whole = slopes(model, search.recordings, batch)
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
         for term in batch:

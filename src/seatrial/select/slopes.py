@@ -47,6 +47,15 @@ class Slopes:
         """Information of all recordings (p, p)."""
         return np.asarray(self.information.sum(axis=0))
 
+    def left(self, step: Array) -> Array:
+        """Scores (blocks, p) that are left after a step (p,) of the parameters.
+
+        A block has its share of its recording's information. Without this a term that is plainly
+        missing would count as scatter of the scores, and hide itself.
+        """
+        share = self.information @ step / np.bincount(self.recording)[:, None]
+        return np.asarray(self.scores - share[self.recording])
+
     def place(self, name: str) -> int:
         """Column of a parameter."""
         return self.names.index(name)

@@ -53,7 +53,7 @@ def _numbers(row: Row) -> tuple[str, ...]:
     return (
         row.term,
         plus_minus(told.value, told.error),
-        f"{told.z:.1f}",
+        f"{told.z:.1f}" if abs(told.z) < 100 else f"{told.z:.0f}",
         f"{found.repeats.ratio:.1f}",
         change,
         f"{found.change.moves:.2g} %",

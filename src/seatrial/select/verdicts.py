@@ -12,14 +12,16 @@ from seatrial.model import Model
 from seatrial.select.chance import Estimate, Repeats, estimate, repeats
 from seatrial.select.folds import Fold
 from seatrial.select.held_out import Change, HeldOut
-from seatrial.select.search import Search, looks, with_zero
+from seatrial.select.search import CHANCE, Search, looks, with_zero
 from seatrial.select.slopes import Slopes, slopes
+from seatrial.statistics import NORMAL_95
 from seatrial.structure import Term
 
 WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
 NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
 UNREPEATABLE = 0.5  # of its own size: how far a coefficient may spread between repeats
 HARM = -3.0  # [standard errors] held-out prediction must not be better without a term by as much
+DOUBT = -1.0  # [standard errors] the same for a term that is not told from zero
 SPREAD_CHANCE = 0.01  # that one of the kept terms is called unrepeatable when all are
 
 
@@ -46,6 +48,17 @@ class Evidence:
     repeats: Repeats
     change: Change  # of held-out prediction, without the term
 
+    @property
+    def told(self) -> bool:
+        """Whether it is told from zero, looked at alone."""
+        return self.estimate.p < CHANCE
+
+    @property
+    def reach(self) -> float:
+        """How far the prediction may move by it [%], at the end of its 95 % interval."""
+        size = abs(self.estimate.value)
+        return self.change.moves * (size + NORMAL_95 * self.estimate.error) / size
+
     def repeatable(self, tests: int) -> bool:
         """Whether repeats agree on it to within its own size."""
         apart = self.repeats.p < SPREAD_CHANCE / tests
@@ -63,8 +76,8 @@ class Evidence:
 
     @property
     def weak(self) -> bool:
-        """Whether it hardly moves the prediction."""
-        return self.change.moves < WEAK
+        """Whether it hardly moves the prediction, or is not told from zero."""
+        return self.change.moves < WEAK or not self.told
 
 
 @dataclass(frozen=True)
@@ -133,13 +146,33 @@ def _places(folds: Sequence[Fold]) -> list[list[int]]:
 
 
 def reason_to_go(evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool) -> str | None:
-    """Why a term that is told from zero can't stay; None if it can."""
+    """Why a term of the model can't stay; None if it can.
+
+    The file's own need not be told from zero: they go where repeats or prediction speak against
+    them, or where they are too small to matter.
+    """
+    change = evidence.change
     if not evidence.repeatable(tests) and not evidence.helps:
         return f"not repeatable: {said_by(evidence.repeats, folds)}"
     if evidence.harms:
-        return f"held-out prediction is {-evidence.change.percent:.2g} % better without it"
-    if not own and evidence.change.moves < NOTHING:
-        return f"told from zero, but moves the prediction by {evidence.change.moves:.1g} % only"
+        return f"held-out prediction is {-change.percent:.2g} % better without it"
+    if own:
+        return _too_weak(evidence)
+    small = change.moves < NOTHING
+    return (
+        f"told from zero, but moves the prediction by {change.moves:.1g} % only" if small else None
+    )
+
+
+def _too_weak(evidence: Evidence) -> str | None:
+    """Why a term of the file's own that is not told from zero can't stay."""
+    if evidence.told:
+        return None
+    told, change = f"weak: not told from zero (z = {evidence.estimate.z:.1f})", evidence.change
+    if change.z < DOUBT:
+        return f"{told}, held-out prediction is {-change.percent:.2g} % better without it"
+    if evidence.reach < WEAK:
+        return f"{told}, and moves the prediction by {evidence.reach:.1g} % at most"
     return None
 
 

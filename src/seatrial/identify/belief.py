@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""How closely the model is believed.
+
+The likelihood weighs every pose by its own noise. A structure that is not quite right then spends
+its coefficients on what happens within a few poses, where noise is smallest, and predicts a second
+ahead the worse for it. So models that are believed less closely are tried as well: the filter takes
+the poses for noisier than they are, by a share of the way that the boat goes in one second, and the
+fit looks as much further ahead. They are compared by what they are for: the error one second
+ahead. A structure that is right gains nothing by that, and stays with the likelihood.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.causal import NOISE_LEAST
+from seatrial.causal import fitted_noise as likeliest
+from seatrial.errors import IdentificationError, ModelError, RecordingError
+from seatrial.frames import Array
+from seatrial.identify.problem import Problem
+from seatrial.identify.search import Point, search
+from seatrial.model import Model
+from seatrial.predict import DEFAULT_HORIZON, predict
+from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
+from seatrial.velocity import motion
+
+SHARES = (0.2, 0.8)  # of the way gone in one second
+GAIN = 0.03  # share of the error one second ahead by which a looser belief must be better
+NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
+PROCESS = slice(2, 6)  # of the noise
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """Errors one second ahead, over all recordings."""
+
+    rms: Array  # (3,)
+    floor: Array  # (3,) what pose noise alone makes
+
+
+def believed(at: Point, *, hold: bool = False) -> tuple[Point, float]:
+    """The solution that predicts best, and the share that it was believed to: 0, the likelihood's."""
+    problem = at.passes.problem
+    if hold or (at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all():
+        return at, 0.0  # nothing is left to explain
+    best = _ahead(problem, at.theta)
+    if best is None or (best.rms**2 < NOISY * best.floor**2).all():
+        return at, 0.0
+    chosen, share = at, 0.0
+    for tried in SHARES:
+        try:
+            found = search(problem, chosen.theta, chosen.noise, least=least_noise(problem, tried))
+        except IdentificationError:
+            continue
+        ahead = _ahead(problem, found.theta)
+        if ahead is not None and np.mean(np.log(ahead.rms / best.rms)) < -GAIN:
+            chosen, share, best = found, tried, ahead
+    return chosen, share
+
+
+def least_noise(problem: Problem, share: float) -> Array:
+    """The noise (7,) below which the filter does not go."""
+    least = NOISE_LEAST.copy()
+    if share > 0.0:
+        nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
+        rms = np.sqrt(np.mean(nu**2, axis=0))
+        way = share * np.array([np.hypot(rms[0], rms[1]), rms[2]])
+        least[:2] = np.maximum(least[:2], way)
+    return least
+
+
+def plain_noise(at: Point, noise: Array) -> Array:
+    """The likeliest noise (7,) with the parameters as they are: what a filter is to believe.
+
+    `noise`: what the likelihood found before the model was believed less closely.
+    """
+    held = replace(at.passes.problem, free=())
+    for _ in range(3):
+        passes = held.passes(at.theta, noise)
+        noise, cost = likeliest(passes.each, held.series, noise, 1.0)
+        if passes.cost - cost < 2.0:
+            break
+    return noise
+
+
+def _ahead(problem: Problem, theta: Array) -> Ahead | None:
+    """Errors of the model with these parameters; None where it runs away."""
+    n, m = problem.size, problem.constants
+    model = Model(
+        problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
+        Integration("runge-kutta", problem.step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
+    )  # fmt: skip
+    squares, floors, count = np.zeros(3), np.zeros(3), 0
+    for recording in problem.recordings:
+        try:
+            found = predict(model, recording, DEFAULT_HORIZON)
+        except RecordingError:  # too short for that
+            continue
+        except ModelError:
+            return None
+        squares += np.sum(found.errors**2, axis=0)
+        floors += len(found.t) * found.floor**2
+        count += len(found.t)
+    if count == 0:
+        return None
+    return Ahead(np.sqrt(squares / count) + 1e-12, np.sqrt(floors / count))

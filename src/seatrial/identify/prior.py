@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""An older model as prior for a short recording: how far it is trusted, and what became of it.
+
+Its own errors say how well it knew the boat of then. The boat of now has another payload: the
+prior is widened by what that may change, so that it can be wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+
+from seatrial.distributions import holm, normal_two_sided
+from seatrial.errors import IdentificationError
+from seatrial.frames import SYMBOLS
+from seatrial.model import Model
+from seatrial.structure import Structure, Term
+from seatrial.vehicle import Vehicle
+
+SPREAD = 0.2  # relative change of a coefficient that is to be expected
+COMMON = 0.75  # of that variance is one factor for all drag and thrust of an axis: its mass
+SLIGHT = 0.2  # share of an axis' largest term below which a term is taken to be as large as that
+CLOCK = 0.05  # [s] that latency may change by: it holds what two clocks are apart
+EDGE = 0.05  # dead-zone edges are taken to be at least so large
+CONFLICT = 0.05  # chance that a prior that is right is said to be contradicted
+SILENT = 0.75  # share of the prior's variance from which on the recordings said nothing
+
+
+@dataclass(frozen=True)
+class Shift:
+    """What became of one parameter: prior and result with their standard deviations."""
+
+    name: str
+    prior: float
+    width: float  # of the widened prior
+    found: float
+    error: float
+
+    @property
+    def pull(self) -> float:
+        """Move away from the prior over what it should be: var(found - prior) = width^2 - error^2."""
+        expected = self.width**2 - self.error**2
+        return float((self.found - self.prior) / np.sqrt(max(expected, 1e-6 * self.width**2)))
+
+    @property
+    def silent(self) -> bool:
+        """Whether the recordings said nothing of it: it stayed what the prior says."""
+        return self.error**2 > SILENT * self.width**2
+
+
+def widened(prior: Model, spread: float = SPREAD) -> Model:
+    """The prior with its covariance widened by a relative change `spread` of every parameter.
+
+    Those of an axis change together for the most part, as they do with its mass. A coefficient near 0 may change by `SLIGHT` of what its axis' largest term would ask of it at
+    the speeds that the prior was identified at; latency by `CLOCK` [s]. Raises IdentificationError.
+    """
+    if not 0.0 < spread < np.inf:
+        raise IdentificationError(
+            f"prior spread {spread:g}: expected a share above 0, like {SPREAD:g}"
+        )
+    least = _least(prior)
+    sizes = [max(abs(value), least.get(name, 0.0)) for name, value in prior.values.items()]
+    names = [name.partition(".")[0] for name in prior.vehicle.constants.names]
+    more = [spread * size for size in sizes]
+    for name, value in zip(names, prior.constants.tolist(), strict=True):
+        size = max(abs(value), EDGE) if name.startswith("edge") else abs(value)
+        more.append(CLOCK if name == "latency" else spread * size)
+    added = np.diag(np.square(more))
+    for axis in range(3):
+        together = _of_axis(prior, axis)
+        for i in together:
+            for j in set(together) - {i}:
+                added[i, j] = COMMON * spread**2 * prior.coefficients[i] * prior.coefficients[j]
+    return replace(prior, covariance=prior.covariance + added)
+
+
+def _of_axis(model: Model, axis: int) -> list[int]:
+    """Coefficients of drag and thrust that stand in this axis alone: Eq. (12) is per unit mass."""
+    out = []
+    for i, name in enumerate(model.structure.coefficients):
+        own = [t for t in model.structure.terms if t.coefficient == name]
+        if all(t.axis == axis and t.acceleration is None for t in own):
+            out.append(i)
+    return out
+
+
+def _least(model: Model) -> dict[str, float]:
+    """By coefficient the value that makes its term `SLIGHT` of its axis' largest."""
+    sizes = {**model.envelope.speeds, **model.envelope.forces}
+    top = {name: max(abs(low), abs(high)) for name, (low, high) in sizes.items()}
+    named = [t for t in model.structure.terms if t.coefficient is not None]
+
+    def regressor(term: Term) -> float:
+        return float(np.prod([top.get(f.strip("|"), 0.0) for f in term.factors])) * abs(term.number)
+
+    largest = np.zeros(3)
+    for term in named:
+        if term.acceleration is None:
+            value = abs(model.values[term.coefficient or ""]) * regressor(term)
+            largest[term.axis] = max(largest[term.axis], value)
+    out = {}
+    for term in named:
+        moved = 1.0 if term.acceleration is None else largest[term.acceleration]
+        size = regressor(term) * moved
+        if size > 0 and all(top.get(symbol) for symbol in SYMBOLS):
+            out[term.coefficient or ""] = SLIGHT * float(largest[term.axis]) / size
+    return out
+
+
+def check_prior(prior: Model, vehicle: Vehicle) -> None:
+    """Refuse a prior whose coefficients are other terms' than the vehicle's. IdentificationError."""
+    for name in vehicle.structure.coefficients:
+        if name in prior.values:
+            own, other = (_meaning(s, name) for s in (vehicle.structure, prior.structure))
+            if own != other:
+                raise IdentificationError(
+                    f"{name} is {' + '.join(sorted(other))} in the prior, {' + '.join(sorted(own))} in the "
+                    "vehicle file; take a prior of the same terms"
+                )
+
+
+def _meaning(structure: Structure, name: str) -> set[str]:
+    return {
+        replace(t, factors=tuple(sorted(t.factors))).text()
+        for t in structure.terms
+        if t.coefficient == name
+    }
+
+
+def shifts(prior: Model, found: Model) -> list[Shift]:
+    """What became of every parameter that a widened `prior` knows and that was sought."""
+    old = dict(zip(prior.parameters, _values(prior), strict=True))
+    return [
+        Shift(name, old[name], prior.standard_errors[name], value, found.standard_errors[name])
+        for name, value in zip(found.parameters, _values(found), strict=True)
+        if name in old and prior.standard_errors[name] > 0 and found.standard_errors[name] > 0
+    ]
+
+
+def _values(model: Model) -> list[float]:
+    return [*model.coefficients.tolist(), *model.constants.tolist()]
+
+
+def conflicts(found: Sequence[Shift]) -> list[Shift]:
+    """Parameters that recordings pull further from the prior than all of them together by chance."""
+    heard = [s for s in found if not s.silent]
+    chance = holm([normal_two_sided(s.pull) for s in heard])
+    return [s for s, p in zip(heard, chance, strict=True) if p < CONFLICT]
+
+
+def shift_notes(found: Sequence[Shift], spread: float) -> list[str]:
+    """The same in words."""
+    told = [f"Prior: an older model, widened by {100 * spread:.0f} % of every parameter."]
+    pulled = conflicts(found)
+    if pulled:
+        listed = ", ".join(
+            f"{s.name} ({s.prior:.3g} ± {s.width:.2g} to {s.found:.3g} ± {s.error:.2g})"
+            for s in pulled
+        )
+        told.append(
+            f"Prior and recording contradict each other in {listed}: more changed than that, or the "
+            "recording is not good; take a larger --prior-spread, or drive as for a new model."
+        )
+    silent = [s.name for s in found if s.silent]
+    if silent:
+        told.append(f"The recording says little of {', '.join(silent)}: mostly the prior's values.")
+    return told
+
+
+def with_prior_said(found: Model, prior: Model, spread: float) -> Model:
+    """The result with what its prior was: its recordings stand behind it, too."""
+    notes = shift_notes(shifts(widened(prior, spread), found), spread)
+    older = [entry for entry in prior.recordings if entry not in found.recordings]
+    settings = {**found.estimator.settings, "prior": prior.estimator.method, "prior_spread": spread}
+    estimator = msgspec.structs.replace(
+        found.estimator, settings=settings, notes=[*found.estimator.notes, *notes]
+    )
+    return replace(found, recordings=(*found.recordings, *older), estimator=estimator)

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""An older model as prior: how wide it is made, what a short recording makes of it."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+
+import seatrial
+from seatrial.cli import main
+from seatrial.errors import IdentificationError
+from seatrial.identify import identify
+from seatrial.identify.output_error import OutputErrorSettings, output_error
+from seatrial.identify.prior import Shift, check_prior, conflicts, shift_notes, widened
+from seatrial.io.write import write_trial
+from seatrial.plan import Unmodelled, load_plan, with_seed
+from seatrial.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
+from seatrial.simulate import plant_model, simulate
+from seatrial.vehicle import vehicle_from
+
+SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
+FORCES = {"F_u": (-1.0, 0.9), "F_v": (-1.0, 1.0), "F_r": (-0.5, 0.5)}
+MORE = 1.2  # times the mass
+
+
+def known(model, relative=0.01):
+    """The model as if it had been identified so well."""
+    both = np.concatenate([model.coefficients, model.constants])
+    covariance = np.diag(np.square(relative * np.maximum(np.abs(both), 0.01)))
+    return replace(
+        model, covariance=covariance, envelope=EnvelopeEntry(SPEEDS, FORCES),
+        recordings=(RecordingEntry("before", 600.0),), estimator=EstimatorEntry("output-error"),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def before(mp):
+    return known(plant_model(load_plan("hard"), mp))
+
+
+@pytest.fixture(scope="module")
+def after(mp):
+    """A minute of the boat with its payload off centre, pushed about by what no model knows."""
+    plan = load_plan("hard")
+    values = {name: value / MORE for name, value in plan.plant.coefficients.items()}
+    values["N_ud"] += 0.1
+    plant = msgspec.structs.replace(
+        plan.plant, coefficients=values, unmodelled=Unmodelled(0.04, 2.0)
+    )
+    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
+    plan = msgspec.structs.replace(plan, plant=plant, trials=trials)
+    return values, [next(iter(simulate(with_seed(plan, seed), mp))) for seed in (1, 2, 3)]
+
+
+def test_a_prior_is_widened_by_a_share_of_every_parameter(before):
+    wide = widened(before, 0.3)
+    own, new = before.standard_errors, wide.standard_errors
+    for name in ("X_u", "X_uu", "Y_vv", "N_r", "N_F", "X_F", "lag"):
+        value = before.values.get(name, 0.08)
+        assert new[name] == pytest.approx(np.hypot(own[name], 0.3 * value)), name
+    assert new["edge_forward"] == pytest.approx(np.hypot(0.0008, 0.3 * 0.08))
+    assert wide.values == before.values
+    off = wide.covariance - before.covariance
+    assert np.all(off[~np.eye(len(off), dtype=bool)] == 0)
+
+
+def test_a_coefficient_near_nothing_may_become_a_term_of_note(before):
+    """N_ud u_dot: a fifth of 1.3 * 0.5 rad/s^2, at 0.14 * 1 m/s^2, times the spread."""
+    expected = 0.2 * 0.2 * (1.3 * 0.5) / (0.14 * 1.0)
+    got = widened(before, 0.2).standard_errors["N_ud"]
+    assert got == pytest.approx(np.hypot(expected, before.standard_errors["N_ud"]))
+    bare = replace(before, envelope=EnvelopeEntry({}, {}))
+    assert widened(bare, 0.2).standard_errors["N_ud"] == pytest.approx(0.2 * 0.04, rel=0.1)
+
+
+@pytest.mark.parametrize("spread", [0.0, -0.1, float("nan"), float("inf")])
+def test_a_spread_that_is_none_is_refused(before, spread):
+    with pytest.raises(IdentificationError, match="expected a share above 0"):
+        widened(before, spread)
+
+
+def test_the_pull_away_from_a_right_prior_is_a_standard_normal():
+    """Prior N(0, 1), one datum of variance s^2: the mean of what comes after has variance 1 - error^2."""
+    rng = np.random.default_rng(2)
+    truth, s = rng.normal(size=4000), 0.5
+    error = np.sqrt(1 / (1 + 1 / s**2))
+    found = (truth + s * rng.normal(size=4000)) * error**2 / s**2
+    pulls = np.array([Shift("X_u", 0.0, 1.0, f, error).pull for f in found])
+    assert np.std(pulls) == pytest.approx(1.0, abs=0.04)
+    assert Shift("X_u", 0.0, 1.0, 0.1, 0.95).silent
+
+
+def test_a_right_prior_is_contradicted_by_chance_in_one_refit_out_of_twenty():
+    rng = np.random.default_rng(3)
+    alarms = sum(
+        bool(conflicts([Shift("", 0.0, 1.0, z, 0.1) for z in rng.normal(size=15)]))
+        for _ in range(400)
+    )
+    assert 8 <= alarms <= 34  # 20 +- 3.2 standard deviations
+    assert conflicts([Shift("X_u", 0.0, 1.0, 5.0, 0.95)]) == []  # hardly seen: no contradiction
+    (one,) = conflicts([Shift("X_u", 0.0, 1.0, 1.2, 0.1), Shift("X_F", 0.0, 1.0, 4.0, 0.1)])
+    assert one.name == "X_F"
+
+
+def test_what_became_of_the_prior_is_told_in_words():
+    notes = shift_notes(
+        [Shift("X_u", -0.2, 0.04, -0.4, 0.01), Shift("Y_v", -0.2, 0.04, -0.21, 0.039)], 0.2
+    )
+    assert notes[0] == "Prior: an older model, widened by 20 % of every parameter."
+    assert "contradict each other in X_u (-0.2 ± 0.04 to -0.4 ± 0.01)" in notes[1]
+    assert notes[2] == "The recording says little of Y_v: mostly the prior's values."
+
+
+def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, before, after):
+    """Three of them: errors in units of those of a minute alone."""
+    truth, trials = after
+    errors, others = [], []
+    for trial in trials:
+        record = trial.recording
+        model = identify([record], mp, method="output-error", prior=before)
+        alone = output_error([record], mp, start=before, settings=OutputErrorSettings(block=1.9))
+        scale = np.array([alone.standard_errors[n] for n in truth])
+        error, other = (np.array([m.values[n] - truth[n] for n in truth]) for m in (model, alone))
+        assert np.all(np.abs(error) < 4 * np.array([model.standard_errors[n] for n in truth]))
+        errors.append(error / scale)
+        others.append(other / scale)
+        old = np.array([before.values[n] - truth[n] for n in truth])
+        assert np.sum((error / scale) ** 2) < 0.1 * np.sum((old / scale) ** 2)
+        assert [r.name for r in model.recordings] == [record.name, "before"]
+        assert model.estimator.settings["prior_spread"] == 0.2
+        assert [n for n in model.estimator.notes if "contradict" in n] == []
+    assert np.sum(np.square(errors)) < 0.8 * np.sum(np.square(others))
+
+
+def test_a_prior_that_is_too_sure_is_contradicted(mp, before, after):
+    _, (trial, *_) = after
+    model = identify([trial.recording], mp, method="output-error", prior=before, prior_spread=0.02)
+    (note,) = [n for n in model.estimator.notes if "contradict each other" in n]
+    assert "X_F (0.14 ± 0.0031 to 0.1" in note
+    assert "larger --prior-spread" in note
+
+
+def test_what_always_forward_does_not_show_stays_the_priors(before):
+    af = seatrial.load_vehicle("mallard-af")
+    plan = load_plan("paper-like")
+    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
+    (trial,) = simulate(msgspec.structs.replace(plan, trials=trials), af)
+    model = identify([trial.recording], af, method="output-error", prior=before)
+    constants = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
+    assert constants["edge_reverse"] == pytest.approx(0.08, abs=1e-6)
+    (note,) = [n for n in model.estimator.notes if "says little of" in n]
+    assert "edge_reverse" in note
+
+
+def test_a_prior_of_other_terms_is_refused(mp, before, after):
+    lines = mp.structure.lines()
+    lines["surge"] = ["X_u * |u| * u", "X_F * F_u"]
+    other = vehicle_from(mp.to_mapping() | {"structure": lines}, "other")
+    with pytest.raises(IdentificationError, match=r"X_u is X_u \* u in the prior"):
+        check_prior(before, other)
+    lines["surge"] = ["X_uu * u * |u|", "X_u * u", "X_F * F_u"]
+    check_prior(before, vehicle_from(mp.to_mapping() | {"structure": lines}, "same"))
+    with pytest.raises(IdentificationError, match="belongs to output-error"):
+        identify(
+            [after[1][0].recording],
+            mp,
+            method="equation-error",
+            prior=make_model(mp, TABLE_II["MP"]),
+        )
+
+
+def test_the_command_line(before, after, tmp_path, capsys):
+    _, (trial, *_) = after
+    seatrial.save(before, tmp_path / "old.yaml")
+    run = str(write_trial(trial, tmp_path))
+    line = [
+        "identify", run, "--vehicle", "mallard-mp", "--prior", str(tmp_path / "old.yaml"),
+        "-o", str(tmp_path / "new.yaml"), "--method", "output-error",
+    ]  # fmt: skip
+    assert main(line) == 0
+    assert "Prior: an older model, widened by 20 %" in capsys.readouterr().out
+    assert main(["compare", str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml"), run]) == 0
+    out = capsys.readouterr().out
+    assert "errors are not independent: both models come from before (B began from an older" in out
+    assert "warning: B was identified from S7-MP" in out
+    assert main([*line, "--bootstrap", "50"]) == 1
+    assert "leave --prior out" in capsys.readouterr().err
+    assert main([*line[:-4], "-o", str(tmp_path / "old.yaml"), *line[-2:]]) == 1
+    assert "is an input of this command" in capsys.readouterr().err

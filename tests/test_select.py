@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: MIT
+"""Selection: exact aliases, tests of terms, repeats, held-out prediction, the command."""
+
+import json
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import CSE1
+from scipy import stats
+
+import seatrial
+from seatrial import _core
+from seatrial.cli import main
+from seatrial.errors import IdentificationError, SeatrialError, StructureError
+from seatrial.identify.output_error import OutputErrorSettings, output_error
+from seatrial.io.write import write_setting, write_trial
+from seatrial.plan import load_plan, with_seed
+from seatrial.select import default_candidates, given_candidates, select, selection_text
+from seatrial.select.aliasing import aliases
+from seatrial.select.candidates import is_essential, with_terms
+from seatrial.select.chance import Estimate, Repeats, estimate, repeats, t_chance
+from seatrial.select.folds import folds
+from seatrial.select.held_out import Change, HeldOut
+from seatrial.select.search import Search, looks
+from seatrial.select.slopes import slopes
+from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
+from seatrial.simulate import plant_model, simulate
+
+SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
+COUPLED = {"Y_r": 0.02}  # [m/s / rad] a term that the bundled structure lacks
+TRIED = (
+    "Y_r * r",
+    "X_v * v",
+    "N_v * v",
+    "N_Fu * F_u",
+    "Y_Fu * F_u",
+    "X_Fv * F_v",
+    "N_0",
+    "Y_u * u",
+)
+
+
+def trials(vehicle, seed, names=SIX, extra=None):
+    """Recordings of a boat that has `extra` terms besides its vehicle's."""
+    plan = with_seed(load_plan("paper-like"), seed)
+    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=60.0) for n in names}
+    coefficients = {**plan.plant.coefficients, **(extra or {})}
+    plant = msgspec.structs.replace(plan.plant, coefficients=coefficients)
+    plan = msgspec.structs.replace(plan, trials=chosen, plant=plant)
+    more = [t for t in given_candidates(vehicle, TRIED) if t.coefficient in (extra or {})]
+    driven = with_terms(vehicle, (*vehicle.structure.terms, *more))
+    return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
+
+
+@pytest.fixture(scope="module")
+def six():
+    return trials(seatrial.load_vehicle("mallard-mp"), 1)
+
+
+@pytest.fixture(scope="module")
+def fitted(six):
+    return output_error(six, seatrial.load_vehicle("mallard-mp"))
+
+
+@pytest.fixture(scope="module")
+def coupled():
+    """What is selected from a boat with Y_r, of which the vehicle file knows nothing."""
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    records = trials(vehicle, 3, extra=COUPLED)
+    return select(records, vehicle, candidates=given_candidates(vehicle, TRIED))
+
+
+def named(vehicle, *texts):
+    return given_candidates(vehicle, texts)
+
+
+def test_n_ud_is_exactly_four_other_terms_and_nothing_less(mp):
+    """u_dot = v r + X_u u + X_uu |u| u + X_F F_u (Eq. (12)); |u| u is in the yaw equation already."""
+    own = mp.structure.terms
+    found = aliases(own, named(mp, "N_u * u", "N_Fu * F_u", "N_vr * v * r"), mp.forces)
+    assert [a.coefficient for a in found] == ["N_vr"]
+    assert set(found[0].made_by) == {"N_ud", "N_uu", "N_u", "N_Fu"}
+    assert aliases(own, named(mp, "N_u * u", "N_vr * v * r"), mp.forces) == ()
+    again = named(mp, "Y_a * r")
+    twice = aliases((*own, *again), [replace(again[0], coefficient="Y_c", number=2.0)], mp.forces)
+    assert [(a.coefficient, a.made_by) for a in twice] == [("Y_c", ("Y_a",))]
+
+
+def test_the_usual_candidates_are_new_to_the_vehicle_and_keep_its_names(mp):
+    found = default_candidates(mp)
+    texts = {t.text() for t in found}
+    assert {"X_v * v", "Y_r * r", "N_Fu * F_u", "X_Fu3 * F_u * F_u * F_u", "N_0"} <= texts
+    assert "N_uu * |u| * u" not in texts  # the file's own
+    names = [t.coefficient for t in found]
+    assert len(set(names)) == len(names)
+    assert not set(names) & set(mp.structure.coefficients)
+    ship = seatrial.load_vehicle(str(CSE1 / "coupled.yaml"))  # its X_rr is r r
+    assert "X_rrx * |r| * r" in {t.text() for t in default_candidates(ship)}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("N_uu * |u| * u", "is there already: N_uu in yaw"),
+        ("N_x * u * |u|", "is there already: N_uu in yaw"),
+        ("X_u * v", "the name X_u is taken"),
+        ("Y_r * q", "factor 'q'"),
+        ("r * r", "no coefficient X_..., Y_... or N_..."),
+    ],
+)
+def test_a_term_that_can_be_no_candidate_is_refused(text, said, mp):
+    with pytest.raises(StructureError, match=said.replace("|", r"\|").replace(".", r"\.")):
+        given_candidates(mp, [text])
+
+
+def test_candidates_come_from_files_too(mp, tmp_path):
+    (tmp_path / "more.yaml").write_text("surge: [X_v * v]\nyaw:\n  - N_v * v\n")
+    found = given_candidates(mp, [str(tmp_path / "more.yaml"), "Y_r * r"])
+    assert [t.coefficient for t in found] == ["X_v", "Y_r", "N_v"]
+    (tmp_path / "odd.yaml").write_text("surge: X_v * v\n")
+    with pytest.raises(StructureError, match="expected a list of terms"):
+        given_candidates(mp, [str(tmp_path / "odd.yaml")])
+
+
+def test_other_terms_stand_in_the_files_own_axes():
+    """In forward-right-down axes -u r keeps its sign; what is chosen means the same boat."""
+    ship = seatrial.load_vehicle(str(CSE1 / "coupled.yaml"))
+    terms = (*ship.structure.terms, *given_candidates(ship, ["X_v * v"]))
+    found = with_terms(ship, terms)
+    assert sorted(t.text() for t in found.structure.terms) == sorted(t.text() for t in terms)
+    assert "X_v * v" in found.file.structure["surge"]
+
+
+def test_thrust_along_its_own_axis_and_known_terms_are_never_removed(mp):
+    fixed = [t.text() for t in mp.structure.terms if is_essential(t, mp.forces)]
+    assert fixed == ["v * r", "X_F * F_u", "-1 * u * r", "Y_F * F_v", "N_F * F_r"]
+
+
+@pytest.mark.parametrize("freedom", [10, 45, 200])
+@pytest.mark.parametrize("t", [0.5, 2.0, 4.0])
+def test_students_chances_are_scipys(t, freedom):
+    assert t_chance(t, freedom) == pytest.approx(2 * stats.t.sf(t, freedom), rel=0.03)
+
+
+def test_recordings_of_a_kind_are_repeats_and_halves_where_there_is_none(six, mp):
+    found = folds(mp, six)
+    assert [[r.name for r in f.recordings] for f in found] == [
+        ["S1-MP", "S2-MP", "S3-MP"], ["S4-MP", "S5-MP", "S6-MP"],
+    ]  # fmt: skip
+    first, second = folds(mp, six[:4])
+    assert [len(first.recordings), len(second.recordings)] == [4, 4]
+    assert first.recordings[0].duration == pytest.approx(six[0].duration / 2, abs=0.2)
+    assert second.recordings[0].offset == pytest.approx(six[0].duration / 2, abs=0.2)
+
+
+def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, fitted, mp):
+    """One Gauss-Newton step without refit, against the likelihood's maximum with the term."""
+    term = named(mp, "N_v * v")[0]
+    step = estimate(slopes(fitted, six, [term]), "N_v")
+    refit = output_error(six, with_terms(mp, (*mp.structure.terms, term)), start=fitted)
+    assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
+    assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
+    assert step.z == pytest.approx(step.value / step.error)
+
+
+def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(six, fitted, mp):
+    tried = default_candidates(mp)
+    room = min(_core.MAX_TERMS - 13, 40 - 11) - 3
+    assert len(tried) > room
+    search = Search(mp, tried, tuple(six), lambda _: None)
+    found = {t.coefficient: estimate(s, t.coefficient) for t, s in looks(search, fitted, tried)}
+    assert set(found) == {t.coefficient for t in tried}
+    for term in (tried[0], tried[-1]):
+        alone = estimate(slopes(fitted, six, [term]), term.coefficient)
+        assert found[term.coefficient].value == pytest.approx(alone.value, rel=1e-6)
+        assert found[term.coefficient].error == pytest.approx(alone.error, rel=1e-6)
+
+
+def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
+    """Without common parameters the fold's step is a fit of the fold alone."""
+    parts = [[0, 1, 2], [3, 4, 5]]
+    look = slopes(fitted, six)
+    found = repeats(look, "Y_v", parts)
+    whole = fitted.standard_errors["Y_v"]
+    weights = found.errors**-2.0
+    mean = float(weights @ found.values / weights.sum())
+    assert mean == pytest.approx(fitted.values["Y_v"], abs=0.5 * whole)  # joint: between the two
+    for values, records in zip(found.values, (six[:3], six[3:]), strict=True):
+        alone = output_error(records, mp, start=fitted, settings=OutputErrorSettings(block=5.0))
+        assert values == pytest.approx(alone.values["Y_v"], abs=2.0 * alone.standard_errors["Y_v"])
+    assert found.ratio**2 == pytest.approx(stats.chi2.isf(found.p, 1), rel=1e-6)
+
+
+def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, fitted):
+    parts = [[0, 1, 2], [3, 4, 5]]
+    held = HeldOut(fitted, slopes(fitted, six), parts, six, 1.0)
+    drag, weak = held.without("N_r", 2), held.without("N_ud", 2)
+    assert drag.percent > 20
+    assert drag.z > 2
+    assert abs(weak.percent) < 1
+    assert weak.moves < 1
+    assert drag.moves > 20
+
+
+def told(value=1.0, p=1e-9):
+    return Estimate(value, 0.1, p)
+
+
+def spread(p, between):
+    return Repeats(np.zeros(2), np.ones(2), p, between, 1.0)
+
+
+SAME, FINE = spread(0.5, 0.0), Change(5.0, 6.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "own", "said"),
+    [
+        (Evidence(told(), SAME, FINE), True, None),
+        (Evidence(told(), spread(1e-6, 0.9), Change(0.0, 0.0, 10.0)), True, "not repeatable"),
+        (Evidence(told(), spread(1e-6, 0.2), Change(0.0, 0.0, 10.0)), True, None),
+        (Evidence(told(), spread(1e-6, 0.9), FINE), True, None),  # stays, but is said to spread
+        (Evidence(told(), SAME, Change(-4.0, -5.0, 10.0)), True, "4 % better without it"),
+        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), False, "by 0.01 % only"),
+        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), True, None),
+        (Evidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
+        (Evidence(told(0.05, 0.6), SAME, Change(-0.2, -1.5, 9.0)), True, "0.2 % better without it"),
+        (Evidence(told(0.05, 0.6), SAME, Change(0.0, 0.0, 0.1)), True, "by 0.5 % at most"),
+    ],
+)
+def test_why_a_term_of_the_model_goes(evidence, own, said):
+    parts = [type("F", (), {"name": n})() for n in ("first", "second")]
+    found = reason_to_go(evidence, 10, parts, own=own)
+    assert (found is None) if said is None else (said in found)
+
+
+def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupled):
+    rows = {row.coefficient: row for row in coupled.rows}
+    assert rows["Y_r"].verdict is Verdict.COMES
+    assert coupled.model.values["Y_r"] == pytest.approx(COUPLED["Y_r"], rel=0.05)
+    assert [n for n, r in rows.items() if r.verdict is Verdict.COMES] == ["Y_r"]
+    assert not [n for n, r in rows.items() if r.verdict is Verdict.GOES]
+    assert rows["N_ud"].verdict is Verdict.STAYS
+    assert rows["N_ud"].reason.startswith("weak")
+    assert [n for n, r in rows.items() if r.reason.startswith("weak")] == ["N_ud"]
+    shown = selection_text(coupled)
+    assert "Came: Y_r. Went: none. Weak: N_ud. Aliased: none." in shown
+    assert "v_dot = - u r + Y_v v" in shown.replace("= -u", "= - u")
+
+
+def test_a_term_that_changes_sign_between_repeats_goes(mp):
+    records = trials(mp, 5, names=SIX[:3], extra={"Y_r": 0.02})
+    records += trials(mp, 5, names=SIX[3:], extra={"Y_r": -0.012})
+    found = select(records, mp, candidates=named(mp, "Y_r * r"))
+    row = next(r for r in found.rows if r.coefficient == "Y_r")
+    assert row.verdict is Verdict.OUT
+    assert row.reason.startswith("not repeatable: S1-MP, S2-MP, S3-MP: 0.01")
+    values, errors = row.evidence.repeats.values, row.evidence.repeats.errors
+    assert values[0] > 5 * errors[0]
+    assert values[1] < -5 * errors[1]
+    assert "Y_r" not in found.vehicle.structure.coefficients
+
+
+def test_too_little_data_for_the_terms_is_refused(six, mp):
+    with pytest.raises(IdentificationError, match=r"blocks of 10 s for \d+ parameters"):
+        select([r.cut(0, 40) for r in six[:3]], mp)
+
+
+def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
+    plan = load_plan("paper-like")
+    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=60.0) for n in SIX}
+    plan = msgspec.structs.replace(plan, trials=chosen)
+    write_setting(plan, mp, plant_model(plan, mp), tmp_path)
+    records = [str(write_trial(t, tmp_path)) for t in simulate(plan, mp)]
+    vehicle, out, scores = tmp_path / "vehicle-MP.yaml", tmp_path / "new.yaml", tmp_path / "s.json"
+    common = ["select", *records, "--vehicle", str(vehicle)]
+    code = main(
+        [*common, "--candidates", "Y_r * r", "N_v * v", "-o", str(out), "--json", str(scores)]
+    )
+    shown = capsys.readouterr()
+    assert (code, shown.err) == (0, "")
+    assert "stays: weak: told from zero" in shown.out
+    content = json.loads(scores.read_text())
+    assert {t["coefficient"]: t["kept"] for t in content["terms"]}["Y_r"] is False
+    assert content["structure"] == seatrial.load_vehicle(str(out)).structure.lines()
+    assert seatrial.load_vehicle(str(out)).structure.coefficients == mp.structure.coefficients
+    for odd, said in (
+        (["--candidates", "Y_r * q"], "factor 'q'"),
+        (["-o", str(vehicle)], "is an input"),
+    ):
+        assert main([*common, *odd]) == 1
+        error = capsys.readouterr().err
+        assert said in error
+        assert error.count("\n") == 1
+
+
+def test_a_recording_given_twice_is_refused(six, mp):
+    with pytest.raises(SeatrialError, match="same name"):
+        select([six[0], six[0]], mp)
