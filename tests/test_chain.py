@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The actuator chain in the vehicle file: pairs of commands, and constants that are to be estimated."""
 
+import msgspec
 import numpy as np
 import pytest
-from conftest import CSE1, TABLE_II, make_model
+from conftest import TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +16,7 @@ from seatrial.identify.output_error import output_error
 from seatrial.identify.stages import staged
 from seatrial.model import load, save, thrust_trace
 from seatrial.plan import load_plan
-from seatrial.recording import Recording, Signal
+from seatrial.recording import Signal, make_recording
 from seatrial.schema import ChainGroup
 from seatrial.simulate import plant_model
 from seatrial.vehicle import Vehicle, vehicle_from
@@ -154,36 +155,39 @@ def test_a_model_keeps_what_was_estimated_and_states_it_on_request(tmp_path):
     np.testing.assert_array_equal(back.known_vehicle.constants.values, found)
 
 
-def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1):
-    coupled = seatrial.load_vehicle(CSE1 / "coupled.yaml")
+def ship(vehicle: Vehicle) -> Vehicle:
+    """The real ship, with the power of its propellers' speed left open."""
+    propellers = {
+        "name": "propellers", "actuators": [n for n in vehicle.actuators if n != "bow"],
+        "scale": {"signal": "propeller_speed", "power": "estimate"},
+    }  # fmt: skip
+    return vehicle.with_chain([convert(propellers, ChainGroup, "chain")])
+
+
+def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_vehicle):
     with pytest.raises(
-        IdentificationError, match=r"latency\.bow are to be estimated; equation-error"
+        IdentificationError, match=r"scale_power\.propellers are to be estimated; equation-error"
     ):
-        seatrial.identify([cse1["run1"]], coupled)
+        seatrial.identify([cse1["run1"]], ship(cse1_vehicle))
     plan = load_plan("clean")
-    unknown = convert({**content_of(plan), "plant": {**content_of(plan)["plant"], "chain": [
-        {"latency": "estimate"}]}}, type(plan), "plan")  # fmt: skip
+    open_latency = convert({"latency": "estimate"}, ChainGroup, "chain")
+    plant = msgspec.structs.replace(plan.plant, chain=[open_latency])
+    unknown = msgspec.structs.replace(plan, plant=plant)
     with pytest.raises(VehicleError, match="leaves latency to be estimated; give numbers"):
         plant_model(unknown, mp)
 
 
-def test_a_scales_power_is_taken_as_2_where_the_signal_never_changes(cse1):
-    coupled = seatrial.load_vehicle(CSE1 / "coupled.yaml")
-    assert "scale_power.propellers" in coupled.estimated
-    whole, notes = staged(coupled, [cse1["random_run1"], cse1["random_run3"]])
+def test_a_scales_power_is_taken_as_2_where_the_signal_hardly_changes(cse1, cse1_vehicle):
+    open_power = ship(cse1_vehicle)
+    assert "scale_power.propellers" in open_power.estimated
+    whole, notes = staged(open_power, [cse1["random_run1"], cse1["random_run3"]])
     assert "scale_power.propellers" not in whole.estimated
     constants = dict(zip(whole.constants.names, whole.constants.values, strict=True))
     assert constants["scale_power.propellers"] == 2.0
     assert any("propeller_speed hardly changes" in note for note in notes)
-    whole, notes = staged(coupled, [cse1["random_run1"], cse1["run1"]])
+    whole, notes = staged(open_power, [cse1["random_run1"], cse1["run1"]])
     assert "scale_power.propellers" in whole.estimated
     assert not any("propeller_speed" in note for note in notes)
-
-
-def content_of(plan):
-    import msgspec
-
-    return {"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}
 
 
 def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
@@ -192,14 +196,15 @@ def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
     truth = tug(latency=0.2, lag=0.05)
     values = {**TABLE_II["MP"], "N_v": -0.4}
     boat = make_model(truth, {n: values[n] for n in truth.structure.coefficients}, step=1 / 30)
-    t_c = np.arange(0.0, 240.0, 2.0)
+    t_c = np.arange(0.0, 300.0, 2.0)
     commands = Signal(INPUTS, (t_c * 1e9).astype(np.int64), rng.uniform(-1, 1, (len(t_c), 4)))
-    t = np.arange(0.0, 240.0, 0.1)
-    still = Recording("run", (t * 1e9).astype(np.int64), np.zeros((len(t), 3)), commands)
+    t = np.arange(0.0, 300.0, 0.1)
+    nanoseconds = np.rint(t * 1e9).astype(np.int64)
+    still = make_recording("run", nanoseconds, np.zeros((len(t), 3)), commands)
     trace = thrust_trace(truth, boat.constants, still)
     poses = _core.simulate(boat.boat, trace, np.zeros(6), t, False)[0][:, :3]
     noisy = poses + rng.normal(0.0, 1.0, poses.shape) * [2e-3, 2e-3, 4e-3]  # [m], [m], [rad]
-    run = Recording("run", still.stamps, noisy, commands)
+    run = make_recording("run", nanoseconds, noisy, commands)
     pair = {**PAIR, "offset": {"along": 0.0, "across": "estimate"}, "dead_zone": "estimate"}
     model = output_error([run], tug(pair=pair, latency="estimate", lag=0.05))
     found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
