@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.errors import SeatrialError
 from seatrial.frames import Axes
-from seatrial.identify import DEFAULT_METHOD, METHODS, PRIOR_SPREAD
+from seatrial.identify import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
 from seatrial.io.write_bag import FORMATS
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.progress import Progress
@@ -103,11 +103,15 @@ def _parser() -> argparse.ArgumentParser:
     identify.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="equation-error is the paper's least squares; output-error, on the raw poses, finds the thrusters' "
-        "latency, lag and dead zone, too (in the making)",
+        "latency, lag and dead zone, too (default: %(default)s)",
     )  # fmt: skip
     identify.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--effect", action="append", default=[], choices=KINDS,
+        help="also seek this: the sensor's lever arm, or each recording's current, trim or wind",
     )  # fmt: skip
     identify.add_argument(
         "--minutes", action="store_true", help="accuracy against the length that was driven"
@@ -369,7 +373,7 @@ def _identify(args: argparse.Namespace, progress: Progress) -> None:
     roles = _roles(args.role)
     model = identify(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
-        prior=prior, prior_spread=args.prior_spread,
+        prior=prior, prior_spread=args.prior_spread, effects=args.effect,
     )  # fmt: skip
     told = ""
     if args.minutes or args.profile or args.bootstrap:

@@ -48,6 +48,8 @@ class PoseSource(Strict, frozen=True):
     parent: str | None = None  # frames of a tf, or of messages from several
     child: str | None = None
     clock: Clock = "header"
+    # [m] where on the boat the measured point is, from the origin: forward, second axis
+    lever: tuple[float, float] = (0.0, 0.0)
 
 
 class CommandSource(Strict, frozen=True):
@@ -212,6 +214,7 @@ class RecordingEntry(Strict, frozen=True):
     length: float  # [s]
     start: float = 0.0  # [s] cut off before it
     files: list[SourceEntry] = []
+    effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
 
 
 class StepEntry(Strict, frozen=True):

@@ -8,9 +8,10 @@ from seatrial.errors import IdentificationError, RecordingError
 from seatrial.excitation import find_roles
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
-from seatrial.identify.output_error import output_error
+from seatrial.identify.output_error import OutputErrorSettings, output_error
 from seatrial.identify.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identify.prior import check_prior, widened, with_prior_said
+from seatrial.identify.problem import KINDS
 from seatrial.identify.smoother import METHOD as SMOOTHER
 from seatrial.identify.smoother import smoother
 from seatrial.identify.text import caution, summary
@@ -24,11 +25,12 @@ from seatrial.signs import check_signs
 from seatrial.vehicle import Vehicle
 
 METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
-DEFAULT_METHOD = METHOD
+DEFAULT_METHOD = OUTPUT_ERROR
 SHORTEST = 10.0  # [s] of all recordings together
 
 __all__ = [
     "DEFAULT_METHOD",
+    "KINDS",
     "METHODS",
     "PRIOR_SPREAD",
     "EquationErrorSettings",
@@ -48,27 +50,35 @@ def identify(
     settings: EquationErrorSettings | None = None,
     prior: Model | None = None,
     prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
 ) -> Model:
     """The vehicle's model from its recordings, checked for physical sense.
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
-    which a short recording corrects. Raises IdentificationError, RecordingError, ModelError
+    which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
+    seek them. Raises IdentificationError, RecordingError, ModelError
     (unstable).
     """
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
     check_recordings(recordings)
     if method != METHOD and settings is not None and settings.literal:
-        raise IdentificationError(f"Eq. (17) as printed belongs to {METHOD}, not to {method}")
+        raise IdentificationError(
+            f"Eq. (17) as printed belongs to {METHOD}, not to {method}; add --method {METHOD}"
+        )
     if prior is not None and method != OUTPUT_ERROR:
         raise IdentificationError(
             f"a prior belongs to {OUTPUT_ERROR}, not to {method}; add --method {OUTPUT_ERROR}"
         )
+    if effects and method != OUTPUT_ERROR:
+        raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
     if method == OUTPUT_ERROR:
         if roles:
-            raise IdentificationError(f"{method} uses every recording for all axes: no roles")
-        model = _output_error(recordings, vehicle, prior, prior_spread)
+            raise IdentificationError(
+                f"{method} uses every recording for all axes; for roles, --method {METHOD}"
+            )
+        model = _output_error(recordings, vehicle, prior, prior_spread, effects)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
     elif method == SMOOTHER:
@@ -81,15 +91,20 @@ def identify(
 
 
 def _output_error(
-    recordings: Sequence[Recording], vehicle: Vehicle, prior: Model | None, spread: float
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
 ) -> Model:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
+    settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return output_error(recordings, vehicle)
+        return output_error(recordings, vehicle, settings=settings)
     check_prior(prior, vehicle)
     wide = widened(prior, spread)
-    found = output_error(recordings, vehicle, start=prior, prior=wide)
+    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
     return with_prior_said(found, prior, spread)
 
 

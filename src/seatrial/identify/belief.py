@@ -18,7 +18,7 @@ from seatrial.causal import fitted_noise as likeliest
 from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.frames import Array
 from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point, search
+from seatrial.identify.search import Point, fitted_noise, search
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
@@ -27,6 +27,7 @@ from seatrial.velocity import motion
 SHARES = (0.2, 0.8)  # of the way gone in one second
 GAIN = 0.03  # share of the error one second ahead by which a looser belief must be better
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
+WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
 PROCESS = slice(2, 6)  # of the noise
 
 
@@ -38,24 +39,56 @@ class Ahead:
     floor: Array  # (3,) what pose noise alone makes
 
 
-def believed(at: Point, *, hold: bool = False) -> tuple[Point, float]:
-    """The solution that predicts best, and the share that it was believed to: 0, the likelihood's."""
+def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
+    """The likelihood's solution, the one that predicts best, and the share it was believed to.
+
+    A looser belief has fewer local optima, too: where the likelihood is higher there, it is followed
+    from there.
+    """
     problem = at.passes.problem
-    if hold or (at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all():
-        return at, 0.0  # nothing is left to explain
+    if hold or _explained(at):
+        return at, at, 0.0
     best = _ahead(problem, at.theta)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
-        return at, 0.0
+        return at, at, 0.0
     chosen, share = at, 0.0
     for tried in SHARES:
         try:
             found = search(problem, chosen.theta, chosen.noise, least=least_noise(problem, tried))
         except IdentificationError:
             continue
+        closer = _closer(at, found)
+        if closer is not at:
+            return believed(closer)
         ahead = _ahead(problem, found.theta)
         if ahead is not None and np.mean(np.log(ahead.rms / best.rms)) < -GAIN:
             chosen, share, best = found, tried, ahead
-    return chosen, share
+    return at, chosen, share
+
+
+def _explained(at: Point) -> bool:
+    """Whether nothing is left that the model does not say."""
+    return bool((at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all())
+
+
+def _closer(at: Point, found: Point) -> Point:
+    """A more likely solution than `at`, followed from `found`; `at` where there is none."""
+    problem = at.passes.problem
+    likelier = []
+    for process in (at.noise, found.noise):
+        noise = np.concatenate([at.noise[:2], process[2:]])
+        there = Point(found.theta, noise, problem.passes(found.theta, noise))
+        if np.isfinite(there.passes.cost):
+            better, gain = fitted_noise(there)
+            likelier.append((there.passes.cost - gain, better))
+    cost, noise = min(likelier, key=lambda found: found[0], default=(np.inf, at.noise))
+    if cost > at.passes.cost - WORTH:
+        return at
+    try:
+        other = search(problem, found.theta, noise)
+    except IdentificationError:
+        return at
+    return other if other.passes.cost < at.passes.cost - WORTH else at
 
 
 def least_noise(problem: Problem, share: float) -> Array:

@@ -64,7 +64,7 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     settings = OutputErrorSettings(
         outlier=float(chosen.get("outlier") or usual.outlier),
         block=float(chosen.get("block") or usual.block),
-        effects=tuple(k for k in KINDS if any(name.startswith(f"{k}_") for name in chosen)),
+        effects=tuple(k for k in KINDS if k in str(chosen.get("effects", ""))),
         hold_noise=True,
         extras=False,
     )

@@ -13,14 +13,15 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 
 from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Mask
+from seatrial.frames import Array, Axes, Mask
 from seatrial.identify.belief import believed, least_noise, plain_noise
-from seatrial.identify.problem import KINDS, Passes, Prior, Problem
+from seatrial.identify.problem import EFFECTS, KINDS, LEVER, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.score_test import ScoreTest, block_scores, score_test
 from seatrial.identify.search import Point, search
@@ -29,7 +30,7 @@ from seatrial.identify.start import start_values
 from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
-from seatrial.schema import EstimatorEntry, Integration, NoiseEntry, ProcessEntry
+from seatrial.schema import EstimatorEntry, Integration, NoiseEntry, ProcessEntry, RecordingEntry
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -90,24 +91,46 @@ class Fit:
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
             "outlier": self.settings.outlier, "block": self.settings.block, "belief": self.share,
+            "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
-        settings |= {
-            problem.names[i]: float(theta[i]) for i in problem.free if i >= size
-        }  # what the effects were found to be
         noise = self.noise
         if self.share and self.plain is not None:
             noise = plain_noise(Point(theta, noise, self.passes), self.plain)
         position, heading, *process = noise.tolist()
         recordings = problem.recordings
         constants = theta[n:size]
+        lever = theta[problem.effects(0)[: len(LEVER)]]
         return Model(
-            problem.vehicle, theta[:n], covariance, constants,
+            with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
             NoiseEntry(position, heading, ProcessEntry(*process)),
             envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
-            tuple(recording_entry(r) for r in recordings),
+            tuple(self._entry(i) for i in range(len(recordings))),
             EstimatorEntry(METHOD, settings, notes=list(self.notes)),
         )  # fmt: skip
+
+    def _entry(self, recording: int) -> RecordingEntry:
+        """A recording with the effects on it that were sought."""
+        own = recording_entry(self.problem.recordings[recording])
+        places = self.problem.effects(recording)[len(LEVER) :].tolist()
+        sought = {
+            name: float(self.theta[i])
+            for name, i in zip(EFFECTS, places, strict=True)
+            if i in self.problem.free
+        }
+        entry: RecordingEntry = msgspec.structs.replace(own, effects=sought)
+        return entry
+
+
+def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
+    """The vehicle with its lever arm longer by what was found, forward-left-up [m]."""
+    if ahead == left == 0.0:
+        return vehicle
+    pose = vehicle.file.pose
+    second = -left if vehicle.axes is Axes.FRD else left
+    lever = (pose.lever[0] + ahead, pose.lever[1] + second)
+    changed = msgspec.structs.replace(pose, lever=lever)
+    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, pose=changed))
 
 
 def output_error(
@@ -145,8 +168,7 @@ def fit(
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
-    plain = at.noise
-    at, share = believed(at, hold=chosen.hold_noise)
+    likely, at, share = believed(at, hold=chosen.hold_noise)
     if chosen.extras and start is None:
         at, found = _freed(at, vehicle, chosen, share)
         notes += found
@@ -169,7 +191,7 @@ def fit(
         chosen,
         tuple(notes),
         share,
-        plain,
+        likely.noise,
     )
 
 

@@ -45,7 +45,7 @@ def summary(model: Model) -> str:
     lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
     scatter = model.estimator.method == METHOD
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
-    lines += model.estimator.notes
+    lines += [*_effects(model), *model.estimator.notes]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
@@ -54,6 +54,21 @@ def summary(model: Model) -> str:
         )
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
     return "\n".join([head, *lines, sanity_line(model)])
+
+
+def _effects(model: Model) -> list[str]:
+    """What stood between boat and sensor, and what else acted, where it was sought."""
+    ahead, aside = model.vehicle.file.pose.lever
+    lines = []
+    if ahead or aside:
+        lines.append(
+            f"  the measured point is {ahead:.3f} m ahead of the origin, {aside:.3f} m aside"
+        )
+    for recording in model.recordings:
+        if recording.effects:
+            said = ", ".join(f"{name} {value:.3g}" for name, value in recording.effects.items())
+            lines.append(f"  {recording.name}: {said}")
+    return lines
 
 
 def plus_minus(value: float, error: float) -> str:

@@ -134,10 +134,17 @@ def heading_of(quaternion: Array, vehicle: Vehicle) -> Array:
 
 
 def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
-    """Raw x, y and heading (n, 3) with the vehicle file's signs and units, forward-left-up."""
+    """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading.
+
+    With the vehicle file's signs and units, and its lever arm taken off.
+    """
     columns = pose_columns(vehicle)
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
     eta[np.abs(eta) > FARTHEST] = np.nan
+    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
+    ahead, aside = vehicle.file.pose.lever
+    eta[:, 0] -= c * ahead - s * aside
+    eta[:, 1] -= s * ahead + c * aside
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
 
 
