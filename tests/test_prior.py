@@ -62,8 +62,13 @@ def test_a_prior_is_widened_by_a_share_of_every_parameter(before):
         assert new[name] == pytest.approx(np.hypot(own[name], 0.3 * value)), name
     assert new["edge_forward"] == pytest.approx(np.hypot(0.0008, 0.3 * 0.08))
     assert wide.values == before.values
-    off = wide.covariance - before.covariance
-    assert np.all(off[~np.eye(len(off), dtype=bool)] == 0)
+    added = wide.covariance - before.covariance
+    assert np.linalg.eigvalsh(added).min() > 0
+    at = {name: i for i, name in enumerate(wide.parameters)}
+    assert added[at["X_u"], at["X_F"]] == pytest.approx(0.5 * 0.3**2 * -0.2 * 0.14)
+    assert added[at["N_r"], at["N_F"]] == pytest.approx(0.5 * 0.3**2 * -0.48 * 1.3)
+    for one, other in (("X_u", "Y_v"), ("N_ud", "N_F"), ("X_u", "lag")):
+        assert added[at[one], at[other]] == 0.0
 
 
 def test_a_coefficient_near_nothing_may_become_a_term_of_note(before):

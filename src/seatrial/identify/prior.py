@@ -19,7 +19,9 @@ from seatrial.structure import Structure, Term
 from seatrial.vehicle import Vehicle
 
 SPREAD = 0.2  # relative change of a coefficient that is to be expected
-COMMON = 0.75  # of that variance is one factor for all drag and thrust of an axis: its mass
+COMMON = (
+    0.5  # share of that variance that is one factor for all drag and thrust of an axis: its mass
+)
 SLIGHT = 0.2  # share of an axis' largest term below which a term is taken to be as large as that
 CLOCK = 0.05  # [s] that latency may change by: it holds what two clocks are apart
 EDGE = 0.05  # dead-zone edges are taken to be at least so large
@@ -52,8 +54,9 @@ class Shift:
 def widened(prior: Model, spread: float = SPREAD) -> Model:
     """The prior with its covariance widened by a relative change `spread` of every parameter.
 
-    Those of an axis change together for the most part, as they do with its mass. A coefficient near 0 may change by `SLIGHT` of what its axis' largest term would ask of it at
-    the speeds that the prior was identified at; latency by `CLOCK` [s]. Raises IdentificationError.
+    Half of it is common to an axis, as with its mass. A coefficient near 0 may change as if its term
+    were `SLIGHT` of its axis' largest at the speeds that the prior was identified at; latency by
+    `CLOCK` [s]. Raises IdentificationError.
     """
     if not 0.0 < spread < np.inf:
         raise IdentificationError(
