@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The actuator chain in the vehicle file: pairs of commands, and constants that are to be estimated."""
 
+import csv
+
 import msgspec
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import CSE1, TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -168,7 +170,7 @@ def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_ve
     with pytest.raises(
         IdentificationError, match=r"scale_power\.propellers are to be estimated; equation-error"
     ):
-        seatrial.identify([cse1["run1"]], ship(cse1_vehicle))
+        seatrial.identify([cse1["run1"]], ship(cse1_vehicle), method="equation-error")
     plan = load_plan("clean")
     open_latency = convert({"latency": "estimate"}, ChainGroup, "chain")
     plant = msgspec.structs.replace(plan.plant, chain=[open_latency])
@@ -188,6 +190,24 @@ def test_a_scales_power_is_taken_as_2_where_the_signal_hardly_changes(cse1, cse1
     whole, notes = staged(open_power, [cse1["random_run1"], cse1["run1"]])
     assert "scale_power.propellers" in whole.estimated
     assert not any("propeller_speed" in note for note in notes)
+
+
+def test_the_real_propellers_bollard_pulls_have_a_pairs_shape():
+    """Least squares of offset and dead zone on pulls along and across leave less than a line does."""
+    ship = seatrial.load_vehicle(CSE1 / "pair.yaml")
+    with (CSE1 / "tow_and_bollard_summary.csv").open() as file:
+        table = list(csv.DictReader(file))
+    for group, k in (("VSPsurge", 0), ("VSPsway", 1)):
+        pulls = [(float(r["value"]), float(r["force_N"])) for r in table if r["group"] == group]
+        x, y = np.array(pulls).T
+        rows = np.zeros((len(x), 5))
+        rows[:, k] = x / 0.95  # where the file has the limit
+        q = {"pair_offset_across.propellers": 0.2, "pair_dead_zone.propellers": 0.29}
+        known = ship.with_stated(q)
+        g = _core.curve(known.chain, known.constants.values, k, rows)
+        bent = y - g * (g @ y) / (g @ g)
+        straight = y - np.polyval(np.polyfit(x, y, 1), x)
+        assert np.sqrt(np.mean(bent**2)) < 0.7 * np.sqrt(np.mean(straight**2))
 
 
 def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
