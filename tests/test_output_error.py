@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Prediction-error estimation: the filter's likelihood against the dense one, recovery of known boats."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -149,3 +150,21 @@ def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 6)
     with pytest.raises(SeatrialError, match=r"blocks of 10 s for 15 parameters; record longer"):
         output_error([r.cut(20, 60) for r in recordings], vehicle)
+
+
+def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 5)
+    others = [*recordings[1:], recordings[0]]
+    strangers = [replace(a, commands=b.commands) for a, b in zip(recordings, others, strict=True)]
+    notes = output_error(strangers, vehicle).estimator.notes
+    assert any("hardly better than a velocity that stays" in note for note in notes)
+    assert not output_error(recordings, vehicle).estimator.notes
+
+
+def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 5)
+    rng = np.random.default_rng(1)
+    steps = [0.02 * rng.normal(size=r.eta.shape) for r in recordings]
+    lost = [replace(r, eta=np.cumsum(s, axis=0)) for r, s in zip(recordings, steps, strict=True)]
+    notes = output_error(lost, vehicle).estimator.notes
+    assert any("look at them with inspect" in note for note in notes)

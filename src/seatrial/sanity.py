@@ -76,8 +76,8 @@ def _odd_drag(model: Model) -> list[str]:
             if value > 0:
                 found.append(
                     f"{name} = {value:.3g} ± {model.standard_errors[name]:.2g} is positive: {kind} "
-                    f"{AXES[axis]} drag that drives the boat. Pose noise does that to the paper's "
-                    "method; or these speeds don't tell the two drag terms apart: drive faster and "
+                    f"{AXES[axis]} drag that drives the boat. Pose noise does that to "
+                    "regressions; or these speeds don't tell the two drag terms apart: drive faster and "
                     "slower, or drop one."
                 )
     return found

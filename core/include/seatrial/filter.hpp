@@ -134,6 +134,7 @@ class Filter {
       p_[i][i] = sigma * sigma;
       std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
     }
+    take_off_lever();
   }
 
   const double* state() const { return x_; }
@@ -245,6 +246,19 @@ class Filter {
   }
 
  private:
+  /// The start is the first pose: of the measured point, not of the origin.
+  void take_off_lever() {
+    const double c = std::cos(x_[2]);
+    const double s = std::sin(x_[2]);
+    const double* l = effects_.lever;
+    x_[0] -= c * l[0] - s * l[1];
+    x_[1] -= s * l[0] + c * l[1];
+    if (parameters_ == own_) return;
+    d_[0][own_ + kLever] = d_[1][own_ + kLever + 1] = -c;
+    d_[0][own_ + kLever + 1] = s;
+    d_[1][own_ + kLever] = -s;
+  }
+
   static std::size_t row(int k, int width) {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }

@@ -36,6 +36,7 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
   pass.state.assign(n * kFilterStates, std::nan(""));
   pass.deviation.assign(n * kFilterStates, std::nan(""));
   pass.weight.assign(n, 0.0);
+  pass.way.reserve(n);
   for (int first = 0; first < poses.n; first += kFilterChunk) {
     const int last = std::min(poses.n - 1, first + kFilterChunk);
     const Schedule schedule(boat, trace, poses.time, first, last, true);

@@ -16,7 +16,7 @@ import numpy as np
 from seatrial.causal import NOISE_LEAST
 from seatrial.causal import fitted_noise as likeliest
 from seatrial.errors import IdentificationError, ModelError, RecordingError
-from seatrial.frames import Array
+from seatrial.frames import AXES, Array
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, fitted_noise, search
 from seatrial.model import Model
@@ -26,6 +26,7 @@ from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
 GAIN = 0.03  # share of the error one second ahead by which a looser belief must be better
+POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
 PROCESS = slice(2, 6)  # of the noise
@@ -37,6 +38,7 @@ class Ahead:
 
     rms: Array  # (3,)
     floor: Array  # (3,) what pose noise alone makes
+    still: Array  # (3,) of a velocity that stays as it is
 
 
 def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
@@ -64,6 +66,26 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
         if ahead is not None and np.mean(np.log(ahead.rms / best.rms)) < -GAIN:
             chosen, share, best = found, tried, ahead
     return at, chosen, share
+
+
+def worth(at: Point) -> list[str]:
+    """What is to be said where the model is no better one second ahead than no model."""
+    if _explained(at):
+        return []
+    ahead = _ahead(at.passes.problem, at.theta)
+    if ahead is None:
+        return [
+            "no second of these recordings can be predicted: the model runs away from the velocities "
+            "that occur, or there are no poses in a row; look at them with inspect"
+        ]
+    ratio = ahead.rms / np.maximum(ahead.still, 1e-12)
+    poor = [axis for axis, r in zip(AXES, ratio, strict=True) if r > POOR]
+    if not poor:
+        return []
+    return [
+        f"in {' and '.join(poor)} one second ahead hardly better than a velocity that stays as it is: do "
+        "commands and poses belong together? See inspect, and the vehicle file's signs"
+    ]
 
 
 def _explained(at: Point) -> bool:
@@ -123,7 +145,7 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
     )  # fmt: skip
-    squares, floors, count = np.zeros(3), np.zeros(3), 0
+    squares, floors, stays, count = np.zeros(3), np.zeros(3), np.zeros(3), 0
     for recording in problem.recordings:
         try:
             found = predict(model, recording, DEFAULT_HORIZON)
@@ -133,7 +155,8 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
             return None
         squares += np.sum(found.errors**2, axis=0)
         floors += len(found.t) * found.floor**2
+        stays += np.sum((found.measured - found.start) ** 2, axis=0)
         count += len(found.t)
     if count == 0:
         return None
-    return Ahead(np.sqrt(squares / count) + 1e-12, np.sqrt(floors / count))
+    return Ahead(np.sqrt(squares / count) + 1e-12, np.sqrt(floors / count), np.sqrt(stays / count))

@@ -20,7 +20,7 @@ from seatrial import _core
 from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Axes, Mask
-from seatrial.identify.belief import believed, least_noise, plain_noise
+from seatrial.identify.belief import believed, least_noise, plain_noise, worth
 from seatrial.identify.problem import EFFECTS, KINDS, LEVER, Passes, Prior, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.score_test import ScoreTest, block_scores, score_test
@@ -40,6 +40,7 @@ PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 LONGEST = 0.3  # step times rate of the boat's quickest motion
 SHORTEST_STEP = 1 / 480  # [s]
+MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
 MOST_EXTRAS = 3
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
@@ -172,6 +173,7 @@ def fit(
     if chosen.extras and start is None:
         at, found = _freed(at, vehicle, chosen, share)
         notes += found
+    notes += [*_rejected(at), *worth(at)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):
         if held:
@@ -193,6 +195,21 @@ def fit(
         share,
         likely.noise,
     )
+
+
+def _rejected(at: Point) -> list[str]:
+    """How many poses count less, being far off; refused where they are so many as to mean nothing."""
+    weights = np.concatenate([np.asarray(p.weight) for p in at.passes.each])
+    used = weights > 0.0
+    share = float(np.mean(weights[used] < 1.0))
+    if share > HOPELESS:
+        raise IdentificationError(
+            f"{100 * share:.0f} % of the poses are rejected as outliers: no model of this structure "
+            "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
+        )
+    if share > MANY:
+        return [f"{100 * share:.1f} % of the poses are outliers to the model and count less"]
+    return []
 
 
 def _step(problem: Problem, theta: Array) -> float:

@@ -20,8 +20,8 @@ from seatrial.vehicle import Vehicle
 
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
-ENOUGH = 300.0  # [s] of recordings for a start
-PIECE = 50.0  # [s]
+ENOUGH = 610.0  # [s] of recordings for a start
+PIECE = 100.0  # [s]
 DEAD = 1e-9  # RMS of a column from which on it is more than rounding
 RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
 DELAYS = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
