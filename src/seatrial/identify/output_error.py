@@ -381,7 +381,7 @@ def sandwich(at: Point, block: float) -> Array:
     ]  # fmt: skip
     inverse = _inverse(information)
     scores = scores - scores.mean(axis=0)
-    scatter = scores.T @ scores * blocks / max(blocks - p, blocks / 4)
+    scatter = scores.T @ scores * blocks / max(blocks - p / 2, blocks / 4)  # some was fitted away
     factor = float(np.trace(inverse @ scatter)) / p
     share = blocks / (blocks + SHRINKAGE * p)
     drawn = share * scatter + (1.0 - share) * factor * (information - known)
