@@ -9,7 +9,8 @@ import pytest
 
 import seatrial
 from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import OutputErrorSettings, fit, with_lever
+from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identify.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.plan import load_plan, with_seed
 from seatrial.simulate import plant_model, simulate

@@ -32,6 +32,13 @@ NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
 NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0])
+RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3, 0.0])  # where what was at its least is tried
+PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
+NOISE_STEP = 2.5  # the largest of a logarithm
+FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
+CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
+NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
+NOISE_TRIALS = 6
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
 OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
 ROUNDS = 4  # of filter and noise in turns
@@ -119,33 +126,66 @@ def fitted_noise(
     passes: Sequence[_core.FilterPass],
     poses: Sequence[_core.Series],
     noise: Array,
-    settled: float = 0.1,
+    settled: float = NOISE_SETTLED,
 ) -> tuple[Array, float]:
     """The noise (7,) under which the errors are most likely, the model as it is; -2 log likelihood.
 
-    Fisher's scoring on the logarithms, over linearised repetitions of the passes; no constant in
-    the likelihood. A step that gains less than `settled` of it is the last.
+    No constant in the likelihood. A step that gains less than `settled` of it is the last.
     """
-    pairs = list(zip(passes, poses, strict=True))
-    phi, damping = np.log(noise), 1e-3
-    cost = float("inf")
     for _ in range(6):
-        parts = spread(lambda pair: _core.noise_slopes(*pair, np.exp(phi), OUTLIER), pairs)  # noqa: B023
-        cost = sum(part[0] for part in parts)
-        gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
-        gain = 0.0
-        for _ in range(8):
-            matrix = information + np.diag(damping * np.diag(information) + 0.3)
-            trial = phi - np.clip(np.linalg.solve(matrix, gradient), -2.5, 2.5)
-            trial = np.clip(trial, np.log(NOISE_LEAST), np.log(NOISE_MOST))
-            found = sum(spread(lambda pair: _core.repeated(*pair, np.exp(trial), OUTLIER), pairs))  # noqa: B023
-            if found < cost:
-                phi, gain, cost, damping = trial, cost - found, found, damping / 10.0
-                break
-            damping = max(10.0 * damping, 1e-2)
+        noise, gain = likelier_noise(passes, poses, noise)
         if gain < settled:
             break
-    return np.exp(phi), float(cost)
+    pairs = list(zip(passes, poses, strict=True))
+    return noise, sum(spread(lambda pair: _core.repeated(*pair, noise, OUTLIER), pairs))
+
+
+def likelier_noise(
+    passes: Sequence[_core.FilterPass],
+    poses: Sequence[_core.Series],
+    noise: Array,
+    outlier: float = OUTLIER,
+    least: Array = NOISE_LEAST,
+) -> tuple[Array, float]:
+    """Noise (7,) under which the errors are more likely, the model as it is; the fall of the cost.
+
+    One step of Fisher's scoring on the logarithms, over linearised repetitions of the passes. What
+    falls is tried at its least, too: there the way down is endless and ever flatter; what is at its
+    least is tried higher up again.
+    """
+    pairs = list(zip(passes, poses, strict=True))
+    low, high = np.log(least), np.log(NOISE_MOST)
+
+    def cost(phi: Array) -> float:
+        one = np.exp(phi)
+        return sum(spread(lambda pair: _core.repeated(*pair, one, outlier), pairs))
+
+    phi = np.log(np.maximum(noise, least))
+    active = phi > low
+    active[MEMORY] = active[DISTURBANCES].any()
+    mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
+    parts = spread(lambda pair: _core.noise_slopes(*pair, np.exp(phi), outlier, mask), pairs)
+    first = here = sum(p[0] for p in parts)
+    gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
+    damping = 1e-3
+    for _ in range(NOISE_TRIALS):
+        matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
+        move = np.clip(np.linalg.solve(matrix, gradient), -NOISE_STEP, NOISE_STEP)
+        trial = np.clip(phi - move, low, high)
+        found = cost(trial)
+        if found < here:
+            phi, here = trial, found
+            break
+        damping = max(10.0 * damping, 1e-2)
+    for i in range(*PROCESS.indices(len(phi))):
+        fell = active[i] and move[i] > FALLING
+        raised = not active[i] and first - here < NOISE_SETTLED
+        if fell or raised:
+            trial = phi.copy()
+            trial[i] = low[i] if fell else np.log(RAISED[i])
+            found = cost(trial)
+            phi, here = (trial, found) if found < here else (phi, here)
+    return np.exp(phi), first - here
 
 
 def believed_noise(model: Model, recordings: Sequence[Recording]) -> Array:

@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.causal import NOISE_LEAST
-from seatrial.causal import fitted_noise as likeliest
+from seatrial.causal import NOISE_LEAST, PROCESS, fitted_noise, likelier_noise
 from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.frames import AXES, Array
 from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point, fitted_noise, search
+from seatrial.identify.search import Point, search
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
@@ -29,7 +28,6 @@ GAIN = 0.03  # share of the error one second ahead by which a looser belief must
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
-PROCESS = slice(2, 6)  # of the noise
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def _closer(at: Point, found: Point) -> Point:
         noise = np.concatenate([at.noise[:2], process[2:]])
         there = Point(found.theta, noise, problem.passes(found.theta, noise))
         if np.isfinite(there.passes.cost):
-            better, gain = fitted_noise(there)
+            better, gain = likelier_noise(there.passes.each, problem.series, noise, problem.outlier)
             likelier.append((there.passes.cost - gain, better))
     cost, noise = min(likelier, key=lambda found: found[0], default=(np.inf, at.noise))
     if cost > at.passes.cost - WORTH:
@@ -132,7 +130,7 @@ def plain_noise(at: Point, noise: Array) -> Array:
     held = replace(at.passes.problem, free=())
     for _ in range(3):
         passes = held.passes(at.theta, noise)
-        noise, cost = likeliest(passes.each, held.series, noise, 1.0)
+        noise, cost = fitted_noise(passes.each, held.series, noise, 1.0)
         if passes.cost - cost < 2.0:
             break
     return noise

@@ -8,11 +8,13 @@ import numpy as np
 from seatrial.errors import IdentificationError
 from seatrial.identify.belief import least_noise
 from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
+from seatrial.identify.covariance import sandwich
 from seatrial.identify.minutes import minutes, minutes_text
-from seatrial.identify.output_error import METHOD, Fit, OutputErrorSettings, fit, sandwich
+from seatrial.identify.output_error import fit
 from seatrial.identify.problem import KINDS
 from seatrial.identify.profile import Profile, profile
 from seatrial.identify.search import search
+from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
 from seatrial.identify.text import plus_minus, table
 from seatrial.model import Model
 from seatrial.recording import Recording

@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.frames import Array
 from seatrial.identifiability.verdict import SHARP, Verdict, verdict_of
-from seatrial.identify.output_error import Fit
+from seatrial.identify.solution import Fit
 from seatrial.identify.text import minutes as spelled
 from seatrial.identify.text import table
 

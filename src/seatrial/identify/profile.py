@@ -15,8 +15,8 @@ from seatrial.causal import spread
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
-from seatrial.identify.output_error import Fit
 from seatrial.identify.search import search
+from seatrial.identify.solution import Fit
 from seatrial.statistics import NORMAL_95
 
 CLOSE = 0.02  # of a standard deviation: the end is found

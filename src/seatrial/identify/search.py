@@ -10,22 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial import _core
-from seatrial.causal import NOISE_LEAST, NOISE_MOST, spread
+from seatrial.causal import NOISE_LEAST, NOISE_SETTLED, NOISE_STEP, PROCESS, likelier_noise
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.problem import Passes, Problem
 
-# position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3, 0.0])
-PROCESS, DISTURBANCES, MEMORY = (2, 6), [4, 5], 6
-NOISE_STEP = 2.5  # the largest of a logarithm
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
-FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
 TINY = 1e-12
-CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
-NOISE_SETTLED = 0.1
 ITERATIONS = 40
 TRIALS = 6
 
@@ -59,7 +51,11 @@ def search(
         )
     damping, flat = 1e-4, 0
     for _ in range(ITERATIONS):
-        better, gain = (at.noise, 0.0) if hold else fitted_noise(at, least)
+        better, gain = (
+            (at.noise, 0.0)
+            if hold
+            else likelier_noise(at.passes.each, problem.series, at.noise, problem.outlier, least)
+        )
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
             if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:
@@ -86,8 +82,7 @@ def _further(before: Array, after: Array) -> Array:
     """Process noise that falls falls as far again: the parameters' step will leave less to it."""
     further = after * np.clip(after / before, np.exp(-NOISE_STEP), 1.0)
     out = after.copy()
-    first, last = PROCESS
-    out[first:last] = np.maximum(further, NOISE_LEAST)[first:last]
+    out[PROCESS] = np.maximum(further, NOISE_LEAST)[PROCESS]
     return out
 
 
@@ -119,45 +114,3 @@ def step_within(at: Point, damping: float) -> tuple[Array, float]:
     move = np.zeros(len(at.theta))
     move[free] = step
     return move, float(2.0 * step @ gradient - step @ information @ step)
-
-
-def fitted_noise(at: Point, least: Array = NOISE_LEAST) -> tuple[Array, float]:
-    """Noise under which the errors are more likely, the model as it is; the fall of the cost.
-
-    One step of Fisher's scoring on the logarithms. What falls is tried at its least, too: there
-    the way down is endless and ever flatter; what is at its least is tried higher up again.
-    """
-    problem = at.passes.problem
-    pairs = list(zip(at.passes.each, problem.series, strict=True))
-    low, high = np.log(least), np.log(NOISE_MOST)
-
-    def cost(phi: Array) -> float:
-        one = np.exp(phi)
-        return sum(spread(lambda p: _core.repeated(*p, one, problem.outlier), pairs))
-
-    phi = np.log(at.noise)
-    active = phi > low
-    active[MEMORY] = active[DISTURBANCES].any()
-    mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
-    parts = spread(lambda p: _core.noise_slopes(*p, at.noise, problem.outlier, mask), pairs)
-    first = here = sum(p[0] for p in parts)
-    gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
-    damping = 1e-3
-    for _ in range(TRIALS):
-        matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
-        move = np.clip(np.linalg.solve(matrix, gradient), -NOISE_STEP, NOISE_STEP)
-        trial = np.clip(phi - move, low, high)
-        found = cost(trial)
-        if found < here:
-            phi, here = trial, found
-            break
-        damping = max(10.0 * damping, 1e-2)
-    for i in range(*PROCESS):
-        fell = active[i] and move[i] > FALLING
-        raised = not active[i] and first - here < NOISE_SETTLED
-        if fell or raised:
-            trial = phi.copy()
-            trial[i] = low[i] if fell else np.log(RAISED[i])
-            found = cost(trial)
-            phi, here = (trial, found) if found < here else (phi, here)
-    return np.exp(phi), first - here

@@ -22,8 +22,8 @@ from seatrial.excitation import find_roles
 from seatrial.frames import Array
 from seatrial.identify.equation_error import couplings
 from seatrial.identify.least_squares import Fit, solve
-from seatrial.identify.output_error import with_free_stages
 from seatrial.identify.provenance import envelope, recording_entry
+from seatrial.identify.stages import with_free_stages
 from seatrial.identify.start import Change, Design, Found, changes, gathered, search, widened
 from seatrial.model import Model
 from seatrial.noise import pose_noise

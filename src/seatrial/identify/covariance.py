@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""How certain the estimates are: a covariance that holds where errors hang together."""
+
+import numpy as np
+
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array, Mask
+from seatrial.identify.score_test import block_scores
+from seatrial.identify.search import Point
+
+SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+
+
+def sandwich(at: Point, block: float) -> Array:
+    """Of the information and the scatter of scores over blocks, since errors may hang together.
+
+    The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
+    it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
+    more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
+    """
+    problem = at.passes.problem
+    prior, free = problem.prior, list(problem.free)
+    inside = ~at_bounds(at)
+    scores = block_scores(at.passes, block)[:, inside]
+    information = at.passes.information[np.ix_(inside, inside)]
+    blocks, p = scores.shape
+    if prior is None and blocks < 2 * p:
+        raise IdentificationError(
+            f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
+        )
+    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
+        np.ix_(inside, inside)
+    ]  # fmt: skip
+    inverse = _inverse(information)
+    scores = scores - scores.mean(axis=0)
+    scatter = scores.T @ scores * blocks / max(blocks - p / 2, blocks / 4)  # some was fitted away
+    factor = float(np.trace(inverse @ scatter)) / p
+    share = blocks / (blocks + SHRINKAGE * p)
+    drawn = share * scatter + (1.0 - share) * factor * (information - known)
+    out = np.zeros((len(free), len(free)))
+    out[np.ix_(inside, inside)] = inverse @ (drawn + known) @ inverse
+    return out
+
+
+def at_bounds(at: Point) -> Mask:
+    """Which free parameters ended at a bound: the data say no more of them."""
+    problem = at.passes.problem
+    low, high = problem.bounds
+    theta = at.theta[list(problem.free)]
+    return np.asarray((theta <= low) | (theta >= high))
+
+
+def _inverse(information: Array) -> Array:
+    """Of what is not informed of at all the variance is large, not 0."""
+    scale = 1.0 / np.sqrt(np.diag(information) + 1e-12)
+    correlation = information * np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+    return np.asarray(np.linalg.inv(correlation) * np.outer(scale, scale))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Settings of the prediction-error estimator, and what it ends with."""
+
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+
+from seatrial.frames import Array, Axes
+from seatrial.identify.belief import plain_noise
+from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
+from seatrial.identify.provenance import envelope, recording_entry
+from seatrial.identify.search import Point
+from seatrial.model import Model
+from seatrial.schema import EstimatorEntry, Integration, NoiseEntry, ProcessEntry, RecordingEntry
+from seatrial.vehicle import Vehicle
+from seatrial.velocity import motion
+
+METHOD = "output-error"
+
+
+@dataclass(frozen=True)
+class OutputErrorSettings:
+    """Choices of the estimator."""
+
+    outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
+    block: float = 10.0  # [s] over which scores may hang together, for the standard errors
+    step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
+    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
+    hold_noise: bool = False  # the noise stays that of the start model
+    extras: bool = (
+        True  # further stages of the chain are tried, and freed where the data ask for it
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A solution with all that it came from."""
+
+    problem: Problem
+    theta: Array  # all parameters, in the problem's order
+    noise: Array  # (7,) position, heading, walks, disturbances, memory
+    passes: Passes
+    covariance: Array  # (p, p) of the free parameters
+    settings: OutputErrorSettings
+    notes: tuple[str, ...]  # what was not sought, and why
+    share: float = 0.0  # how closely the model was believed, see belief.py
+    plain: Array | None = None  # (7,) the noise when it was believed as the likelihood has it
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the free parameters."""
+        return tuple(self.problem.names[i] for i in self.problem.free)
+
+    def model(self) -> Model:
+        """The model, with the covariance of coefficients and constants."""
+        problem, theta, n = self.problem, self.theta, self.problem.size
+        size = n + problem.constants
+        own = [k for k, i in enumerate(problem.free) if i < size]
+        at = [problem.free[k] for k in own]
+        covariance = np.zeros((size, size))
+        covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
+        settings: dict[str, str | float | int | bool | None] = {
+            "outlier": self.settings.outlier, "block": self.settings.block, "belief": self.share,
+            "effects": ", ".join(self.settings.effects),
+        }  # fmt: skip
+        noise = self.noise
+        if self.share and self.plain is not None:
+            noise = plain_noise(Point(theta, noise, self.passes), self.plain)
+        position, heading, *process = noise.tolist()
+        recordings = problem.recordings
+        constants = theta[n:size]
+        lever = theta[problem.effects(0)[: len(LEVER)]]
+        return Model(
+            with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
+            Integration("runge-kutta", problem.step),
+            NoiseEntry(position, heading, ProcessEntry(*process)),
+            envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
+            tuple(self._entry(i) for i in range(len(recordings))),
+            EstimatorEntry(METHOD, settings, notes=list(self.notes)),
+        )  # fmt: skip
+
+    def _entry(self, recording: int) -> RecordingEntry:
+        """A recording with the effects on it that were sought."""
+        own = recording_entry(self.problem.recordings[recording])
+        places = self.problem.effects(recording)[len(LEVER) :].tolist()
+        sought = {
+            name: float(self.theta[i])
+            for name, i in zip(EFFECTS, places, strict=True)
+            if i in self.problem.free
+        }
+        entry: RecordingEntry = msgspec.structs.replace(own, effects=sought)
+        return entry
+
+
+def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
+    """The vehicle with its lever arm longer by what was found, forward-left-up [m]."""
+    if ahead == left == 0.0:
+        return vehicle
+    pose = vehicle.file.pose
+    second = -left if vehicle.axes is Axes.FRD else left
+    lever = (pose.lever[0] + ahead, pose.lever[1] + second)
+    changed = msgspec.structs.replace(pose, lever=lever)
+    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, pose=changed))
