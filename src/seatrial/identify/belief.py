@@ -24,7 +24,7 @@ from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
-GAIN = 0.03  # share of the error one second ahead by which a looser belief must be better
+GAIN = 0.01  # share of the error one second ahead by which a looser belief must be better
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
