@@ -98,8 +98,8 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
   const Effects chosen = effects ? make_effects(*effects) : Effects{};
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
-  return innovations(boat, trace, series.poses, believed, series.start, chosen,
-                     effects.has_value(), often);
+  return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
+                     often);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
