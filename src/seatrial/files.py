@@ -56,13 +56,14 @@ _Loader.yaml_implicit_resolvers = {
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|false|False)$"), list("tTfF")
 )
-_Loader.add_implicit_resolver(
+_FLOAT = (
     "tag:yaml.org,2002:float",
     re.compile(
         r"^[-+]?(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?$|^[-+]?\.(?:inf|Inf)$|^\.(?:nan|NaN)$"
     ),
     list("-+.0123456789"),
 )
+_Loader.add_implicit_resolver(*_FLOAT)
 
 
 def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
@@ -201,6 +202,7 @@ def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
 
+_Dumper.add_implicit_resolver(*_FLOAT)  # a word that reads as a number is quoted
 _Dumper.add_representer(list, _flow_list)
 _Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))
 _Dumper.add_representer(dict, _flow_mapping)
