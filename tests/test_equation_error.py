@@ -78,9 +78,8 @@ def test_equation_17_as_printed_does_not_return_the_truth_and_the_difference_is_
 
 
 def test_recorded_trials_without_noise_give_nearly_the_truth_past_the_dead_zones_edge(clean_af):
-    found = seatrial.identify(
-        [clean_af[s].recording for s in ("S1", "S2", "S3")], clean_af["S1"].vehicle
-    )
+    records = [clean_af[s].recording for s in ("S1", "S2", "S3")]
+    found = seatrial.identify(records, clean_af["S1"].vehicle, method="equation-error")
     past = 1 / (1 - 0.08)  # under AF alone only the gain past the edge can be seen
     for name in ("X_F", "Y_F", "N_F"):
         true = TABLE_II["AF"][name] * past
@@ -117,7 +116,7 @@ def _surge_only(commands: Signal) -> Signal:
 
 
 def test_mixed_driving_identifies_an_axis_in_one_step(clean_af, af):
-    found = seatrial.identify([clean_af["S7"].recording], af)
+    found = seatrial.identify([clean_af["S7"].recording], af, method="equation-error")
     assert [s.equation for s in found.estimator.steps] == ["Eq. (14)", "Eq. (15)", "Eq. (16)"]
     assert set(found.estimator.steps[2].coefficients) == {"N_r", "N_rr", "N_F", "N_ud", "N_uu"}
 
@@ -224,7 +223,7 @@ def test_a_boat_without_drag_is_refused_as_unstable(mp):
     ]
     records.append(euler_trial(model, 2, 8.0)[0])
     with pytest.raises(ModelError, match=r"unstable: driven in .*, yaw passes 10 rad/s"):
-        seatrial.identify(records, mp)
+        seatrial.identify(records, mp, method="equation-error")
 
 
 def test_no_recordings_and_unknown_methods_are_one_line(mp, clean_mp):

@@ -16,6 +16,7 @@ from seatrial.identify.problem import Problem
 from seatrial.plan import load_plan, with_seed
 from seatrial.sanity import direct_chain
 from seatrial.simulate import simulate
+from seatrial.vehicle import vehicle_from
 
 DRAG = -0.7  # [1/s]
 # position, heading, walks, disturbances, memory
@@ -148,8 +149,19 @@ def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_
 
 def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 6)
-    with pytest.raises(SeatrialError, match=r"blocks of 10 s for 15 parameters; record longer"):
+    words = r"S1-MP, S2-MP, S3-MP: 120 s in all is too short for 15 parameters; drive 150 s or more"
+    with pytest.raises(SeatrialError, match=words):
         output_error([r.cut(20, 60) for r in recordings], vehicle)
+    output_error([r.cut(20, 75) for r in recordings], vehicle)
+
+
+def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):
+    vehicle, recordings = trials("paper-like", "mallard-mp", 6)
+    content = vehicle.to_mapping()
+    lines = vehicle.structure.lines()
+    content["structure"] = lines | {"surge": [*lines["surge"], "X_a * |u| * u"]}
+    with pytest.raises(SeatrialError, match="^X_uu, X_a can't be told apart: vary speed"):
+        output_error(recordings, vehicle_from(content, "twins"))
 
 
 def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):

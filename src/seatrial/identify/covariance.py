@@ -5,10 +5,12 @@ import numpy as np
 
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Mask
+from seatrial.identify.problem import Problem
 from seatrial.identify.score_test import block_scores
 from seatrial.identify.search import Point
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
 
 
 def sandwich(at: Point, block: float) -> Array:
@@ -17,17 +19,16 @@ def sandwich(at: Point, block: float) -> Array:
     The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
     it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
     more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
+    Raises IdentificationError where parameters can't be told apart.
     """
     problem = at.passes.problem
     prior, free = problem.prior, list(problem.free)
+    if prior is None:
+        _told_apart(at)
     inside = ~at_bounds(at)
     scores = block_scores(at.passes, block)[:, inside]
     information = at.passes.information[np.ix_(inside, inside)]
     blocks, p = scores.shape
-    if prior is None and blocks < 2 * p:
-        raise IdentificationError(
-            f"{blocks} blocks of {block:g} s for {p} parameters; record longer"
-        )
     known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
         np.ix_(inside, inside)
     ]  # fmt: skip
@@ -40,6 +41,36 @@ def sandwich(at: Point, block: float) -> Array:
     out = np.zeros((len(free), len(free)))
     out[np.ix_(inside, inside)] = inverse @ (drawn + known) @ inverse
     return out
+
+
+def long_enough(problem: Problem, block: float) -> None:
+    """Raises IdentificationError where there are fewer blocks [s] than free parameters."""
+    parameters = len(problem.free)
+    blocks = sum(len(np.unique(r.t // block)) for r in problem.recordings)
+    if blocks < parameters:
+        names = ", ".join(r.name for r in problem.recordings)
+        length = sum(r.duration for r in problem.recordings)
+        raise IdentificationError(
+            f"{names}: {length:.0f} s in all is too short for {parameters} parameters; drive "
+            f"{block * parameters:.0f} s or more, or take another method, --method equation-error"
+        )
+
+
+def _told_apart(at: Point) -> None:
+    """Refuses parameters of which the data know only a sum, as equation-error does."""
+    problem = at.passes.problem
+    information = at.passes.information
+    alive = np.flatnonzero(np.diag(information) > 0.0)
+    scale = 1.0 / np.sqrt(np.diag(information)[alive])
+    values, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
+    if values[0] > TIED:
+        return
+    weights = np.abs(vectors[:, 0])
+    names = [problem.names[problem.free[i]] for i in alive[weights > 0.1 * weights.max()]]
+    raise IdentificationError(
+        f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
+        "term out"
+    )
 
 
 def at_bounds(at: Point) -> Mask:

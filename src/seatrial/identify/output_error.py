@@ -20,7 +20,7 @@ from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.belief import believed, worth
-from seatrial.identify.covariance import at_bounds, sandwich
+from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.freeing import freed, problem_of
 from seatrial.identify.problem import KINDS, Prior, Problem
 from seatrial.identify.search import Point, search
@@ -76,6 +76,8 @@ def fit(
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
+    if prior is None:
+        long_enough(problem, chosen.block)
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
