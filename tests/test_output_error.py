@@ -160,7 +160,7 @@ def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):
     content = vehicle.to_mapping()
     lines = vehicle.structure.lines()
     content["structure"] = lines | {"surge": [*lines["surge"], "X_a * |u| * u"]}
-    with pytest.raises(SeatrialError, match="^X_uu, X_a can't be told apart: vary speed"):
+    with pytest.raises(SeatrialError, match=r"^X_uu, X_a can't be told apart: vary speed"):
         output_error(recordings, vehicle_from(content, "twins"))
 
 
