@@ -120,8 +120,9 @@ def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
     (tmp_path / "v.yaml").write_text(swapped)
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
     code, out, _ = run(
-        capsys, "identify", *trials, "--vehicle", tmp_path / "v.yaml", "-o", tmp_path / "m.yaml"
-    )
+        capsys, "identify", *trials, "--vehicle", tmp_path / "v.yaml", "-o", tmp_path / "m.yaml",
+        "--method", "equation-error",
+    )  # fmt: skip
     assert code == 0
     assert "F_u does not visibly drive surge. Are two inputs swapped" in out
     assert "F_v does not visibly drive sway" in out
@@ -129,7 +130,8 @@ def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
 
 def test_the_terminal_says_which_axes_and_what_the_file_negates(tmp_path, capsys):
     ship = [CSE1 / "csv" / "CSE1_data_random_run1.csv", "--vehicle", CSE1 / "vehicle.yaml"]
-    code, out, _ = run(capsys, "identify", *ship, "-o", tmp_path / "m.yaml")
+    paper = ["--method", "equation-error"]
+    code, out, _ = run(capsys, "identify", *ship, *paper, "-o", tmp_path / "m.yaml")
     assert code == 0
     assert "in forward-left-up axes; all from CSE1_data_random_run1:" in out
     model = seatrial.load(tmp_path / "m.yaml")
@@ -143,6 +145,7 @@ def test_roles_can_be_given(pool, tmp_path, capsys):
     code, _, _ = run(
         capsys, "identify", pool / "S1-AF", pool / "S2-AF", pool / "S3-AF", pool / "S7-AF",
         "--vehicle", pool / "vehicle-AF.yaml", "--role", "yaw=S7-AF,S3-AF", "-o", tmp_path / "m.yaml",
+        "--method", "equation-error",
     )  # fmt: skip
     assert code == 0
     steps = yaml.safe_load((tmp_path / "m.yaml").read_text())["estimator"]["steps"]
@@ -183,7 +186,8 @@ BAD = {
     "wrong unit": (["identify", "{p}/S7-AF", "--vehicle", "{p}/unit.yaml", "-o", "{o}"], "unit 'rad'; use m, cm, mm"),
     "no such unit": (["inspect", "{p}/S7-AF", "--vehicle", "{p}/furlong.yaml"], "pose.x"),
     "wrong role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "heave=S7-AF", "-o", "{o}"], "--role"),
-    "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}"], "no such recording"),
+    "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}", "--method", "equation-error"], "no such recording"),
+    "role of the other method": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S7-AF", "-o", "{o}"], "uses every recording for all axes; for roles, --method equation-error"),
     "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "given twice"),
     "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
     "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says .seatrial: vehicle 1.; expected"),
@@ -294,15 +298,20 @@ def test_the_demo_identifies_validates_and_reports(tmp_path, capsys):
     assert (code, err) == (0, "")
     reports = sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("report.html"))
     assert reports == [
-        "cse1/cse1-coupled/report.html", "cse1/cse1/report.html",
-        "mallard/result-AF/report.html", "mallard/result-MP/report.html",
+        "cse1/cse1-equation-error/report.html", "cse1/cse1-pair/report.html",
+        "cse1/cse1/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
     ]  # fmt: skip
     for report in reports:
         scores = json.loads((tmp_path / report).with_name("scores.json").read_text())
         for row in scores["recordings"]:
-            assert row["recording"] in out
-            for score in row["scores"].values():
-                assert f" {score['ratio']:.2f} " in out
+            pairing = {"S4": "u", "S5": "v", "S6": "r"}  # Table III
+            for symbol in pairing.get(row["recording"][:2], "uvr"):
+                (line,) = (
+                    text for text in out.splitlines() if f"{row['recording']} {symbol}," in text
+                )
+                score = row["scores"][symbol]
+                size = 1.0 if symbol == "r" else 100.0
+                assert f" {size * score['rms']:.3f} ({score['ratio']:.2f})" in line
         assert seatrial.load((tmp_path / report).with_name("model.yaml")).recordings
 
 

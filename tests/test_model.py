@@ -15,7 +15,8 @@ from seatrial.vehicle import vehicle_from
 
 @pytest.fixture
 def identified(clean_af, af):
-    return seatrial.identify([clean_af[s].recording for s in ("S1", "S2", "S3")], af)
+    records = [clean_af[s].recording for s in ("S1", "S2", "S3")]
+    return seatrial.identify(records, af, method="equation-error")
 
 
 def same(a, b):

@@ -19,7 +19,7 @@ def sandwich(at: Point, block: float) -> Array:
     The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
     it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
     more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
-    Raises IdentificationError where parameters can't be told apart.
+    Raises IdentificationError where coefficients can't be told apart.
     """
     problem = at.passes.problem
     prior, free = problem.prior, list(problem.free)
@@ -57,10 +57,16 @@ def long_enough(problem: Problem, block: float) -> None:
 
 
 def _told_apart(at: Point) -> None:
-    """Refuses parameters of which the data know only a sum, as equation-error does."""
+    """Refuses coefficients of which the data know only a sum, as equation-error does.
+
+    Constants of the chain may be tied: nobody wrote them, and what is known of them is said later.
+    """
     problem = at.passes.problem
     information = at.passes.information
-    alive = np.flatnonzero(np.diag(information) > 0.0)
+    coefficients = np.array(problem.free) < problem.size
+    alive = np.flatnonzero(coefficients & (np.diag(information) > 0.0))
+    if not len(alive):
+        return
     scale = 1.0 / np.sqrt(np.diag(information)[alive])
     values, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
     if values[0] > TIED:
