@@ -6,7 +6,7 @@ import stat
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import seatrial
@@ -219,6 +219,7 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=32)
         max_size=8,
     )
 )
+@example({"a": "1e3"})
 def test_what_is_dumped_is_read_back(content):
     import tempfile
     from pathlib import Path

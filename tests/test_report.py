@@ -16,6 +16,8 @@ from html_tables import Tables
 import seatrial
 from seatrial.errors import FileError, ModelError, RecordingError
 from seatrial.excitation import excitation
+from seatrial.identify import METHODS
+from seatrial.identify.equation_error import METHOD as PAPERS
 from seatrial.report import report, write_report
 from seatrial.report.embed import decode, encode, pack
 from seatrial.report.figures import correlation, histogram
@@ -38,7 +40,8 @@ def shown(text: str) -> float:
 
 @pytest.fixture(scope="module")
 def model(cse1, cse1_vehicle):
-    return seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+    runs = [cse1["random_run1"], cse1["random_run3"]]
+    return seatrial.identify(runs, cse1_vehicle, method="equation-error")
 
 
 @pytest.fixture(scope="module")
@@ -253,6 +256,21 @@ def test_verdict_speaks_of_recordings_that_were_not_seen_first(runs, model, tabl
         assert f"{number(score[sign].floor * scale, 2)} {name.split()[0]}" in unseen
     assert "CSE1_data_random_run3" in seen
     assert caution.startswith("± covers scatter only. 0.07 mm and 0.3 mrad of pose noise are")
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m != PAPERS])
+def test_a_model_of_another_method_is_told_without_the_papers_caution(method, paper_af, af):
+    records = [paper_af[s].recording for s in ("S1", "S2", "S3", "S7")]
+    other = seatrial.identify(records[:3], af, method=method)
+    text = report(other, records)
+    shown = Tables(text).found
+    assert len(shown.get("steps", [])) == bool(other.estimator.steps)
+    (rows,) = shown["constants"]
+    assert [row[0][0] for row in rows[1:]] == list(other.vehicle.constants.names)
+    assert [row[1][1] for row in rows[1:]] == [pytest.approx([v]) for v in other.constants.tolist()]
+    said = verdict(other, gather(other, records, 1.0), 1.0)
+    assert f"identified by the {method} method from 3 recordings" in said[0]
+    assert not any("covers scatter only" in line for line in said)
 
 
 def test_without_an_unseen_recording_the_report_asks_for_one(model, runs):

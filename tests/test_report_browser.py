@@ -26,7 +26,8 @@ RANGE = "div => div.layout.xaxis.range"
 
 @pytest.fixture(scope="module")
 def path(cse1, cse1_vehicle, tmp_path_factory):
-    model = seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+    runs = [cse1["random_run1"], cse1["random_run3"]]
+    model = seatrial.identify(runs, cse1_vehicle, method="equation-error")
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(model, [cse1["random_run3"], cse1["run1"]], path)
     return path
@@ -216,7 +217,8 @@ def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
     from dataclasses import replace
 
     name = '</script><img src="https://example.org/x.png" onerror="window.hit = 1"><b>x'
-    model = seatrial.identify([cse1["random_run1"], cse1["random_run3"]], cse1_vehicle)
+    runs = [cse1["random_run1"], cse1["random_run3"]]
+    model = seatrial.identify(runs, cse1_vehicle, method="equation-error")
     path = tmp_path / "report.html"
     write_report(model, [replace(cse1["run1"], name=name)], path)
     one = Visit(browser, path)
