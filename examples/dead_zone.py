@@ -23,7 +23,8 @@ def errors(name: str, seed: int) -> list[float]:
     vehicle = seatrial.load_vehicle(name)
     plan = msgspec.structs.replace(load_plan("clean"), seed=seed)
     trials = {t.name.split("-")[0]: t.recording for t in simulate(plan, vehicle)}
-    model = seatrial.identify([trials[s] for s in ("S1", "S2", "S3")], vehicle)
+    known = [trials[s] for s in ("S1", "S2", "S3")]
+    model = seatrial.identify(known, vehicle, method="equation-error")
     rows = seatrial.validate(model, [trials[s] for s, _ in PAIRING]).recordings
     return [row.scores[symbol].rms for row, (_, symbol) in zip(rows, PAIRING, strict=True)]
 

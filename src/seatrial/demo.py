@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The whole line on the bundled recordings and on simulated trials."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 
 from seatrial.errors import FileError
 from seatrial.files import dump_json, write_text
-from seatrial.identify import identify
+from seatrial.identify import DEFAULT_METHOD, identify
+from seatrial.identify.text import table
 from seatrial.init import Choices, init
 from seatrial.inspect import inspect
 from seatrial.inspect.text import inspection_text
@@ -19,15 +20,26 @@ from seatrial.recording import Recording
 from seatrial.report import write_report
 from seatrial.sanity import concerns, sanity_line
 from seatrial.simulate import SUFFIX, plant_model, simulate
-from seatrial.validate import LEGEND, Scores, scores_json, scores_text, validate
+from seatrial.validate import Scores, scores_json, validate
 from seatrial.vehicle import Vehicle, load_vehicle
 
+PAPER = "equation-error"
+METHODS = (PAPER, DEFAULT_METHOD)
 TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
 TESTED_ON = "CSE1_data_run1"
+SHIPS = (  # vehicle file, method, what it is called
+    ("vehicle.yaml", PAPER, "the paper's method"),
+    ("vehicle.yaml", DEFAULT_METHOD, DEFAULT_METHOD),
+    ("pair.yaml", DEFAULT_METHOD, "propellers as pairs"),
+)
+PAIRING = {"S4": "u", "S5": "v", "S6": "r"}  # Table III
 TABLE_III = {
-    "-MP": "S4 u 2.3 cm/s, S5 v 3.5 cm/s, S6 r 0.10 rad/s",
-    "-AF": "S4 u 1.8 cm/s, S5 v 2.2 cm/s, S6 r 0.07 rad/s",
+    "-MP": {"S4": "2.3", "S5": "3.5", "S6": "0.10"},
+    "-AF": {"S4": "1.8", "S5": "2.2", "S6": "0.07"},
 }
+LEGEND = """\
+  constant: RMS error if the velocity stays as it is; in brackets: error over that;
+  floor: what pose noise alone makes of a perfect model's error"""
 Say = Callable[[str], None]
 
 
@@ -56,23 +68,20 @@ def _ship(out: Path, say: Say, note: Say) -> None:
     say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
     bags = {n: data / "mcap" / f"{n}.mcap" for n in (*TRAINED_ON, TESTED_ON)}
     _look(bags, load_vehicle(data / "vehicle.yaml"), out, say, note)
-    for file, label in (
-        ("vehicle.yaml", "the paper's structure"),
-        ("coupled.yaml", "with coupled terms and delay"),
-    ):
+    found: dict[str, Scores] = {}
+    for file, method, label in SHIPS:
         note(f"CSE1, {label}")
         vehicle = load_vehicle(data / file)
         runs = {name: read(bag, vehicle) for name, bag in bags.items()}
-        model = identify([runs[n] for n in TRAINED_ON], vehicle)
-        scores = validate(model, [runs[TESTED_ON]])
-        say(f" {label}: {scores_text(scores)}")
-        _store(
-            out / vehicle.name,
-            model,
-            scores,
-            [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)],
-            say,
-        )
+        model = identify([runs[n] for n in TRAINED_ON], vehicle, method=method)
+        found[label] = validate(model, [runs[TESTED_ON]])
+        seen = [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)]
+        name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
+        _store(out / name, model, found[label], seen)
+    say(_ahead(found))
+    (row,) = found[label].recordings
+    say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
+    _told(model, out / name, say)
 
 
 def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Say) -> None:
@@ -95,7 +104,6 @@ def _trials(out: Path, say: Say, note: Say) -> None:
     """S1-S7 for both allocations: identified on S1-S3, tested on S4-S7 (Tables II and III)."""
     plan = load_plan("paper-like")
     say(f"Simulated trials: the paper's S1-S7, plan '{plan.name}'")
-    models: dict[str, Model] = {}
     for name in plan.vehicles:
         vehicle = load_vehicle(name)
         suffix = SUFFIX[vehicle.scheme]
@@ -104,31 +112,60 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         for trial in simulate(plan, vehicle):
             note(f"simulating {trial.name}")
             folders.append(write_trial(trial, out))
-        note(f"identifying {vehicle.name}{suffix}")
-        recordings = _read_all(folders, load_vehicle(written))
-        models[suffix] = identify(recordings[:3], load_vehicle(written))
-        scores = validate(models[suffix], recordings[3:])
-        say(f" allocation{suffix.replace('-', ' ')}: {scores_text(scores)}")
-        say(_beside_truth(models[suffix], plan.plant.coefficients))
-        say(f"  the paper's boat (Table III): {TABLE_III[suffix]}")
-        _store(out / f"result{suffix}", models[suffix], scores, recordings[3:], say)
+        known = load_vehicle(written)
+        recordings = [read(folder, known) for folder in folders]
+        models: dict[str, Model] = {}
+        found: dict[str, Scores] = {}
+        for method in METHODS:
+            note(f"identifying {vehicle.name}{suffix}, {method}")
+            models[method] = identify(recordings[:3], known, method=method)
+            found[method] = validate(models[method], recordings[3:])
+        save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
+        best = out / f"result{suffix}"
+        _store(best, models[DEFAULT_METHOD], found[DEFAULT_METHOD], recordings[3:])
+        say(f" allocation{suffix.replace('-', ' ')}")
+        say(_beside_truth(models, plan.plant.coefficients))
+        say(_ahead(found, TABLE_III[suffix]))
+        _told(models[DEFAULT_METHOD], best, say)
 
 
-def _beside_truth(model: Model, truth: dict[str, float]) -> str:
-    """Coefficients found, the plant's in brackets: pose noise biases the paper's method."""
-    cells = [f"{name} {value:.2f} ({truth[name]:.2f})" for name, value in model.values.items()]
-    return "  found (true): " + ", ".join(cells)
+def _ahead(found: Mapping[str, Scores], boat: Mapping[str, str] | None = None) -> str:
+    """RMS errors of several models, and over those of "stays constant".
+
+    `boat`: what the paper's Table III has for a trial; of the trials in its pairing that velocity
+    alone is shown.
+    """
+    head = ["RMS error 1 s ahead", "constant", "floor", *found]
+    rows = []
+    for several in zip(*(scores.recordings for scores in found.values()), strict=True):
+        one, trial = several[0], several[0].recording.partition("-")[0]
+        for symbol in PAIRING.get(trial, "".join(one.scores)):
+            size, unit = (1.0, "rad/s") if symbol == "r" else (100.0, "cm/s")
+            own = [row.scores[symbol] for row in several]
+            cells = [f"{size * s.rms:.3f} ({s.ratio:.2f})" for s in own]
+            fixed = f"{size * own[-1].stays_constant:.3f}", f"{size * own[-1].floor:.3f}"
+            paper = [] if boat is None else [boat.get(trial, "")]
+            rows.append([f"{one.recording} {symbol}, {unit}", *fixed, *cells, *paper])
+    return table([*head, *([] if boat is None else ["the paper's boat"])], rows)
 
 
-def _read_all(folders: list[Path], vehicle: Vehicle) -> list[Recording]:
-    return [read(folder, vehicle) for folder in folders]
+def _beside_truth(models: Mapping[str, Model], truth: Mapping[str, float]) -> str:
+    """Coefficients found, and the plant's."""
+    values = {"true": truth, **{name: m.values for name, m in models.items()}}
+    names = list(next(iter(models.values())).values)
+    rows = [[label, *(f"{own[n]:.2f}" for n in names)] for label, own in values.items()]
+    return table(["", *names], rows)
 
 
-def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording], say: Say) -> None:
+def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording]) -> None:
     save(model, out / "model.yaml")
     write_text(out / "scores.json", dump_json(scores_json(scores)))
     write_report(model, recordings, out / "report.html")
-    for doubt in concerns(model):
-        say(f"  doubt: {doubt}")
+
+
+def _told(model: Model, out: Path, say: Say) -> None:
+    """What is to be said of a model."""
+    for sentence in [*model.estimator.notes, *(f"doubt: {doubt}" for doubt in concerns(model))]:
+        say(f"  {sentence}")
     say(f"  {sanity_line(model)}")
     say(f"  -> {out / 'report.html'}\n")

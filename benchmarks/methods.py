@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
+
+    python benchmarks/methods.py
+    python benchmarks/methods.py --pushed          # by a force of 4 % of full thrust that no model knows
+    python benchmarks/methods.py --seeds 8 --presets hard
+
+Trained on S1-S3, tested on S7 one second ahead, from the true velocities against the true ones.
+Under always-forward allocation the truth of a force coefficient is the gain past the dead zone's
+edge. Times are of the CPU, of one thread after the other.
+"""
+
+import argparse
+import time
+from collections.abc import Iterable
+
+import msgspec
+import numpy as np
+
+import seatrial
+from seatrial.errors import SeatrialError
+from seatrial.frames import Array
+from seatrial.identify import METHODS
+from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.predict import predict
+from seatrial.simulate import Trial, plant_model, simulate
+from seatrial.vehicle import Vehicle, load_vehicle
+
+FIRST = 2001  # seed
+TRAINING, UNSEEN = ("S1", "S2", "S3"), "S7"
+PUSH = Unmodelled(share=0.04, correlation=2.0)  # of full thrust; [s]
+WEAK = "N_ud"  # weakly excited in the paper's trials: listed apart
+
+
+def trials(plan: PlanFile, vehicle: Vehicle) -> tuple[list[Trial], Trial]:
+    """Those to train on, and the one to test on."""
+    found = list(simulate(plan, vehicle))
+    return [t for t in found if t.name[:2] in TRAINING], next(
+        t for t in found if t.name.startswith(UNSEEN)
+    )
+
+
+def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, float]:
+    """Relative errors by coefficient; a force's truth is the gain past the dead zone's edge."""
+    truth = {
+        name: value * (gain if name.endswith("_F") else 1.0)
+        for name, value in plan.plant.coefficients.items()
+    }
+    return {name: values[name] / truth[name] - 1.0 for name in truth}
+
+
+def plan_of(preset: str, seed: int, *, pushed: bool) -> PlanFile:
+    """The preset with another seed, and with an unmodelled force or without."""
+    plan = with_seed(load_plan(preset), seed)
+    unmodelled = PUSH if pushed else plan.plant.unmodelled
+    plant = msgspec.structs.replace(plan.plant, unmodelled=unmodelled)
+    return msgspec.structs.replace(plan, plant=plant)
+
+
+def rows(presets: Iterable[str], seeds: int, *, pushed: bool) -> Iterable[str]:
+    """One line of the table for every preset, allocation and method."""
+    for preset in presets:
+        for name in ("mallard-mp", "mallard-af"):
+            for method in METHODS:
+                yield row(preset, name, method, seeds, pushed=pushed)
+
+
+def row(preset: str, name: str, method: str, seeds: int, *, pushed: bool = False) -> str:
+    """One line of the table."""
+    vehicle = load_vehicle(name)
+    off: list[dict[str, float]] = []
+    ahead: list[Array] = []
+    spent: list[float] = []
+    failed = 0
+    for seed in range(FIRST, FIRST + seeds):
+        plan = plan_of(preset, seed, pushed=pushed)
+        known, unseen = trials(plan, vehicle)
+        begin = time.process_time()
+        try:
+            model = seatrial.identify([t.recording for t in known], vehicle, method=method)
+            spent.append(time.process_time() - begin)
+            found = predict(model, unseen.recording, 1.0, velocities=unseen.true_motion)
+        except SeatrialError:
+            failed += 1
+            continue
+        edges = any(n.startswith("edge") for n in model.vehicle.constants.names)
+        plant = plant_model(plan, vehicle)
+        constants = dict(zip(plant.vehicle.constants.names, plant.constants.tolist(), strict=True))
+        edge = constants.get("edge_forward", 0.0)
+        gain = 1.0 if edges or name.endswith("mp") else 1.0 / (1.0 - edge)
+        off.append(errors(model.values, plan, gain))
+        ahead.append(np.sqrt(np.mean(found.errors**2, axis=0)))
+    head = f"| {preset}{', pushed' if pushed else ''} | {name[-2:].upper()} | {method} |"
+    if not off:
+        return f"{head} no model | | | | | {failed} |"
+    table = {n: 100 * np.sqrt(np.mean([o[n] ** 2 for o in off])) for n in off[0]}
+    worst = max((n for n in table if n != WEAK), key=lambda n: table[n])
+    u, v, r = np.sqrt(np.mean(np.square(ahead), axis=0)) * (100.0, 100.0, 1.0)
+    return (
+        f"{head} {_two(np.median([table[n] for n in table if n != WEAK]))} | "
+        f"{_two(table[worst])} ({worst}) | {_two(table[WEAK])} | {_two(u)}, {_two(v)}, {_two(r)} | "
+        f"{np.median(spent):.2g} | {failed} |"
+    )
+
+
+def _two(value: float) -> str:
+    """Two digits, without powers of ten."""
+    return f"{float(f'{value:.2g}'):.10g}"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--presets", nargs="+", default=["paper-like", "hard"])
+    parser.add_argument("--pushed", action="store_true", help="by an unmodelled force")
+    given = parser.parse_args()
+    print(
+        "| preset | allocation | method | RMS error of coefficients, %: median | worst | N_ud | "
+        "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |"
+    )
+    print("| --- | --- | --- | ---: | --- | ---: | --- | ---: | ---: |")
+    for line in rows(given.presets, given.seeds, pushed=given.pushed):
+        print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()

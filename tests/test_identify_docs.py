@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""docs/identify.md: its commands run, print what it shows, and its notes are the program's."""
+
+import contextlib
+import io
+import re
+import shlex
+
+import numpy as np
+import pytest
+from test_docs import ROOT, blocks
+
+import seatrial
+from seatrial.cli import main
+
+PAGE = ROOT / "docs" / "identify.md"
+NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+REPLICATES = "20"  # instead of the page's 200: the same code, ten times as fast
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory):
+    """What each command of the page prints, and where they ran."""
+    folder = tmp_path_factory.mktemp("identify")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        found = []
+        for line in "".join(blocks(PAGE, "sh")).splitlines():
+            program, *arguments = shlex.split(line, comments=True)
+            assert program == "seatrial"
+            arguments = [REPLICATES if a == "200" else a for a in arguments]
+            with contextlib.redirect_stdout(io.StringIO()) as out:
+                assert main([*arguments, "--quiet"]) == 0, line
+            found.append(out.getvalue())
+    return folder, found
+
+
+def parts(line: str) -> tuple[str, np.ndarray]:
+    """A line's words, and its numbers."""
+    words = " ".join(re.sub(NUMBER, "#", line).split())
+    return words, np.array([float(x) for x in re.findall(NUMBER, line)])
+
+
+def test_the_summary_is_the_one_shown(shown):
+    printed = dict(parts(line) for line in shown[1][1].splitlines())
+    for line in blocks(PAGE, "")[0].splitlines():
+        words, numbers = parts(line)
+        assert words in printed
+        np.testing.assert_allclose(numbers, printed[words], rtol=0.2, atol=1e-12, err_msg=line)
+
+
+def test_every_option_shows_what_it_is_for(shown):
+    folder, (_, plain, minutes, profile, bootstrap, effects, prior, paper) = shown
+    assert "half takes, more" in minutes
+    assert re.search(r"lag +0\.08\d+ ± 0\.\d+ +0\.0[78]\d+ +0\.08\d+", profile)
+    assert f"bootstrap of {REPLICATES}" in bootstrap
+    assert "the measured point is" in effects
+    assert "S1-MP: current_x" in effects
+    assert "Prior: an older model" in prior
+    assert "± covers scatter only" in paper
+    assert "half takes, more" not in plain
+    lever = seatrial.load(folder / "model.yaml").vehicle.file.pose.lever
+    np.testing.assert_allclose(lever, 0.0, atol=1e-3)
+
+
+def test_the_notes_and_refusals_are_those_that_the_program_makes():
+    sources = " ".join(
+        re.sub(r'"\s*f?"', "", path.read_text()) for path in (ROOT / "src").rglob("*.py")
+    )
+    text = PAGE.read_text()
+    for heading in ("## Notes", "## When it refuses"):
+        rows = text.split(heading)[1].split("\n## ")[0].splitlines()
+        said = [row.split("|")[1].strip() for row in rows if row.startswith("| ")][1:]
+        assert len(said) > 6
+        for message in said:
+            if message == "---":
+                continue
+            for piece in re.split(r"…|;|\b\d+\b|F_u, F_v, F_r", message):
+                assert piece.strip(" %:,") in sources, piece
