@@ -144,8 +144,34 @@ def test_the_demos_figures_are_the_readmes(tmp_path):
     assert f"X_uu = {mp} (MP) and {af} (AF) where the truth is {truth}" in derivations
 
 
+def test_the_readmes_coverage_is_the_studys():
+    table = (ROOT / "docs" / "recovery.md").read_text().split("| coverage, % |")[1].split("\n\n")[0]
+    covered = [float(row.split("|")[7]) for row in table.splitlines()[2:]]
+    assert len(covered) == 8
+    assert f"in {min(covered)} to {max(covered)} % of cases" in plain(ROOT / "README.md")
+
+
 def plain(page: Path) -> str:
     return " ".join(page.read_text().replace("−", "-").split())
+
+
+@pytest.mark.parametrize("method", ["equation-error", "output-error"])
+def test_the_table_of_methods_is_what_the_benchmark_prints(method, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    import methods
+
+    printed = methods.row("paper-like", "mallard-mp", method, 4)
+    head = f"| paper-like | MP | {method} |"
+    lines = (ROOT / "docs" / "choose.md").read_text().splitlines()
+    (written,) = (line for line in lines if line.startswith(head))
+
+    def cells(line: str) -> tuple[str, list[float]]:
+        shown = line.removeprefix(head).split("|")[:4]  # without the time
+        numbers = re.findall(r"[\d.]+", " ".join(shown))
+        return re.sub(r"[\d.]+", "#", line), [float(x) for x in numbers]
+
+    assert cells(written)[0] == cells(printed)[0]
+    np.testing.assert_allclose(cells(written)[1], cells(printed)[1], rtol=0.1)
 
 
 def test_the_library_example_runs():
