@@ -6,14 +6,15 @@ its coefficients on what happens within a few poses, where noise is smallest, an
 ahead the worse for it. So models that are believed less closely are tried as well: the filter takes
 the poses for noisier than they are, by a share of the way that the boat goes in one second, and the
 fit looks as much further ahead. They are compared by what they are for: the error one second
-ahead. A structure that is right gains nothing by that, and stays with the likelihood.
+ahead. Where the filter's errors follow no pattern, structure and noise explain them, and the
+likelihood's choice stays.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.causal import NOISE_LEAST, PROCESS, fitted_noise, likelier_noise
+from seatrial.causal import NOISE_LEAST, OUTLIER, PROCESS, fitted_noise, likelier_noise
 from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.frames import AXES, Array
 from seatrial.identify.problem import Problem
@@ -24,7 +25,9 @@ from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
-GAIN = 0.01  # share of the error one second ahead by which a looser belief must be better
+LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
+LAGS = 10  # poses over which the filter's errors are looked at
+PATTERN = 0.06  # autocorrelation from which on they follow one; right models stay below 0.03
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
@@ -46,7 +49,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
     from there.
     """
     problem = at.passes.problem
-    if hold or _explained(at):
+    if hold or _explained(at) or _white(at):
         return at, at, 0.0
     best = _ahead(problem, at.theta)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
@@ -61,9 +64,24 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
         if closer is not at:
             return believed(closer)
         ahead = _ahead(problem, found.theta)
-        if ahead is not None and np.mean(np.log(ahead.rms / best.rms)) < -GAIN:
-            chosen, share, best = found, tried, ahead
+        if ahead is None:
+            continue
+        worse = float(np.mean(np.log(ahead.rms / best.rms)))
+        if worse < LOSS:  # as good a second ahead: then what was fitted a second ahead
+            chosen, share, best = found, tried, ahead if worse < 0.0 else best
     return at, chosen, share
+
+
+def _white(at: Point) -> bool:
+    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
+    sums = np.zeros((LAGS + 1, 3))
+    for each in at.passes.each:
+        spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
+        error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
+        error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
+        for lag in range(LAGS + 1):
+            sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
+    return bool(np.abs(sums[1:] / sums[0]).max() < PATTERN)
 
 
 def worth(at: Point) -> list[str]:
