@@ -36,7 +36,7 @@ from seatrial.errors import SeatrialError
 from seatrial.files import dump_yaml
 
 MEMORY = 3 << 29  # [bytes] 1.5 GB of addresses for a worker, libraries included
-PATIENCE = 10  # [s] for one case
+PATIENCE = 10.0  # [s] of the processor for one case, however busy the machine is
 LONGEST = 3000  # [characters] of a line that somebody is to read
 ODD_NUMBERS = (
     0, 1, 2, 3, 4, 7, 8, 0x7F, 0x80, 0xFF, 0x100, 0x7FFF, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000,
@@ -425,20 +425,20 @@ def cases(
     good = seeds()
     outcomes: Counter[str] = Counter()
     slowest, which = 0.0, 0
-    signal.signal(signal.SIGALRM, _late)
+    signal.signal(signal.SIGPROF, _late)
     with tempfile.TemporaryDirectory() as name:
         for case in range(first, first + count):
             files, salvage = made(kind, case, good)
             folder = Path(name) / "case"
             folder.mkdir()
             begin = time.perf_counter()
-            signal.alarm(PATIENCE)
+            signal.setitimer(signal.ITIMER_PROF, PATIENCE)
             try:
                 outcomes[attempt(kind, folder, files, salvage=salvage)] += 1
             except BaseException as error:
                 if isinstance(error, KeyboardInterrupt):
                     raise
-                signal.alarm(0)
+                signal.setitimer(signal.ITIMER_PROF, 0.0)
                 where = traceback.format_exception(error)
                 yield {
                     "kind": kind,
@@ -446,7 +446,7 @@ def cases(
                     "salvage": salvage,
                     "error": "".join(where)[-3000:],
                 }
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
             took = time.perf_counter() - begin
             if took > slowest:
                 slowest, which = took, case
