@@ -9,6 +9,7 @@ from seatrial.errors import IdentificationError
 from seatrial.identify.belief import least_noise
 from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
 from seatrial.identify.covariance import sandwich
+from seatrial.identify.kinks import as_likely
 from seatrial.identify.minutes import minutes, minutes_text
 from seatrial.identify.output_error import fit
 from seatrial.identify.problem import KINDS
@@ -73,10 +74,8 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     near = fit(recordings, vehicle, start=model, settings=settings)
     share = float(chosen.get("belief") or 0.0)
     at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
-    return Fit(
-        near.problem, at.theta, at.noise, at.passes, sandwich(at, settings.block), settings,
-        near.notes, share,
-    )  # fmt: skip
+    covariance = as_likely(at, sandwich(at, settings.block))
+    return Fit(near.problem, at.theta, at.noise, at.passes, covariance, settings, near.notes, share)
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

@@ -22,6 +22,7 @@ from seatrial.frames import Array
 from seatrial.identify.belief import believed, worth
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.freeing import freed, problem_of
+from seatrial.identify.kinks import as_likely
 from seatrial.identify.problem import KINDS, Prior, Problem
 from seatrial.identify.search import Point, search
 from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
@@ -95,7 +96,7 @@ def fit(
             f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
             "in a second, which predicts one second ahead better than the likelihood's choice"
         )
-    covariance = sandwich(at, chosen.block)
+    covariance = as_likely(at, sandwich(at, chosen.block))
     return Fit(
         at.passes.problem,
         at.theta,

@@ -15,7 +15,8 @@ from seatrial.causal import spread
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
-from seatrial.identify.search import search
+from seatrial.identify.covariance import sandwich
+from seatrial.identify.search import Point, search
 from seatrial.identify.solution import Fit
 from seatrial.statistics import NORMAL_95
 
@@ -101,4 +102,5 @@ def _rise(fit: Fit, k: int, distance: float) -> float:
 def _excess(fit: Fit) -> Array:
     """Sandwich's variance (p,) over that of independent errors."""
     own = np.diag(np.linalg.pinv(fit.passes.information, hermitian=True))
-    return np.asarray(np.diag(fit.covariance) / own)
+    at = Point(fit.theta, fit.noise, fit.passes)
+    return np.asarray(np.diag(sandwich(at, fit.settings.block)) / own)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Dead-zone edges are as uncertain as the likelihood says, not as its curvature at the best ones."""
+
+import numpy as np
+import pytest
+
+from benchmarks.recovery.scenes import scenes, true_parameters, vehicle_of
+from seatrial.identify.covariance import sandwich
+from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identify.profile import profile
+from seatrial.identify.search import Point
+from seatrial.statistics import NORMAL_95
+
+EDGES = "edge_forward", "edge_reverse"
+
+
+def found(scene, seed):
+    chosen = scenes()[scene]
+    vehicle = vehicle_of(chosen.allocations[0])
+    settings = OutputErrorSettings(extras=False)
+    return fit([t.recording for t in chosen.trials(seed).values()], vehicle, settings=settings)
+
+
+def wider(result):
+    """Standard errors over those of the sandwich alone, by name."""
+    plain = sandwich(Point(result.theta, result.noise, result.passes), result.settings.block)
+    ratio = np.sqrt(np.diag(result.covariance) / np.diag(plain))
+    return dict(zip(result.names, ratio, strict=True))
+
+
+def test_between_equal_edges_the_likelihood_rises_sooner_than_its_curvature_says():
+    result = found("hard MP pushed", 1005)
+    ratio = wider(result)
+    assert ratio["edge_forward"] < 0.7
+    assert all(0.9 < r < 1.1 for name, r in ratio.items() if name not in EDGES)
+    k = result.names.index("edge_forward")
+    said = 2.0 * NORMAL_95 * np.sqrt(result.covariance[k, k])
+    true = profile(result, "edge_forward")
+    assert said == pytest.approx(true.high - true.low, rel=0.2)
+
+
+def test_where_it_has_two_summits_the_interval_holds_both():
+    result = found("hard MP pushed", 1013)
+    ratio = wider(result)
+    truth = true_parameters(scenes()["hard MP pushed"].plan, result.names)
+    off = (result.theta[list(result.problem.free)] - truth) / np.sqrt(np.diag(result.covariance))
+    for name in EDGES:
+        k = result.names.index(name)
+        assert abs(off[k]) < 2.0
+        assert abs(off[k]) * ratio[name] > 3.0
+
+
+def test_where_the_likelihood_is_a_parabola_nothing_changes():
+    assert all(abs(r - 1.0) < 0.05 for r in wider(found("hard MP", 1002)).values())
