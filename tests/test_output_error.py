@@ -121,7 +121,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     stated = vehicle.with_chain(load_plan("paper-like").plant.chain)
     whole = with_free_stages(stated, recordings)
     assert set(whole.constants.names) - set(stated.constants.names) == {"latency"}
-    problem = Problem(whole, tuple(recordings), (0,), 1 / 20, 4.0)
+    problem = Problem(whole, tuple(recordings), (0,), 1 / 20, 4.0, 10.0)
     assert problem.names[: problem.size] == vehicle.structure.coefficients
 
 

@@ -25,7 +25,9 @@ def problem_of(vehicle: Vehicle, recordings: Sequence[Recording]) -> Problem:
     """The estimator's problem with all parameters sought."""
     count = len(vehicle.structure.coefficients) + len(vehicle.constants.names)
     step = OutputErrorSettings().step
-    return Problem(vehicle, tuple(recordings), tuple(range(count)), step, np.inf)
+    return Problem(
+        vehicle, tuple(recordings), tuple(range(count)), step, np.inf, OutputErrorSettings().block
+    )
 
 
 def without_process(noise: Array) -> Array:

@@ -24,14 +24,16 @@ void check_trace(const Boat& boat, const Trace& trace) {
   }
 }
 
-Out1 moved1(const std::vector<double>& from) {
+template <class T>
+Out1 moved1(const std::vector<T>& from) {
   double* out = nullptr;
   auto to = fresh<Out1>({from.size()}, &out);
   std::copy(from.begin(), from.end(), out);
   return to;
 }
 
-Out2 moved2(const std::vector<double>& from, std::size_t width) {
+template <class T>
+Out2 moved2(const std::vector<T>& from, std::size_t width) {
   double* out = nullptr;
   auto to = fresh<Out2>({width == 0 ? 0 : from.size() / width, width}, &out);
   std::copy(from.begin(), from.end(), out);
@@ -86,7 +88,8 @@ Effects make_effects(const Vector& effects) {
 
 FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
                            double outlier, std::optional<Vector> effects,
-                           std::optional<Vector> counts) {
+                           std::optional<Vector> counts, std::optional<Places> blocks,
+                           bool repeatable) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
@@ -94,17 +97,25 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
                   boat.structure.n_coefficients - kAxes,
           "columns: initial state, then coefficients that end with the disturbance's three");
   require(!counts || counts->shape(0) == series.time.size(), "counts: one for each pose");
+  require(!blocks || blocks->shape(0) == series.time.size(), "blocks: one for each pose");
+  if (blocks) {
+    const int* at = blocks->data();
+    for (std::size_t k = 1; k < series.time.size(); ++k) {
+      require(at[k - 1] >= 0 && at[k] >= at[k - 1], "blocks: rising from 0");
+    }
+  }
   const FilterNoise believed = make_noise(noise, outlier);
   const Effects chosen = effects ? make_effects(*effects) : Effects{};
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
   return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
-                     often);
+                     often, blocks ? blocks->data() : nullptr, repeatable);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
-  require(first.way.size() + 1 == series.time.size(), "the poses of the first pass");
+  require(first.way.size() + 1 == series.time.size(),
+          "the poses of a first pass that was not forgotten");
   const FilterNoise believed = make_noise(noise, outlier);
   NoisePass pass;
   {
@@ -118,12 +129,18 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const S
 }
 
 double run_repeated(const FilterPass& first, const Series& series, Vector noise, double outlier) {
-  require(first.way.size() + 1 == series.time.size(), "the poses of the first pass");
+  require(first.way.size() + 1 == series.time.size(),
+          "the poses of a first pass that was not forgotten");
   const FilterNoise believed = make_noise(noise, outlier);
-  FilterPass pass;
   nb::gil_scoped_release released;
-  repeated(first, series.poses, believed, series.start, pass);
-  return pass.cost;
+  return repeated(first, series.poses, believed, series.start);
+}
+
+/// All that was kept pose by pose; sums stay.
+void forget_poses(FilterPass& p) {
+  std::vector<Transition>().swap(p.way);
+  for (auto* own : {&p.spread, &p.deviation, &p.weight}) std::vector<float>().swap(*own);
+  for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
 
 void bind_filter(nb::module_& m) {
@@ -131,6 +148,9 @@ void bind_filter(nb::module_& m) {
   nb::class_<FilterPass>(m, "FilterPass")
       .def_ro("good", &FilterPass::good)
       .def_ro("cost", &FilterPass::cost)
+      .def_prop_ro("repeatable", [](const FilterPass& p) { return !p.way.empty(); })
+      .def("forget_way", [](FilterPass& p) { std::vector<Transition>().swap(p.way); })
+      .def("forget_poses", &forget_poses)
       .def_prop_ro(
           "information",
           [](const FilterPass& p) {
@@ -156,7 +176,7 @@ void bind_filter(nb::module_& m) {
           "state", [](const FilterPass& p) { return moved2(p.state, kFilterStates); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "deviation", [](const FilterPass& p) { return moved2(p.deviation, kFilterStates); },
+          "deviation", [](const FilterPass& p) { return moved2(p.deviation, kAxes); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
           "weight", [](const FilterPass& p) { return moved1(p.weight); },
@@ -166,7 +186,8 @@ void bind_filter(nb::module_& m) {
            "velocity"_a);
   m.attr("EFFECTS") = kEffects;
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
-        "effects"_a = nb::none(), "counts"_a = nb::none());
+        "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
+        "repeatable"_a = true);
   m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "active"_a = ~0U);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);

@@ -246,7 +246,7 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     used = (np.asarray(found.weight) > 0.0) & (recording.t > SETTLING)
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
-    moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation[:, 3:6])
+    moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)
     return Causal(moving, _residual(found, state[:, 2]), believed)
 
 

@@ -7,91 +7,11 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
+#include "seatrial/pass.hpp"
 #include "seatrial/schedule.hpp"
 
 namespace seatrial {
-
-inline constexpr int kFilterStates = kStates + kAxes;  // x, y, psi, u, v, r, d_u, d_v, d_r
-inline constexpr int kPose = 3;                        // x, y [m], psi [rad] are measured
-inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
-
-inline constexpr int kNoiseParameters = 7;
-
-/// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
-/// are their logarithms, in this order.
-struct FilterNoise {
-  double position;            // [m] of the poses
-  double heading;             // [rad]
-  double walk_linear;         // [m/s / sqrt(s)] random walk of u and v
-  double walk_yaw;            // [rad/s / sqrt(s)]
-  double disturbance_linear;  // [m/s^2] that comes and goes, in surge and sway
-  double disturbance_yaw;     // [rad/s^2]
-  double memory;              // [s] time constant of the disturbance
-  double outlier;             // innovations beyond so many sigma count linearly; infinity: never
-
-  double pose(int i) const { return i < 2 ? position : heading; }
-  double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
-  double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
-  double& parameter(int i) {
-    double* const all[kNoiseParameters] = {
-        &position,           &heading,         &walk_linear, &walk_yaw,
-        &disturbance_linear, &disturbance_yaw, &memory};
-    return *all[i];
-  }
-};
-
-/// What is known of a recording's start: the state, and the standard deviations of its velocity.
-/// The pose is as uncertain as three measurements of it, the disturbance as it ever is.
-struct FilterStart {
-  double state[kStates];   // x, y [m], psi [rad], u, v [m/s], r [rad/s]
-  double velocity[kAxes];  // [m/s, m/s, rad/s]
-};
-
-/// What stands between boat and sensor, or differs from one recording to the next.
-struct Effects {
-  double lever[2] = {0.0, 0.0};      // [m] the measured point, forward and left of the origin
-  double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
-  double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
-  double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
-};
-enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
-inline constexpr int kEffects = 9;
-
-/// Poses of one recording.
-struct PoseSeries {
-  int n = 0;
-  const double* time = nullptr;      // (n) [s], rising
-  const double* eta = nullptr;       // (n, 3)
-  const signed char* use = nullptr;  // (n) 0: not measured; 1: measured; 2: after a jump for good
-};
-
-/// How the filter went from one pose to the next: enough to repeat the way with other noise.
-struct Transition {
-  double from[kFilterStates];            // state that it began with
-  double to[kFilterStates];              // where the model took it
-  double slope[kStates][kFilterStates];  // d to / d from, of the boat's states
-  double length;                         // [s]
-};
-
-/// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
-/// all effects where they are asked for.
-struct FilterPass {
-  int parameters = 0;
-  bool good = true;
-  Effects effects;
-  double cost = 0.0;                // sum of rho(e' S^-1 e) + log det S over measured poses
-  std::vector<double> information;  // (p, p) sum of J' S^-1 J
-  std::vector<double> gradient;     // (p) sum of J' S^-1 e
-  std::vector<double> score;        // (n, p) terms of the gradient, pose by pose
-  std::vector<double> innovation;   // (n, 3)
-  std::vector<double> spread;       // (n, 6) S: xx, xy, xpsi, yy, ypsi, psipsi
-  std::vector<double> state;        // (n, 9) after the pose was used
-  std::vector<double> deviation;    // (n, 9) standard deviations of the state
-  std::vector<double> weight;       // (n) of each pose: 1, less for outliers, 0 for unused ones
-  std::vector<Transition> way;      // (n - 1)
-};
 
 namespace detail {
 
@@ -153,38 +73,44 @@ class Filter {
     for (int a = 0; a < kAxes; ++a) {
       boat.coefficient[first + a] = x_[kStates + a] + effects_.bias[a] + wind[a];
     }
-    std::copy(x_, x_ + kFilterStates, way.from);
+    const double psi = x_[2];
     if (!schedule.run(interval, x_, dx)) return false;
     const int force = kStates + columns_.n_coefficients - kAxes;
     for (int i = 0; i < kStates; ++i) {
-      std::copy(dx.row[i], dx.row[i] + kStates, way.slope[i]);
-      std::copy(dx.row[i] + force, dx.row[i] + force + kAxes, way.slope[i] + kStates);
-      // a turn of the boat turns the wind on it
-      way.slope[i][2] += way.slope[i][kStates] * wind[1] - way.slope[i][kStates + 1] * wind[0];
+      std::copy(dx.row[i] + 2, dx.row[i] + kStates, f_[i]);
+      const double* push = dx.row[i] + force;
+      std::copy(push, push + kAxes, f_[i] + kStates - 2);
+      f_[i][0] += push[0] * wind[1] - push[1] * wind[0];  // a turn of the boat turns the wind on it
     }
-    std::copy(x_, x_ + kFilterStates, way.to);
-    way.length = length;
+    std::copy(x_, x_ + kStates, way.to);
     const double stays = std::exp(-length / noise_.memory);
     for (int i = kStates; i < kFilterStates; ++i) x_[i] *= stays;
-    carry_sensitivity(dx, way, stays, c, s);
-    carry_covariance(way, stays);
-    add_process_noise(way.from[2], length, stays);
+    carry_sensitivity(dx, stays, c, s);
+    for (int i = 0; i < kStates; ++i) {
+      if (i >= 2) f_[i][i - 2] -= 1.0;
+      for (int j = 0; j < kMoving; ++j) way.slope[i][j] = static_cast<float>(f_[i][j]);
+    }
+    carry_covariance(stays);
+    add_process_noise(psi, length, stays);
     return true;
   }
 
-  /// The same way again, linearised about where it went then.
-  void repeat(const Transition& way) {
+  /// The same way again, over `length` [s], linearised about the states `from` (9) where it began.
+  void repeat(const Transition& way, const double* from, double length) {
     double off[kFilterStates];
-    for (int i = 0; i < kFilterStates; ++i) off[i] = x_[i] - way.from[i];
+    for (int i = 0; i < kFilterStates; ++i) off[i] = x_[i] - from[i];
     for (int i = 0; i < kStates; ++i) {
-      double sum = way.to[i];
-      for (int j = 0; j < kFilterStates; ++j) sum += way.slope[i][j] * off[j];
+      double sum = way.to[i] + off[i];
+      for (int j = 0; j < kMoving; ++j) {
+        f_[i][j] = static_cast<double>(way.slope[i][j]);
+        sum += f_[i][j] * off[j + 2];
+      }
       x_[i] = sum;
     }
-    const double stays = std::exp(-way.length / noise_.memory);
+    const double stays = std::exp(-length / noise_.memory);
     for (int i = kStates; i < kFilterStates; ++i) x_[i] *= stays;
-    carry_covariance(way, stays);
-    add_process_noise(way.from[2], way.length, stays);
+    carry_covariance(stays);
+    add_process_noise(from[2], length, stays);
   }
 
   /// The pose may be anywhere: it jumped.
@@ -195,17 +121,20 @@ class Filter {
     }
   }
 
-  /// Use a pose of time t [s]; writes row k of the pass. `counts`: how often it counts.
-  void update(const double* eta, double t, double counts, int k, FilterPass& pass) {
+  /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
+  /// score of its block; null where they are not asked for. `counts`: how often it counts.
+  Innovation update(const double* eta, double t, double counts = 1.0, FilterPass* terms = nullptr,
+                    int block = 0) {
     const double cp = std::cos(x_[2]);
     const double sp = std::sin(x_[2]);
     const double* l = effects_.lever;
     const double arm[2] = {cp * l[0] - sp * l[1], sp * l[0] + cp * l[1]};
     const double turn[kPose] = {-arm[1], arm[0], 0.0};  // d measured / d psi, beyond the state's
     double hp[kPose][kFilterStates];
-    double s[kPose][kPose];
     double inverse[kPose][kPose];
-    double e[kPose];
+    Innovation out{};
+    double(&e)[kPose] = out.e;
+    double(&s)[kPose][kPose] = out.s;
     for (int i = 0; i < kPose; ++i) {
       const double moved = i < 2 ? arm[i] + effects_.current[i] * t : 0.0;
       e[i] = eta[i] - x_[i] - moved;
@@ -224,25 +153,21 @@ class Filter {
     }
     const double size = std::sqrt(std::max(0.0, square));
     const bool outlier = size > noise_.outlier;
-    const double weight = outlier ? noise_.outlier / size : 1.0;
+    out.weight = outlier ? noise_.outlier / size : 1.0;
     const double rho =
         outlier ? 2.0 * noise_.outlier * size - noise_.outlier * noise_.outlier : square;
-    pass.cost += counts * (rho + std::log(determinant));
+    out.cost = rho + std::log(determinant);
     double slope[kPose][kMaxParameters];
     measured_slope(turn, cp, sp, t, slope);
-    accumulate(z, inverse, slope, counts * weight, k, pass);
-    const int spread[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
-    for (int i = 0; i < 6; ++i) pass.spread[row(k, 6) + i] = s[spread[i][0]][spread[i][1]];
-    std::copy(e, e + kPose, pass.innovation.begin() + static_cast<std::ptrdiff_t>(row(k, kPose)));
-    pass.weight[static_cast<std::size_t>(k)] = weight;
+    if (terms != nullptr) accumulate(z, inverse, slope, counts * out.weight, block, *terms);
     if (outlier) {  // a pose that is far off is believed less: its noise is taken for larger
-      const double more = 1.0 / (weight * weight);
-      for (double(&line)[kPose] : s) {
-        for (double& entry : line) entry *= more;
+      const double less = out.weight * out.weight;
+      for (double(&line)[kPose] : inverse) {
+        for (double& entry : line) entry *= less;
       }
-      inverse3(s, inverse);
     }
     correct(e, inverse, hp, slope);
+    return out;
   }
 
  private:
@@ -269,21 +194,23 @@ class Filter {
     return kStates + (c < own ? c : c + kAxes);
   }
 
-  void carry_sensitivity(const StateTangent& dx, const Transition& way, double stays, double cp,
-                         double sp) {
+  void carry_sensitivity(const StateTangent& dx, double stays, double cp, double sp) {
     for (int i = 0; i < kStates; ++i) {
       std::fill(next_[i], next_[i] + parameters_, 0.0);
       for (int c = 0; c < own_; ++c) next_[i][c] = dx.row[i][column(c)];
-      const double* push = way.slope[i] + kStates;
+      const double* push = f_[i] + kStates - 2;
       double* effect = next_[i] + own_;
       if (parameters_ > own_) {
         for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
         effect[kWind] = cp * push[0] - sp * push[1];
         effect[kWind + 1] = sp * push[0] + cp * push[1];
       }
-      for (int j = 0; j < kFilterStates; ++j) {
-        const double f = way.slope[i][j];
-        for (int c = 0; c < parameters_; ++c) next_[i][c] += f * d_[j][c];
+      if (i < 2) {
+        for (int c = 0; c < parameters_; ++c) next_[i][c] += d_[i][c];
+      }
+      for (int j = 0; j < kMoving; ++j) {
+        const double f = f_[i][j];
+        for (int c = 0; c < parameters_; ++c) next_[i][c] += f * d_[j + 2][c];
       }
     }
     for (int i = 0; i < kStates; ++i) std::copy(next_[i], next_[i] + parameters_, d_[i]);
@@ -307,20 +234,19 @@ class Filter {
     slope[1][own_ + kCurrent + 1] += t;
   }
 
-  /// F P F'.
-  void carry_covariance(const Transition& way, double stays) {
+  /// F P F', with the boat's slopes less the identity.
+  void carry_covariance(double stays) {
     double fp[kStates][kFilterStates];
     for (int i = 0; i < kStates; ++i) {
-      std::fill(fp[i], fp[i] + kFilterStates, 0.0);
-      for (int m = 0; m < kFilterStates; ++m) {
-        const double f = way.slope[i][m];
-        for (int j = 0; j < kFilterStates; ++j) fp[i][j] += f * p_[m][j];
+      std::copy(p_[i], p_[i] + kFilterStates, fp[i]);
+      for (int m = 0; m < kMoving; ++m) {
+        for (int j = 0; j < kFilterStates; ++j) fp[i][j] += f_[i][m] * p_[m + 2][j];
       }
     }
     for (int i = 0; i < kStates; ++i) {
       for (int j = i; j < kStates; ++j) {
-        double sum = 0.0;
-        for (int m = 0; m < kFilterStates; ++m) sum += fp[i][m] * way.slope[j][m];
+        double sum = fp[i][j];
+        for (int m = 0; m < kMoving; ++m) sum += fp[i][m + 2] * f_[j][m];
         p_[i][j] = p_[j][i] = sum;
       }
       for (int j = kStates; j < kFilterStates; ++j) p_[i][j] = p_[j][i] = stays * fp[i][j];
@@ -352,7 +278,7 @@ class Filter {
   }
 
   void accumulate(const double* z, const double inverse[kPose][kPose],
-                  const double slope[kPose][kMaxParameters], double weight, int k,
+                  const double slope[kPose][kMaxParameters], double weight, int block,
                   FilterPass& pass) const {
     double scaled[kPose][kMaxParameters];
     for (int i = 0; i < kPose; ++i) {
@@ -364,7 +290,7 @@ class Filter {
     for (int a = 0; a < parameters_; ++a) {
       const double sum = slope[0][a] * z[0] + slope[1][a] * z[1] + slope[2][a] * z[2];
       pass.gradient[static_cast<std::size_t>(a)] += weight * sum;
-      pass.score[row(k, parameters_) + static_cast<std::size_t>(a)] = weight * sum;
+      pass.score[row(block, parameters_) + static_cast<std::size_t>(a)] += weight * sum;
       double* line = &pass.information[row(a, parameters_)];
       for (int b = 0; b <= a; ++b) {
         line[b] +=
@@ -403,6 +329,7 @@ class Filter {
   Covariance p_;
   double d_[kFilterStates][kMaxParameters];  // d state / d parameters
   double next_[kStates][kMaxParameters];
+  double f_[kStates][kMoving];  // d state / d what the motion depends on, over the last way
 };
 
 }  // namespace detail

@@ -7,6 +7,8 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "seatrial/filter.hpp"
 
@@ -14,14 +16,43 @@ namespace seatrial {
 
 inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at once
 
+namespace detail {
+
+/// What is kept of a pose beside its prediction.
+inline void keep(const Innovation& seen, int k, FilterPass& pass) {
+  const auto at = static_cast<std::size_t>(k);
+  std::copy(seen.e, seen.e + kPose, &pass.innovation[at * kPose]);
+  float* to = &pass.spread[at * 6];
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = i; j < kPose; ++j) *to++ = static_cast<float>(seen.s[i][j]);
+  }
+  pass.weight[at] = static_cast<float>(seen.weight);
+}
+
+/// What is kept of the filter once it has used a pose.
+inline void keep(const Filter& filter, int k, FilterPass& pass) {
+  const auto at = static_cast<std::size_t>(k);
+  std::copy(filter.state(), filter.state() + kFilterStates, &pass.state[at * kFilterStates]);
+  for (int i = 0; i < kAxes; ++i) {
+    const double variance = std::max(0.0, filter.variance(kPose + i));
+    pass.deviation[at * kAxes + static_cast<std::size_t>(i)] =
+        static_cast<float>(std::sqrt(variance));
+  }
+}
+
+}  // namespace detail
+
 /// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
 /// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
 /// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
 /// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
+/// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
+/// `repeatable`: the way is kept, for other noise to be tried on it.
 inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
                               const FilterNoise& noise, const FilterStart& start,
                               const Effects& effects = {}, bool slopes = false,
-                              const double* counts = nullptr) {
+                              const double* counts = nullptr, const int* block = nullptr,
+                              bool repeatable = true) {
   detail::Filter filter(trace.columns(), noise, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
@@ -30,32 +61,33 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
   pass.effects = effects;
   pass.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
   pass.gradient.assign(static_cast<std::size_t>(p), 0.0);
-  pass.score.assign(n * static_cast<std::size_t>(p), 0.0);
+  const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
+  pass.score.assign(blocks * static_cast<std::size_t>(p), 0.0);
   pass.innovation.assign(n * kPose, std::nan(""));
-  pass.spread.assign(n * 6, std::nan(""));
+  pass.spread.assign(n * 6, std::nanf(""));
   pass.state.assign(n * kFilterStates, std::nan(""));
-  pass.deviation.assign(n * kFilterStates, std::nan(""));
-  pass.weight.assign(n, 0.0);
-  pass.way.reserve(n);
+  pass.deviation.assign(n * kAxes, std::nanf(""));
+  pass.weight.assign(n, 0.0F);
+  pass.way.reserve(repeatable ? n : 0);
+  Transition unkept;
   for (int first = 0; first < poses.n; first += kFilterChunk) {
     const int last = std::min(poses.n - 1, first + kFilterChunk);
     const Schedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
       if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
       if (poses.use[k] != 0) {
-        filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
-                      counts == nullptr ? 1.0 : counts[k], k, pass);
+        const double counted = counts == nullptr ? 1.0 : counts[k];
+        const Innovation seen =
+            filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
+                          counted, &pass, block == nullptr ? k : block[k]);
+        pass.cost += counted * seen.cost;
+        detail::keep(seen, k, pass);
       }
-      for (int i = 0; i < kFilterStates; ++i) {
-        pass.state[static_cast<std::size_t>(k) * kFilterStates + static_cast<std::size_t>(i)] =
-            filter.state()[i];
-        pass.deviation[static_cast<std::size_t>(k) * kFilterStates + static_cast<std::size_t>(i)] =
-            std::sqrt(std::max(0.0, filter.variance(i)));
-      }
+      detail::keep(filter, k, pass);
       if (k == poses.n - 1) break;
-      pass.way.emplace_back();
+      if (repeatable) pass.way.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
-      if (!filter.predict(schedule, k, boat, length, pass.way.back())) {
+      if (!filter.predict(schedule, k, boat, length, repeatable ? pass.way.back() : unkept)) {
         pass.good = false;
         return pass;
       }
@@ -70,26 +102,66 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
   return pass;
 }
 
-/// The pass again with other noise, linearised about the first: cost, innovations and spread.
-inline void repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
-                     const FilterStart& start, FilterPass& pass) {
-  Columns none;
-  none.n_initial = kStates;
-  none.n_coefficients = kAxes;
-  detail::Filter filter(none, noise, start, first.effects, false);
-  const auto n = static_cast<std::size_t>(poses.n);
-  pass.cost = 0.0;
-  pass.innovation.assign(n * kPose, std::nan(""));
-  pass.spread.assign(n * 6, std::nan(""));
-  pass.weight.assign(n, 0.0);
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
-    if (poses.use[k] != 0) {
-      filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k], 1.0, k,
-                    pass);
-    }
-    if (k < poses.n - 1) filter.repeat(first.way[static_cast<std::size_t>(k)]);
+namespace detail {
+
+/// A pass again with other noise, linearised about the first, pose by pose.
+class Repetition {
+ public:
+  Repetition(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
+             const FilterStart& start)
+      : first_(first),
+        poses_(poses),
+        noise_(noise),
+        filter_(columns_, noise_, start, first.effects, false) {}
+  Repetition(const Repetition&) = delete;
+  Repetition& operator=(const Repetition&) = delete;
+
+  /// Uses pose k, which is to be used, and adds to the cost.
+  Innovation use(int k) {
+    if (poses_.use[k] == 2) filter_.loosen(10.0, 3.0);
+    const Innovation seen =
+        filter_.update(poses_.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses_.time[k]);
+    cost_ += seen.cost;
+    return seen;
   }
+
+  /// From pose k to the next, if there is one.
+  void go_on(int k) {
+    if (k == poses_.n - 1) return;
+    const auto at = static_cast<std::size_t>(k);
+    filter_.repeat(first_.way[at], &first_.state[at * kFilterStates],
+                   poses_.time[k + 1] - poses_.time[k]);
+  }
+
+  double cost() const { return cost_; }
+
+ private:
+  static Columns no_columns() {
+    Columns none;
+    none.n_initial = kStates;
+    none.n_coefficients = kAxes;
+    return none;
+  }
+
+  const FilterPass& first_;
+  const PoseSeries& poses_;
+  Columns columns_ = no_columns();
+  FilterNoise noise_;
+  Filter filter_;
+  double cost_ = 0.0;
+};
+
+}  // namespace detail
+
+/// The cost of a pass that is repeated with other noise, linearised about the first.
+inline double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
+                       const FilterStart& start) {
+  detail::Repetition again(first, poses, noise, start);
+  for (int k = 0; k < poses.n; ++k) {
+    if (poses.use[k] != 0) again.use(k);
+    again.go_on(k);
+  }
+  return again.cost();
 }
 
 /// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
@@ -101,24 +173,36 @@ struct NoisePass {
 
 namespace detail {
 
-inline void unpack_spread(const double* row, double s[kPose][kPose]) {
-  s[0][0] = row[0];
-  s[0][1] = s[1][0] = row[1];
-  s[0][2] = s[2][0] = row[2];
-  s[1][1] = row[3];
-  s[1][2] = s[2][1] = row[4];
-  s[2][2] = row[5];
-}
+/// How an innovation and its covariance change with one noise parameter.
+struct Change {
+  double ds[kPose][kPose];  // S^-1 dS
+  double de[kPose];
+  double sde[kPose];  // S^-1 de
+};
 
-/// S^-1 times the difference of two spreads.
-inline void relative_change(const double inverse[kPose][kPose], const double a[kPose][kPose],
-                            const double b[kPose][kPose], double step, double out[kPose][kPose]) {
+inline Change changed(const Innovation& from, const Innovation& to,
+                      const double inverse[kPose][kPose], double step) {
+  Change out{};
+  for (int i = 0; i < kPose; ++i) out.de[i] = (to.e[i] - from.e[i]) / step;
   for (int i = 0; i < kPose; ++i) {
-    for (int j = 0; j < kPose; ++j) {
-      out[i][j] = 0.0;
-      for (int m = 0; m < kPose; ++m) out[i][j] += inverse[i][m] * (b[m][j] - a[m][j]) / step;
+    for (int m = 0; m < kPose; ++m) {
+      out.sde[i] += inverse[i][m] * out.de[m];
+      for (int j = 0; j < kPose; ++j) {
+        out.ds[i][j] += inverse[i][m] * (to.s[m][j] - from.s[m][j]) / step;
+      }
     }
   }
+  return out;
+}
+
+/// tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j.
+inline double informed(const Change& a, const Change& b) {
+  double sum = 0.0;
+  for (int i = 0; i < kPose; ++i) {
+    sum += b.de[i] * a.sde[i];
+    for (int j = 0; j < kPose; ++j) sum += 0.5 * a.ds[i][j] * b.ds[j][i];
+  }
+  return sum;
 }
 
 }  // namespace detail
@@ -130,57 +214,43 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
                               unsigned active = ~0U) {
   constexpr double kStep = 0.05;  // of a logarithm
   NoisePass out;
-  FilterPass base;
-  FilterPass moved[kNoiseParameters];
-  repeated(first, poses, noise, start, base);
-  out.cost = base.cost;
-  const auto skipped = [active](int i) { return ((active >> i) & 1U) == 0; };
+  const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
+  int place[kNoiseParameters];
+  int m = 0;
   for (int i = 0; i < kNoiseParameters; ++i) {
-    if (skipped(i)) continue;
+    if (looked_at(i)) place[m++] = i;
+  }
+  detail::Repetition base(first, poses, noise, start);
+  std::vector<std::unique_ptr<detail::Repetition>> moved;
+  for (int i = 0; i < m; ++i) {
     FilterNoise up = noise;
-    up.parameter(i) *= std::exp(kStep);
-    repeated(first, poses, up, start, moved[i]);
+    up.parameter(place[i]) *= std::exp(kStep);
+    moved.push_back(std::make_unique<detail::Repetition>(first, poses, up, start));
   }
   for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] == 0) continue;
-    const auto at = static_cast<std::size_t>(k);
-    double s[kPose][kPose];
-    double inverse[kPose][kPose];
-    detail::unpack_spread(&base.spread[at * 6], s);
-    detail::inverse3(s, inverse);
-    double ds[kNoiseParameters][kPose][kPose];
-    double de[kNoiseParameters][kPose];
-    double sde[kNoiseParameters][kPose];
-    for (int i = 0; i < kNoiseParameters; ++i) {
-      if (skipped(i)) continue;
-      double other[kPose][kPose];
-      detail::unpack_spread(&moved[i].spread[at * 6], other);
-      detail::relative_change(inverse, s, other, kStep, ds[i]);
-      for (int m = 0; m < kPose; ++m) {
-        de[i][m] = (moved[i].innovation[at * kPose + static_cast<std::size_t>(m)] -
-                    base.innovation[at * kPose + static_cast<std::size_t>(m)]) /
-                   kStep;
-      }
-      for (int m = 0; m < kPose; ++m) {
-        sde[i][m] = inverse[m][0] * de[i][0] + inverse[m][1] * de[i][1] + inverse[m][2] * de[i][2];
-      }
-      for (int j = 0; j <= i; ++j) {
-        if (skipped(j)) continue;
-        double trace = 0.0;
-        for (int a = 0; a < kPose; ++a) {
-          for (int b = 0; b < kPose; ++b) trace += ds[i][a][b] * ds[j][b][a];
+    if (poses.use[k] != 0) {
+      const Innovation here = base.use(k);
+      double inverse[kPose][kPose];
+      detail::inverse3(here.s, inverse);
+      detail::Change change[kNoiseParameters];
+      for (int i = 0; i < m; ++i) {
+        change[i] =
+            detail::changed(here, moved[static_cast<std::size_t>(i)]->use(k), inverse, kStep);
+        for (int j = 0; j <= i; ++j) {
+          out.information[place[i]][place[j]] += detail::informed(change[i], change[j]);
         }
-        const double along = de[j][0] * sde[i][0] + de[j][1] * sde[i][1] + de[j][2] * sde[i][2];
-        out.information[i][j] += 0.5 * trace + along;
       }
     }
+    base.go_on(k);
+    for (const auto& one : moved) one->go_on(k);
   }
-  for (int i = 0; i < kNoiseParameters; ++i) {
-    if (skipped(i)) continue;
-    for (int j = 0; j < i; ++j) out.information[j][i] = out.information[i][j];
+  out.cost = base.cost();
+  for (int i = 0; i < m; ++i) {
+    const int a = place[i];
+    for (int j = 0; j < i; ++j) out.information[place[j]][a] = out.information[a][place[j]];
     // the difference quotient less its second-order share
-    out.gradient[i] =
-        0.5 * (moved[i].cost - base.cost) / kStep - 0.5 * kStep * out.information[i][i];
+    out.gradient[a] = 0.5 * (moved[static_cast<std::size_t>(i)]->cost() - out.cost) / kStep -
+                      0.5 * kStep * out.information[a][a];
   }
   return out;
 }

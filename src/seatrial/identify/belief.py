@@ -42,18 +42,18 @@ class Ahead:
     still: Array  # (3,) of a velocity that stays as it is
 
 
-def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
-    """The likelihood's solution, the one that predicts best, and the share it was believed to.
+def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
+    """The likelihood's noise (7,), the solution that predicts best, and the share it was believed to.
 
     A looser belief has fewer local optima, too: where the likelihood is higher there, it is followed
     from there.
     """
     problem = at.passes.problem
     if hold or _explained(at) or _white(at):
-        return at, at, 0.0
+        return at.noise, at, 0.0
     best = _ahead(problem, at.theta)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
-        return at, at, 0.0
+        return at.noise, at, 0.0
     chosen, share = at, 0.0
     for tried in SHARES:
         try:
@@ -69,7 +69,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Point, Point, float]:
         worse = float(np.mean(np.log(ahead.rms / best.rms)))
         if worse < LOSS:  # as good a second ahead: then what was fitted a second ahead
             chosen, share, best = found, tried, ahead if worse < 0.0 else best
-    return at, chosen, share
+    return at.noise, chosen, share
 
 
 def _white(at: Point) -> bool:

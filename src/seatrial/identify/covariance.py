@@ -6,14 +6,13 @@ import numpy as np
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Mask
 from seatrial.identify.problem import Problem
-from seatrial.identify.score_test import block_scores
 from seatrial.identify.search import Point
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
 
 
-def sandwich(at: Point, block: float) -> Array:
+def sandwich(at: Point) -> Array:
     """Of the information and the scatter of scores over blocks, since errors may hang together.
 
     The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
@@ -26,7 +25,7 @@ def sandwich(at: Point, block: float) -> Array:
     if prior is None:
         _told_apart(at)
     inside = ~at_bounds(at)
-    scores = block_scores(at.passes, block)[:, inside]
+    scores = at.passes.scores[:, inside]
     information = at.passes.information[np.ix_(inside, inside)]
     blocks, p = scores.shape
     known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
@@ -43,16 +42,16 @@ def sandwich(at: Point, block: float) -> Array:
     return out
 
 
-def long_enough(problem: Problem, block: float) -> None:
-    """Raises IdentificationError where there are fewer blocks [s] than free parameters."""
+def long_enough(problem: Problem) -> None:
+    """Raises IdentificationError where there are fewer blocks than free parameters."""
     parameters = len(problem.free)
-    blocks = sum(len(np.unique(r.t // block)) for r in problem.recordings)
+    blocks = sum(int(b[-1]) + 1 for b in problem.blocks)
     if blocks < parameters:
         names = ", ".join(r.name for r in problem.recordings)
         length = sum(r.duration for r in problem.recordings)
         raise IdentificationError(
             f"{names}: {length:.0f} s in all is too short for {parameters} parameters; drive "
-            f"{block * parameters:.0f} s or more, or take another method, --method equation-error"
+            f"{problem.block * parameters:.0f} s or more, or take another method, --method equation-error"
         )
 
 

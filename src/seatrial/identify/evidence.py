@@ -74,7 +74,7 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     near = fit(recordings, vehicle, start=model, settings=settings)
     share = float(chosen.get("belief") or 0.0)
     at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
-    covariance = as_likely(at, sandwich(at, settings.block))
+    covariance = as_likely(at, sandwich(at))
     return Fit(near.problem, at.theta, at.noise, at.passes, covariance, settings, near.notes, share)
 
 

@@ -27,12 +27,14 @@ def problem_of(
 ) -> Problem:
     """Free are the coefficients, the constants that the file does not state, chosen effects."""
     known = set(vehicle.constants.names) - set(whole.estimated)
-    problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier)
+    problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier, settings.block)
     n, m = problem.size, problem.constants
     free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
     for i, name in enumerate(problem.names[n + m :], n + m):
         free += [i] if name.partition("_")[0] in settings.effects else []
-    return Problem(whole, tuple(recordings), tuple(free), settings.step, settings.outlier)
+    return Problem(
+        whole, tuple(recordings), tuple(free), settings.step, settings.outlier, settings.block
+    )
 
 
 def freed(
@@ -46,7 +48,7 @@ def freed(
         for extra in extras(vehicle, problem.vehicle, problem.recordings):
             wider = problem_of(extra.vehicle, vehicle, problem.recordings, settings)
             theta = _moved(at, wider, extra.origin)
-            test = _tested(problem, wider, theta, at.noise, settings.block)
+            test = _tested(problem, wider, theta, at.noise)
             if test.manifest and test.gain > WORTH:
                 found.append((test.gain, extra.words, wider, theta))
         if not found:
@@ -58,15 +60,13 @@ def freed(
     return at, notes
 
 
-def _tested(
-    problem: Problem, wider: Problem, theta: Array, noise: Array, block: float
-) -> ScoreTest:
+def _tested(problem: Problem, wider: Problem, theta: Array, noise: Array) -> ScoreTest:
     """Whether what a wider problem has more deserves it."""
     names = [wider.names[i] for i in wider.free]
     new = [k for k, name in enumerate(names) if name not in problem.names]
     split = [k for k in new if "." in names[k]]
     return score_test(
-        wider.passes(theta, noise), [k for k in new if k not in split[:1]], block, split
+        wider.passes(theta, noise, repeatable=False), [k for k in new if k not in split[:1]], split
     )
 
 

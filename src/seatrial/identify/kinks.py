@@ -12,12 +12,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.causal import spread
 from seatrial.frames import Array
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 
 KINKED = ("edge_forward", "edge_reverse", "pair_dead_zone")
+SHARP = 1e-3  # an edge to which hardly any command comes so near: there is nothing to see
 OUT = 2.0  # [standard errors] at which it is looked whether the likelihood is a parabola
 STRAIGHT = 1.15  # the ratio of the error there to that at the best, up to which it is
 STEP = 1.5  # [standard errors] from look to look where it is not
@@ -38,7 +38,7 @@ def as_likely(at: Point, covariance: Array) -> Array:
     out = covariance.copy()
     for edges in _groups(at.passes.problem):
         values, vectors = np.linalg.eigh(covariance[np.ix_(edges, edges)])
-        if values[-1] <= 0.0:
+        if OUT * np.sqrt(max(values[-1], 0.0)) < SHARP:
             continue
         along = np.zeros(len(covariance))
         along[edges] = vectors[:, -1]
@@ -58,12 +58,12 @@ def _groups(problem: Problem) -> Iterator[list[int]]:
 
 def _error(line: "_Line", error: float) -> float:
     """Standard error of a combination: the root mean square of its distance from the best."""
-    near = spread(lambda side: line.look([side * OUT * error]), (-1.0, 1.0))
+    near = [line.look([side * OUT * error]) for side in (-1.0, 1.0)]
     roots = [np.sqrt(max(float(rise[-1]), 1e-9)) for _, rise in near]
     if all(1.0 / STRAIGHT < OUT / root < STRAIGHT for root in roots):
         return error * OUT * float(np.mean(1.0 / np.array(roots)))
     steps = STEP * error * np.arange(1, LOOKS + 1)
-    low, high = spread(lambda side: line.look((side * steps).tolist()), (-1.0, 1.0))
+    low, high = (line.look((side * steps).tolist()) for side in (-1.0, 1.0))
     distance = np.concatenate([low[0][::-1], [0.0], high[0]])
     rise = np.concatenate([low[1][::-1], [0.0], high[1]])
     fine = np.linspace(distance[0], distance[-1], FINE)
@@ -92,7 +92,7 @@ class _Line:
             reached = float(self.along @ (there - self.at.theta)[free])
             if abs(reached - gone[-1]) < 0.1 * abs(distance - gone[-1]):
                 break  # a bound
-            passes = problem.passes(there, self.at.noise)
+            passes = problem.passes(there, self.at.noise, repeatable=False)
             if not np.isfinite(passes.cost):
                 break
             step, fall = self._step(passes.information, passes.gradient)

@@ -78,11 +78,12 @@ def fit(
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
     if prior is None:
-        long_enough(problem, chosen.block)
+        long_enough(problem)
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
     likely, at, share = believed(at, hold=chosen.hold_noise)
+    at.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
         notes += found
@@ -96,7 +97,7 @@ def fit(
             f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
             "in a second, which predicts one second ahead better than the likelihood's choice"
         )
-    covariance = as_likely(at, sandwich(at, chosen.block))
+    covariance = as_likely(at, sandwich(at))
     return Fit(
         at.passes.problem,
         at.theta,
@@ -106,7 +107,7 @@ def fit(
         chosen,
         tuple(notes),
         share,
-        likely.noise,
+        likely,
     )
 
 
@@ -177,10 +178,7 @@ def _with_prior(problem: Problem, prior: Model | None) -> Problem:
     precision[np.ix_(mine, mine)] = np.linalg.pinv(
         prior.covariance[np.ix_(theirs, theirs)], hermitian=True
     )
-    return Problem(
-        problem.vehicle, problem.recordings, problem.free, problem.step, problem.outlier,
-        Prior(at, precision),
-    )  # fmt: skip
+    return replace(problem, prior=Prior(at, precision))
 
 
 def _first(

@@ -74,6 +74,7 @@ class Problem:
     free: tuple[int, ...]  # parameters that are sought
     step: float  # [s] longest of the integration
     outlier: float  # [sigma] from which on a pose's error counts linearly
+    block: float  # [s] over which scores may hang together
     prior: Prior | None = None
 
     @cached_property
@@ -101,6 +102,12 @@ class Problem:
     def series(self) -> list[_core.Series]:
         """The poses, and where each recording starts."""
         return [series(recording) for recording in self.recordings]
+
+    @cached_property
+    def blocks(self) -> list[NDArray[np.int32]]:
+        """Of every recording, which block each pose (n,) belongs to; blocks without poses are none."""
+        numbers = [(r.t // self.block).astype(np.int32) for r in self.recordings]
+        return [np.cumsum(np.diff(n, prepend=n[:1]) > 0, dtype=np.int32) for n in numbers]
 
     @cached_property
     def chosen(self) -> tuple[list[int], list[int]]:
@@ -151,8 +158,18 @@ class Problem:
         out[free] = np.clip(theta[free], *self.bounds)
         return out
 
-    def passes(self, theta: Array, noise: Array, counts: list[Array] | None = None) -> "Passes":
-        """The filter over all recordings. `counts`: how often each pose counts."""
+    def passes(
+        self,
+        theta: Array,
+        noise: Array,
+        counts: list[Array] | None = None,
+        *,
+        repeatable: bool = True,
+    ) -> "Passes":
+        """The filter over all recordings.
+
+        `counts`: how often each pose counts. `repeatable`: its ways are kept, for other noise.
+        """
         coefficients, constants = self.chosen
         boat = _core.Boat(
             self.structure, np.concatenate([theta[: self.size], np.zeros(3)]), 0, self.step
@@ -169,6 +186,8 @@ class Problem:
                 boat, trace, self.series[i], noise, self.outlier,
                 np.ascontiguousarray(theta[self.effects(i)]) if self.disturbed else None,
                 None if counts is None else counts[i],
+                self.blocks[i],
+                repeatable,
             )  # fmt: skip
 
         each = spread(one, range(len(self.recordings)))
@@ -214,10 +233,29 @@ class Passes:
         prior = self.problem.prior
         return out if prior is None else out - (prior.precision @ (self.theta - prior.at))[free]
 
-    def scores(self, recording: int) -> Array:
-        """Terms (n, p) of the gradient, pose by pose."""
-        to = self.problem.places(recording)
-        each = self.each[recording].score
-        out = np.zeros((len(each), len(self.problem.free)))
-        out[:, to[to >= 0]] = each[:, to >= 0]
-        return out
+    @property
+    def repeatable(self) -> bool:
+        """Whether the ways are there that other noise is tried on."""
+        return all(p.repeatable for p in self.each)
+
+    def forget_ways(self) -> None:
+        """Lets the ways go, half of what a pass keeps."""
+        for each in self.each:
+            each.forget_way()
+
+    def forget_poses(self) -> None:
+        """Lets all go that was kept pose by pose; cost, gradient and information stay."""
+        for each in self.each:
+            each.forget_poses()
+
+    @cached_property
+    def scores(self) -> Array:
+        """Terms (blocks, p) of the gradient, block by block of all recordings."""
+        found = []
+        for i, each in enumerate(self.each):
+            to = self.problem.places(i)
+            own = each.score
+            out = np.zeros((len(own), len(self.problem.free)))
+            out[:, to[to >= 0]] = own[:, to >= 0]
+            found.append(out)
+        return np.concatenate(found)

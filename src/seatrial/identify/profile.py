@@ -103,4 +103,4 @@ def _excess(fit: Fit) -> Array:
     """Sandwich's variance (p,) over that of independent errors."""
     own = np.diag(np.linalg.pinv(fit.passes.information, hermitian=True))
     at = Point(fit.theta, fit.noise, fit.passes)
-    return np.asarray(np.diag(sandwich(at, fit.settings.block)) / own)
+    return np.asarray(np.diag(sandwich(at)) / own)

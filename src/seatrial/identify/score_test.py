@@ -31,9 +31,7 @@ class ScoreTest:
         return bool(self.statistic > self.freedom + MANIFEST * np.sqrt(2.0 * self.freedom))
 
 
-def score_test(
-    passes: Passes, tested: list[int], block: float, together: list[int] | None = None
-) -> ScoreTest:
+def score_test(passes: Passes, tested: list[int], together: list[int] | None = None) -> ScoreTest:
     """Of the free parameters at places `tested`; the others' own scores must have been solved for.
 
     `together`: parameters that were one, of which the first stands for all and the others, among
@@ -47,7 +45,7 @@ def score_test(
     rest = [i for i in range(p) if i not in tested]
     held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
     through = information[np.ix_(tested, rest)] @ held
-    sums = block_scores(passes, block) @ change
+    sums = passes.scores @ change
     efficient = sums[:, tested] - sums[:, rest] @ through.T
     total = efficient.sum(axis=0)
     left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
@@ -55,13 +53,3 @@ def score_test(
     scatter = efficient.T @ efficient
     statistic = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
     return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
-
-
-def block_scores(passes: Passes, block: float) -> Array:
-    """Scores (blocks, p) of the free parameters summed over blocks of `block` [s]."""
-    sums = []
-    for i, recording in enumerate(passes.problem.recordings):
-        number = (recording.t // block).astype(np.int64)
-        starts = np.flatnonzero(np.diff(number, prepend=-1))
-        sums.append(np.add.reduceat(passes.scores(i), starts, axis=0))
-    return np.concatenate(sums)

@@ -59,7 +59,8 @@ def search(
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
             if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:
-                return at
+                return _whole(at)
+            at.passes.forget_poses()  # those of long recordings need not be there twice
             last = trial == TRIALS - 1  # then the noise alone
             there = at.theta if last else at.theta + move
             believed = _further(at.noise, better) if trial == 0 and gain > FAR else better
@@ -69,13 +70,21 @@ def search(
                 at = Point(there, believed, found)
                 damping /= 10.0
                 break
+            found.forget_poses()
             damping = max(10.0 * damping, 1e-3)
         else:
-            return at
+            return _whole(at)
     raise IdentificationError(
         f"no solution after {ITERATIONS} steps; drive more, or state what is known of "
         "the thrusters in the vehicle file (chain)"
     )
+
+
+def _whole(at: Point) -> Point:
+    """The same with all that was let go."""
+    if at.passes.repeatable:
+        return at
+    return Point(at.theta, at.noise, at.passes.problem.passes(at.theta, at.noise))
 
 
 def _further(before: Array, after: Array) -> Array:

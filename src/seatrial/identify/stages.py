@@ -138,9 +138,13 @@ def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
     """Why the dead zone can't be found; None where it can: every thruster passes through it."""
     if not (vehicle.file.thrusters or vehicle.file.forces):
         return f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'"
-    commands = np.concatenate([r.commands.values for r in recordings])
-    thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands))[0]
-    sides = np.minimum((thrust > 0).mean(axis=0), (thrust < 0).mean(axis=0))
+    ahead, astern, count = np.zeros(len(vehicle.actuators)), np.zeros(len(vehicle.actuators)), 0
+    for recording in recordings:
+        thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(recording.commands.values))[0]
+        ahead += (thrust > 0).sum(axis=0)
+        astern += (thrust < 0).sum(axis=0)
+        count += len(thrust)
+    sides = np.minimum(ahead, astern) / count
     if sides.min() > BOTH_SIDES:
         return None
     idle = ", ".join(n for n, s in zip(vehicle.actuators, sides, strict=True) if s <= BOTH_SIDES)

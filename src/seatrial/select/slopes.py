@@ -80,7 +80,9 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     free_names += [str(term.coefficient) for term in extra]
     settings = OutputErrorSettings()
     given = {**model.values, **dict(zip(whole.constants.names, model.constants, strict=True))}
-    problem = Problem(whole, tuple(recordings), (), model.integration.step, settings.outlier)
+    problem = Problem(
+        whole, tuple(recordings), (), model.integration.step, settings.outlier, settings.block
+    )
     free = tuple(i for i, name in enumerate(problem.names) if name in free_names)
     problem = replace(problem, free=free)
     theta = np.array([given.get(name, 0.0) for name in problem.names])
@@ -90,18 +92,13 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     passes = problem.passes(theta, noise)
     if not np.isfinite(passes.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
-    sums, owner = [], []
-    for i, (recording, each) in enumerate(zip(recordings, passes.each, strict=True)):
-        block = (recording.t // settings.block).astype(np.int64)
-        starts = np.flatnonzero(np.diff(block, prepend=-1))
-        sums.append(np.add.reduceat(each.score, starts, axis=0))
-        owner.append(np.full(len(starts), i))
+    owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(problem.blocks)]
     return Slopes(
         tuple(problem.names[i] for i in free),
         theta[list(free)],
         np.array([p.information for p in passes.each]),
         np.array([p.gradient for p in passes.each]),
-        np.concatenate(sums),
+        passes.scores,
         np.concatenate(owner),
     )
 

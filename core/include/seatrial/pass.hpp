@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// What the estimator's filter takes and leaves: noise, starts, effects, poses; a pass along them.
+// Host side: uses heap.
+#pragma once
+#include <vector>
+
+#include "seatrial/step.hpp"
+
+namespace seatrial {
+
+inline constexpr int kFilterStates = kStates + kAxes;  // x, y, psi, u, v, r, d_u, d_v, d_r
+inline constexpr int kPose = 3;                        // x, y [m], psi [rad] are measured
+inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
+
+inline constexpr int kNoiseParameters = 7;
+
+/// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
+/// are their logarithms, in this order.
+struct FilterNoise {
+  double position;            // [m] of the poses
+  double heading;             // [rad]
+  double walk_linear;         // [m/s / sqrt(s)] random walk of u and v
+  double walk_yaw;            // [rad/s / sqrt(s)]
+  double disturbance_linear;  // [m/s^2] that comes and goes, in surge and sway
+  double disturbance_yaw;     // [rad/s^2]
+  double memory;              // [s] time constant of the disturbance
+  double outlier;             // innovations beyond so many sigma count linearly; infinity: never
+
+  double pose(int i) const { return i < 2 ? position : heading; }
+  double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
+  double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
+  double& parameter(int i) {
+    double* const all[kNoiseParameters] = {
+        &position,           &heading,         &walk_linear, &walk_yaw,
+        &disturbance_linear, &disturbance_yaw, &memory};
+    return *all[i];
+  }
+};
+
+/// What is known of a recording's start: the state, and the standard deviations of its velocity.
+/// The pose is as uncertain as three measurements of it, the disturbance as it ever is.
+struct FilterStart {
+  double state[kStates];   // x, y [m], psi [rad], u, v [m/s], r [rad/s]
+  double velocity[kAxes];  // [m/s, m/s, rad/s]
+};
+
+/// What stands between boat and sensor, or differs from one recording to the next.
+struct Effects {
+  double lever[2] = {0.0, 0.0};      // [m] the measured point, forward and left of the origin
+  double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
+  double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
+  double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
+};
+enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
+inline constexpr int kEffects = 9;
+
+/// Poses of one recording.
+struct PoseSeries {
+  int n = 0;
+  const double* time = nullptr;      // (n) [s], rising
+  const double* eta = nullptr;       // (n, 3)
+  const signed char* use = nullptr;  // (n) 0: not measured; 1: measured; 2: after a jump for good
+};
+
+/// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.
+inline constexpr int kMoving = kFilterStates - 2;
+
+/// How the filter went from one pose to the next: enough to repeat the way with other noise. Long
+/// recordings have many: the slopes are stored short, less the identity, which keeps their digits.
+struct Transition {
+  double to[kStates];             // where the model took the boat
+  float slope[kStates][kMoving];  // d to / d what it depends on, less 1 for the same state
+};
+
+/// A pose beside its prediction.
+struct Innovation {
+  double e[kPose];         // [m, m, rad]
+  double s[kPose][kPose];  // its covariance
+  double weight;           // 1; less for an outlier
+  double cost;             // rho(e' S^-1 e) + log det S
+};
+
+/// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
+/// all effects where they are asked for.
+struct FilterPass {
+  int parameters = 0;
+  bool good = true;
+  Effects effects;
+  double cost = 0.0;                // sum of rho(e' S^-1 e) + log det S over measured poses
+  std::vector<double> information;  // (p, p) sum of J' S^-1 J
+  std::vector<double> gradient;     // (p) sum of J' S^-1 e
+  std::vector<double> score;        // (blocks, p) terms of the gradient
+  std::vector<double> innovation;   // (n, 3)
+  std::vector<float> spread;        // (n, 6) S: xx, xy, xpsi, yy, ypsi, psipsi
+  std::vector<double> state;        // (n, 9) after the pose was used
+  std::vector<float> deviation;     // (n, 3) standard deviations of the velocity after it
+  std::vector<float> weight;        // (n) of each pose: 1, less for outliers, 0 for unused ones
+  std::vector<Transition> way;      // (n - 1), until it is forgotten
+};
+
+}  // namespace seatrial
