@@ -11,6 +11,7 @@ import seatrial
 from seatrial.errors import SeatrialError
 from seatrial.identify.output_error import OutputErrorSettings, fit
 from seatrial.identify.solution import with_lever
+from seatrial.identify.text import plus_minus, summary
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.plan import load_plan, with_seed
 from seatrial.simulate import plant_model, simulate
@@ -56,7 +57,12 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
         within(found, name, truth)
     model = found.model()
     np.testing.assert_allclose(model.vehicle.file.pose.lever, LEVER, atol=0.005)
-    assert set(model.recordings[0].effects) == {"current_x", "current_y"}
+    first = model.recordings[0]
+    assert set(first.effects) == set(first.errors) == {"current_x", "current_y"}
+    said = summary(model)
+    assert "standard errors of the lever arm: " in said
+    error = found.errors[f"current_x.{first.name}"]
+    assert f"current_x {plus_minus(first.effects['current_x'], error)}, current_y" in said
 
 
 def test_trim_is_found_in_every_recording(known):

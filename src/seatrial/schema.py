@@ -215,6 +215,7 @@ class RecordingEntry(Strict, frozen=True):
     start: float = 0.0  # [s] cut off before it
     files: list[SourceEntry] = []
     effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
+    errors: dict[str, float] = {}  # their standard errors
 
 
 class StepEntry(Strict, frozen=True):

@@ -2,6 +2,7 @@
 """Settings of the prediction-error estimator, and what it ends with."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import msgspec
 import numpy as np
@@ -52,6 +53,11 @@ class Fit:
         """Of the free parameters."""
         return tuple(self.problem.names[i] for i in self.problem.free)
 
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
     def model(self) -> Model:
         """The model, with the covariance of coefficients and constants."""
         problem, theta, n = self.problem, self.theta, self.problem.size
@@ -77,7 +83,7 @@ class Fit:
             NoiseEntry(position, heading, ProcessEntry(*process)),
             envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
             tuple(self._entry(i) for i in range(len(recordings))),
-            EstimatorEntry(METHOD, settings, notes=list(self.notes)),
+            EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),
         )  # fmt: skip
 
     def _entry(self, recording: int) -> RecordingEntry:
@@ -89,8 +95,17 @@ class Fit:
             for name, i in zip(EFFECTS, places, strict=True)
             if i in self.problem.free
         }
-        entry: RecordingEntry = msgspec.structs.replace(own, effects=sought)
+        errors = {name: self.errors[f"{name}.{own.name}"] for name in sought}
+        entry: RecordingEntry = msgspec.structs.replace(own, effects=sought, errors=errors)
         return entry
+
+    def _lever(self) -> list[str]:
+        """How well its lever arm is known, where it was sought."""
+        errors = [self.errors[name] for name in LEVER if name in self.errors]
+        if not errors:
+            return []
+        ahead, aside = errors
+        return [f"standard errors of the lever arm: {ahead:.1e} m ahead, {aside:.1e} m aside"]
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:

@@ -66,8 +66,11 @@ def _effects(model: Model) -> list[str]:
         )
     for recording in model.recordings:
         if recording.effects:
-            said = ", ".join(f"{name} {value:.3g}" for name, value in recording.effects.items())
-            lines.append(f"  {recording.name}: {said}")
+            said = (
+                f"{name} {plus_minus(value, recording.errors.get(name, 0.0))}"
+                for name, value in recording.effects.items()
+            )
+            lines.append(f"  {recording.name}: {', '.join(said)}")
     return lines
 
 
