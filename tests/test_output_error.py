@@ -149,10 +149,13 @@ def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_
 
 def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 6)
-    words = r"S1-MP, S2-MP, S3-MP: 120 s in all is too short for 15 parameters; drive 150 s or more"
+    words = r"S1-MP, S2-MP, S3-MP: 45 s in all is too short for 15 parameters; drive 60 s or more"
     with pytest.raises(SeatrialError, match=words):
-        output_error([r.cut(20, 60) for r in recordings], vehicle)
-    output_error([r.cut(20, 75) for r in recordings], vehicle)
+        output_error([r.cut(20, 35) for r in recordings], vehicle)
+    short = output_error([r.cut(20, 50) for r in recordings], vehicle)
+    words = "standard errors: from blocks of 5.0 s, as the recordings are short"
+    assert words in short.estimator.notes
+    assert short.estimator.settings["block"] == pytest.approx(5.0, abs=0.02)
 
 
 def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):

@@ -216,7 +216,7 @@ def test_a_scene_in_which_no_model_is_found_says_why():
     entries = {n: TrialEntry(e.drive, 12.0) for n, e in scene.plan.trials.items()}
     short = replace(scene, plan=msgspec.structs.replace(scene.plan, trials=entries))
     record = work(short, 1)
-    assert "too short for 15 parameters; drive 150 s or more" in record["failed"]
+    assert "too short for 15 parameters; drive 60 s or more" in record["failed"]
     assert record["failed"] in tables.failures([record])
 
 

@@ -265,6 +265,10 @@ def test_a_term_that_changes_sign_between_repeats_goes(mp):
 
 def test_too_little_data_for_the_terms_is_refused(six, mp):
     with pytest.raises(IdentificationError, match=r"too short for \d+ parameters"):
+        select([r.cut(0, 15) for r in six[:3]], mp)
+    with pytest.raises(
+        IdentificationError, match=r"blocks of 10 s for \d+ parameters; record longer"
+    ):
         select([r.cut(0, 40) for r in six[:3]], mp)
 
 

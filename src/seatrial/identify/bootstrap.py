@@ -26,7 +26,7 @@ def bootstrap(fit: Fit, replicates: int = REPLICATES, seed: int = 0) -> Array:
     A replicate's search ends where a step no longer gains, or leads uphill however short it is.
     """
     rng = np.random.default_rng(seed)
-    blocks = [(r.t // fit.settings.block).astype(np.int64) for r in fit.problem.recordings]
+    blocks = [(r.t // fit.problem.block).astype(np.int64) for r in fit.problem.recordings]
     sizes = [int(b.max()) + 1 for b in blocks]
     total = sum(sizes)
     first = np.cumsum([0, *sizes[:-1]])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """How certain the estimates are: a covariance that holds where errors hang together."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from seatrial.errors import IdentificationError
@@ -9,6 +11,8 @@ from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
+SPARE = 1.2  # blocks a parameter, from which on they are shortened
 TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
 
 
@@ -42,17 +46,23 @@ def sandwich(at: Point) -> Array:
     return out
 
 
-def long_enough(problem: Problem) -> None:
-    """Raises IdentificationError where there are fewer blocks than free parameters."""
+def long_enough(problem: Problem) -> Problem:
+    """The problem with blocks so short that there are enough of them for its free parameters.
+
+    Raises IdentificationError where they would have to be shorter than `SHORTEST`.
+    """
     parameters = len(problem.free)
-    blocks = sum(int(b[-1]) + 1 for b in problem.blocks)
-    if blocks < parameters:
+    length = sum(r.duration for r in problem.recordings)
+    block = min(problem.block, max(SHORTEST, length / (SPARE * parameters)))
+    found = replace(problem, block=block)
+    if sum(int(b[-1]) + 1 for b in found.blocks) < parameters:
         names = ", ".join(r.name for r in problem.recordings)
-        length = sum(r.duration for r in problem.recordings)
         raise IdentificationError(
             f"{names}: {length:.0f} s in all is too short for {parameters} parameters; drive "
-            f"{problem.block * parameters:.0f} s or more, or take another method, --method equation-error"
+            f"{10 * np.ceil(0.1 * SHORTEST * parameters):.0f} s or more, or take another method, "
+            "--method equation-error"
         )
+    return found
 
 
 def _told_apart(at: Point) -> None:

@@ -2,6 +2,7 @@
 """Which parameters are free, and further stages of the chain that the data ask for."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,6 +48,7 @@ def freed(
         found = []
         for extra in extras(vehicle, problem.vehicle, problem.recordings):
             wider = problem_of(extra.vehicle, vehicle, problem.recordings, settings)
+            wider = replace(wider, block=problem.block)
             theta = _moved(at, wider, extra.origin)
             test = _tested(problem, wider, theta, at.noise)
             if test.manifest and test.gain > WORTH:

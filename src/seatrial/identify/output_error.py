@@ -78,7 +78,11 @@ def fit(
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
     if prior is None:
-        long_enough(problem)
+        problem = long_enough(problem)
+        if problem.block < chosen.block:
+            notes.append(
+                f"standard errors: from blocks of {problem.block:.1f} s, as the recordings are short"
+            )
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)

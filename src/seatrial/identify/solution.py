@@ -67,7 +67,7 @@ class Fit:
         covariance = np.zeros((size, size))
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.settings.block, "belief": self.share,
+            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.share,
             "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
         noise = self.noise
