@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*.hpp core/bindings/*.?pp)
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint format stub lock bench clean
+.PHONY: demo test lint docs format stub lock bench clean
 
 demo: $(VENV)/.built
 	$(BIN)/seatrial demo --out demo
@@ -21,6 +21,10 @@ lint: $(VENV)/.built $(VENV)/.test
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
 	cmake -S . -B build/tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
 	clang-tidy --quiet -p build/tidy $$(git ls-files 'core/tests/test_*.cpp')
+
+# the site, site/index.html; a link that leads nowhere is an error
+docs: $(VENV)/.docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 format: $(VENV)/.test
 	$(BIN)/ruff format .
@@ -54,6 +58,10 @@ $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/test.txt
 	@touch $@
 
+$(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
+	$(PIP) --require-hashes -r requirements/docs.txt
+	@touch $@
+
 # the estimators that ours is timed against
 $(VENV)/.bench: requirements/bench.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/bench.txt
@@ -64,4 +72,4 @@ $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) build demo site .mypy_cache .ruff_cache .pytest_cache .hypothesis
