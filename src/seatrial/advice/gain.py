@@ -136,7 +136,7 @@ def _driven(model: Model, one: Manoeuvre, period: float) -> Recording | None:
         np.ascontiguousarray(commands), begin, scales,
     )  # fmt: skip
     states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)
-    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > 10.0:  # noqa: PLR2004
+    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > 10.0:
         return None
     stamps = np.rint(1e9 * t).astype(np.int64)
     held = np.rint(1e9 * np.concatenate([begin, one.t + LEAD])).astype(np.int64)

@@ -22,7 +22,8 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
         g for g in gained if found[g.parameter].verdict in loose and g.parameter not in helped
     ]
     wanted.sort(key=lambda g: -found[g.parameter].relative)
-    said, done = [], set[str]()
+    said: list[str] = []
+    done: set[str] = set()
     for one in wanted:
         if one.parameter in done or len(said) == MOST_SAID:
             continue

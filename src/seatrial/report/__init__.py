@@ -8,9 +8,9 @@ from seatrial.files import write_text
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
+from seatrial.report.evidence import collect
 from seatrial.report.page import page
-from seatrial.report.runs import gather
-from seatrial.sanity import sanity
+from seatrial.report.sections import sections
 
 __all__ = ["report", "write_report"]
 
@@ -20,12 +20,12 @@ def report(
 ) -> str:
     """The report on a model as HTML text: what it is, and how it predicts `horizon` [s] ahead.
 
-    The same model and recordings give the same text. Raises RecordingError where a recording has no
-    stretch as long as the horizon, or where there is no recording; ModelError where the model is
-    unstable.
+    The same model and recordings give the same text. Raises RecordingError where no recording has a
+    stretch as long as the horizon, or where there is no recording. A model that is unstable gets a
+    report that says so.
     """
-    sanity(model)
-    return page(model, gather(model, recordings, horizon), horizon)
+    found = sections(collect(model, recordings, horizon))
+    return page(f"{model.name}: seatrial report", found)
 
 
 def write_report(
