@@ -162,10 +162,18 @@ def _parser() -> argparse.ArgumentParser:
             )
         else:
             command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
+            _exports(command)
 
     _add_compare(commands)
     _add_select(commands)
     return parser
+
+
+def _exports(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
+    command.add_argument(
+        "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )
 
 
 def _add_compare(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -480,9 +488,13 @@ def _report(args: argparse.Namespace, progress: Progress) -> None:
     model = _load(args)
     recordings = _read(args, model.vehicle, progress)
     progress.say("drawing")
-    write_report(model, recordings, args.out, horizon=args.horizon)
+    write_report(
+        model, recordings, args.out,
+        horizon=args.horizon, figures=args.figures, tables=args.tables,
+    )  # fmt: skip
     progress.clear()
-    print(f"wrote {args.out}")
+    written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
+    print(f"wrote {', '.join(map(str, written))}")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What another half minute of driving would tell: expected information of simulated manoeuvres."""
+"""What another minute of driving would tell: expected information of simulated manoeuvres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Manoeuvres that a person with a joypad can drive for half a minute, as commands over time."""
+"""Manoeuvres that a person with a joypad can drive for a minute, as commands over time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from seatrial.frames import AXES, Array
 from seatrial.model import Model
 
-LENGTH = 30.0  # [s] of a manoeuvre
+LENGTH = 60.0  # [s] of a manoeuvre
 TICK = 0.1  # [s] between its commands
 SIZES = (1 / 3, 2 / 3, 1.0)  # of the largest command that was recorded
 SIDES = {  # what a positive and a negative force of an axis do, forward-left-up
@@ -24,7 +24,7 @@ TURN = 0.5  # share of the largest yaw command that turns the boat beside anothe
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """Commands for half a minute."""
+    """Commands for a minute."""
 
     text: str  # what to do
     effort: int  # 1: one stick one way, 2: both ways, 3: two sticks

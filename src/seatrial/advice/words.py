@@ -23,12 +23,13 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
     ]
     wanted.sort(key=lambda g: -found[g.parameter].relative)
     said: list[str] = []
+    never: list[str] = []
     done: set[str] = set()
     for one in wanted:
         if one.parameter in done or len(said) == MOST_SAID:
             continue
         if one.seconds > LONG:
-            said.append(
+            never.append(
                 f"{one.parameter} ({_interval(one)}): no manoeuvre that was tried halves its interval "
                 f"within {LONG / 60:.0f} minutes; take its term out, or fix its value."
             )
@@ -48,7 +49,7 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
         said.append(
             f"{seconds_said(longest)} more of {one.manoeuvre} would halve the interval{many} of {listed}."
         )
-    return said
+    return said + never[:MOST_SAID]
 
 
 def seconds_said(seconds: float) -> str:

@@ -86,9 +86,17 @@ class Interval(Cell):
     digits: int = 3
     scale: float = 1.0
 
+    @property
+    def told(self) -> int:
+        """Digits that tell both ends apart."""
+        width, size = abs(self.high - self.low), max(abs(self.low), abs(self.high))
+        if not 0.0 < width < size:
+            return self.digits
+        return max(self.digits, min(8, 2 + int(np.ceil(np.log10(size / width)))))
+
     def html(self) -> str:
         """Both ends."""
-        ends = [data(x, self.digits, self.scale) for x in (self.low, self.high)]
+        ends = [data(x, self.told, self.scale) for x in (self.low, self.high)]
         return " to ".join(ends)
 
     def plain(self) -> str:
@@ -97,8 +105,28 @@ class Interval(Cell):
 
     def latex(self) -> str:
         """Both ends."""
-        ends = [latex_number(x * self.scale, self.digits) for x in (self.low, self.high)]
+        ends = [latex_number(x * self.scale, self.told) for x in (self.low, self.high)]
         return " to ".join(ends)
+
+
+@dataclass(frozen=True)
+class Said(Cell):
+    """A number that people say in other words: half a minute."""
+
+    value: float
+    words: str
+
+    def html(self) -> str:
+        """The words, with the number for machines."""
+        return f'<data value="{self.value!r}">{escape(self.words)}</data>'
+
+    def plain(self) -> str:
+        """The number."""
+        return f"{self.value:.10g}" if np.isfinite(self.value) else ""
+
+    def latex(self) -> str:
+        """The words."""
+        return latex_text(self.words)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ def repeat(evidence: Evidence) -> Repeat | None:
         _row(name, value, steps[:, k], errors[:, k])
         for k, (name, value) in enumerate(zip(point.names, point.theta.tolist(), strict=True))
     ]
+    rows = [row for row in rows if np.isfinite(row.errors).any()]
     tested = [row for row in rows if row.p is not None]
     chance = holm([row.p or 0.0 for row in tested]).tolist() if tested else []
     unlike = tuple(r.name for r, p in zip(tested, chance, strict=True) if p < SIGNIFICANT)

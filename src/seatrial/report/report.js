@@ -59,8 +59,8 @@
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
       font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: text },
       margin: { l: 52, r: 10, t: 36, b: 40 }, dragmode: touch.matches ? false : "zoom",
-      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
       hoverlabel: { namelength: -1 }, ...whole,
+      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", ...layout.legend },
     };
   }
 

@@ -21,6 +21,7 @@ from seatrial.velocity import motion
 
 WINDOW = 40.0  # [s] that a plot opens at, as in Figs. 5 and 6
 WINDOW_STEP = 5.0  # [s] between the windows that are compared
+DRAWN = 16_000  # rows of all recordings together that are drawn at the most
 NEARLY_ALL = 0.95  # share of the best window's predictions that a window must have
 
 
@@ -42,6 +43,7 @@ class Run:
     predicted: Array  # (n, 3) [m/s, m/s, rad/s]; NaN where there is none
     forces: Array  # (n, forces) [command units]
     window: tuple[float, float]  # [s] busy stretch that the plots open at
+    shown: NDArray[np.intp]  # rows that are drawn
 
     @property
     def tested(self) -> bool:
@@ -83,7 +85,8 @@ def gather(model: Model, recordings: Sequence[Recording], horizon: float) -> lis
     if not recordings:
         raise RecordingError("report: no recording given; pass at least one")
     filters = _filters(model, recordings)
-    found = [_run(model, r, horizon, f) for r, f in zip(recordings, filters, strict=True)]
+    every = max(1, -(-sum(len(r.t) for r in recordings) // DRAWN))
+    found = [_run(model, r, horizon, f, every) for r, f in zip(recordings, filters, strict=True)]
     short = [error for _, error in found if isinstance(error, RecordingError)]
     if len(short) == len(found):
         raise short[0]
@@ -106,7 +109,7 @@ def _filters(model: Model, recordings: Sequence[Recording]) -> list[Causal | str
 
 
 def _run(
-    model: Model, recording: Recording, horizon: float, filtered: Causal | str
+    model: Model, recording: Recording, horizon: float, filtered: Causal | str, every: int
 ) -> tuple[Run, SeatrialError | None]:
     moving = motion(recording)
     t, row = time_base(recording)
@@ -127,16 +130,16 @@ def _run(
     known = filtered if isinstance(filtered, Causal) else None
     notes = [] if known else [f"{recording.name}: no starts from a filter: {filtered}"]
     try:
-        every, more = lookaheads(model, recording, horizon, known)
+        aheads, more = lookaheads(model, recording, horizon, known)
     except RecordingError as error:
-        every, more = [], [str(error)]
+        aheads, more = [], [str(error)]
     forces = np.asarray(model.trace(recording).forces(t))
     usable = np.isfinite(predicted[:, 0]) if outcome else np.isin(np.arange(len(t)), row)
     run = Run(
         recording,
         outcome,
         "" if failed is None else str(failed),
-        tuple(every),
+        tuple(aheads),
         () if known is None else tuple(residuals(model, recording, known)),
         (*notes, *more),
         excitation(model.vehicle, recording),
@@ -147,6 +150,7 @@ def _run(
         predicted,
         forces,
         busy_window(t, usable, forces),
+        thinned(np.isfinite(spread(moving.nu[moving.valid], moving.valid)[:, 0]), every),
     )
     return run, failed
 
@@ -160,6 +164,15 @@ def time_base(recording: Recording) -> tuple[Array, NDArray[np.intp]]:
     row = np.arange(len(t)) + np.searchsorted(before, np.arange(len(t)))
     base = np.insert(t, before + 1, 0.5 * (t[before] + t[before + 1]))
     return base, row
+
+
+def thinned(there: NDArray[np.bool_], every: int) -> NDArray[np.intp]:
+    """Every so-manieth row, and where samples begin and end, so that lines break where they did."""
+    keep = np.arange(len(there)) % every == 0
+    edge = np.flatnonzero(np.diff(there))
+    keep[edge] = keep[edge + 1] = True
+    keep[[0, -1]] = True
+    return np.flatnonzero(keep)
 
 
 def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[float, float]:

@@ -34,12 +34,13 @@ STARTS = (
 
 def velocity(model: Model, run: Run, axis: int) -> Figure:
     """Measured and predicted velocity above what drives the axis, Fig. 4."""
-    traces = [line("measured", run.t, run.measured[:, axis], BLACK)]
+    at = run.shown
+    traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
     if run.tested:
-        traces.append(line("predicted", run.t, run.predicted[:, axis], RED))
+        traces.append(line("predicted", run.t[at], run.predicted[at, axis], RED))
     for n, place in enumerate(forces_in(model, axis)):
         colour = FORCE_COLOURS[n % len(FORCE_COLOURS)]
-        trace = line("", run.t, run.forces[:, place], colour)
+        trace = line("", run.t[at], run.forces[at, place], colour)
         trace["line"]["shape"] = "hv"
         traces.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
     return figure(
@@ -69,7 +70,9 @@ def horizons(rows: Sequence[Pooled], axis: int) -> Figure:
                "error_y": whiskers(rms, low, high, colour)}
         )  # fmt: skip
         floor = scale * np.array([s.floor for s in scores])
-        traces.append(line(f"floor, {label}", x, floor, colour, dash="dot"))
+        traces.append(
+            line("floor", x, floor, colour, dash="dot") | {"showlegend": start == STARTS[0][0]}
+        )
     still = [row for row in rows if row.start == "stencil"]
     if still:
         values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
@@ -79,5 +82,5 @@ def horizons(rows: Sequence[Pooled], axis: int) -> Figure:
     return figure(
         traces, "looking ahead [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
-        yaxis={"rangemode": "tozero"}, showlegend=True,
+        yaxis={"type": "log"}, showlegend=True,
     )  # fmt: skip

@@ -30,10 +30,12 @@ from seatrial.report.draw.base import (
 )
 from seatrial.report.runs import Run
 
-SCATTER = 1500  # points of a scatter at most
-TRACK = 3000  # points of a track among several
+SCATTER = 1000  # points of a scatter at most
+SLIVER = 300.0  # of a recording: shorter gaps would not be seen
+TRACKS = 6000  # points of all tracks together
 CELLS = 12  # of the coverage, each way
-LARGEST = 17.0  # [px] a cell's mark where the boat was most
+LARGEST, SMALLEST = 17.0, 3.5  # [px] a cell's mark where the boat was most, and least
+ROOT = 0.3  # of the time, so that short stays are seen beside long ones
 MISSING = (  # what is missing in a recording, and its colour
     ("poses left out", {FaultKind.MARKED, FaultKind.NOT_FINITE, FaultKind.STAMP, FaultKind.FROZEN}, ORANGE),
     ("jumps", {FaultKind.EXCURSION, FaultKind.JUMP}, RED),
@@ -48,7 +50,7 @@ def track(run: Run) -> Figure:
     left_out = recording.eta[~recording.valid, :2]
     left_out = left_out[np.isfinite(left_out).all(axis=1)]
     traces = [
-        line("track", run.position[:, 0], run.position[:, 1], BLUE),
+        line("track", run.position[run.shown, 0], run.position[run.shown, 1], BLUE),
         marks("left out", left_out, ORANGE, "x-thin-open"),
     ]
     ends = [(f.start, f.end) for f in recording.faults if f.kind is FaultKind.JUMP]
@@ -72,7 +74,7 @@ def tracks(runs: Sequence[Run]) -> Figure:
     traces = []
     for i, run in enumerate(runs):
         colour, dash = colour_of(i)
-        thin = run.position[:: max(1, -(-len(run.position) // TRACK))]
+        thin = run.position[:: max(1, -(-len(run.position) * len(runs) // TRACKS))]
         traces.append(line(run.name, thin[:, 0], thin[:, 1], colour, dash=dash, width=1.2))
     return _plan(traces)
 
@@ -89,7 +91,7 @@ def timeline(runs: Sequence[Run]) -> Figure:
     traces = [line("recorded", np.concatenate(spans), rows, BLUE, width=8.0)]
     for name, kinds, colour in MISSING:
         found = [
-            (f.start, max(f.end, f.start + run.recording.period), place)
+            (f.start, max(f.end, f.start + run.recording.duration / SLIVER), place)
             for run, place in zip(runs, places.tolist(), strict=True)
             for f in run.recording.faults
             if f.kind in kinds
@@ -106,9 +108,9 @@ def timeline(runs: Sequence[Run]) -> Figure:
 
 
 def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
-    """Seconds that each speed met each command of the axis' own force, as areas of marks."""
+    """Seconds that each speed met each command of the axis' own force, larger marks for longer."""
     places = forces_in(model, axis)
-    layout = {"showlegend": True}
+    layout: Figure = {"showlegend": True, "legend": {"itemsizing": "constant"}}
     if not places:
         return figure([], COMMAND, speed(axis), **layout)
     own = [np.column_stack([run.forces[:, places[0]], run.measured[:, axis]]) for run in runs]
@@ -131,7 +133,7 @@ def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
             continue
         seconds = np.sum(mine, axis=0).ravel()
         there = seconds > 0
-        size = np.maximum(LARGEST * np.sqrt(seconds[there] / most), 2.5)
+        size = np.maximum(LARGEST * (seconds[there] / most) ** ROOT, SMALLEST)
         trace = marks(name, np.column_stack([x[there], y[there]]), colour, sign)
         trace["marker"] |= {"size": size.round(1).tolist()}
         trace["text"] = [f"{s:.1f} s" for s in seconds[there].tolist()]

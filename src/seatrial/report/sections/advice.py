@@ -8,7 +8,7 @@ import numpy as np
 from seatrial.advice.words import seconds_said
 from seatrial.report import prose
 from seatrial.report.advice import advice
-from seatrial.report.cells import Cell, Name, Number, Text, known
+from seatrial.report.cells import Cell, Name, Number, Said, Text
 from seatrial.report.draw import advice as draw
 from seatrial.report.evidence import Evidence
 from seatrial.report.markup import listing
@@ -30,7 +30,7 @@ def section(evidence: Evidence) -> Section:
 {said}
 <h3>What more driving would tell</h3>
 <p class="note">{prose.GAINS}</p>
-{plot(ALL, "halving", "time to halve every interval", "tall")}
+{plot(ALL, "halving", "time to halve every interval", "tall", rows=len(evidence.gains))}
 {table.html()}</section>"""
     figures = {"halving": draw.halving(evidence.gains)}
     return Section("advice", "Next drive", html, {ALL: figures}, (table,))
@@ -38,13 +38,13 @@ def section(evidence: Evidence) -> Section:
 
 def gained(evidence: Evidence) -> Table:
     """For every parameter the best manoeuvre."""
-    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after", "seconds", "of")
+    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after [s]", "of")
     rows: list[list[Cell]] = [
         [
             Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
             Number(NORMAL_95 * g.after, 2),
-            Text(seconds_said(g.seconds) if np.isfinite(g.seconds) else "never"),
-            known(g.seconds, 3), Text(g.manoeuvre),
+            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never"),
+ Text(g.manoeuvre),
         ]
         for g in evidence.gains
     ]  # fmt: skip

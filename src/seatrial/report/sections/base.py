@@ -10,6 +10,7 @@ from seatrial.report.draw.base import Figure
 from seatrial.report.runs import Run
 from seatrial.report.table import Table
 
+HEAD, ROW = 130, 21  # [px] of a plot with rows: around them, and each
 ALL = "all"  # the store of plots that belong to no recording
 
 
@@ -29,19 +30,25 @@ def store_of(place: int) -> str:
     return f"run-{place}"
 
 
-def plot(store: str, figure: str, label: str, size: str, caption: str = "") -> str:
-    """Where a plot will be drawn; `label` is what it shows, for those who can't see it."""
+def plot(
+    store: str, figure: str, label: str, size: str, caption: str = "", *, rows: int = 0
+) -> str:
+    """Where a plot will be drawn; `label` is what it shows, for those who can't see it.
+
+    `rows`: how many it has, where that makes its height.
+    """
     above = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
+    high = f' style="height:{HEAD + ROW * rows}px"' if rows else ""
     return (
-        f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}" '
+        f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
         f'role="img" aria-label="{escape(label)}"></div></figure>'
     )
 
 
-def three(store: str, figure: str, label: str) -> str:
+def three(store: str, figure: str, label: str, size: str = "small") -> str:
     """One plot for each axis, side by side."""
     drawn = "".join(
-        plot(store, f"{figure}-{symbol}", f"{axis}: {label}", "small")
+        plot(store, f"{figure}-{symbol}", f"{axis}: {label}", size)
         for axis, symbol in zip(AXES, SYMBOLS, strict=True)
     )
     return f'<div class="three">{drawn}</div>'

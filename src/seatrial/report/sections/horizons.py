@@ -31,7 +31,7 @@ def section(evidence: Evidence) -> Section | None:
     notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs))
     html = f"""<section id="horizons"><h2>How far ahead</h2>
 <p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
-{three(ALL, "horizons", "RMS error against the horizon")}
+{three(ALL, "horizons", "RMS error against the horizon", "middle")}
 {notes}{fine("as a table", table.html())}{fine("by recording", every.html())}</section>"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
     return Section("horizons", "Horizons", html, {ALL: figures}, (table, every))

@@ -33,7 +33,7 @@ def section(evidence: Evidence) -> Section:
     html = f"""<section id="known"><h2>What is known</h2>
 <p class="note">{prose.KNOWN}</p>
 {warned}<div class="pair wider">{table.html()}
-{plot(ALL, "known", "relative error of every parameter", "tall")}</div>
+{plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
 {listing([*said, *notes])}
 <h3>Correlations</h3>
 <p class="note">{prose.CORRELATIONS}</p>
@@ -92,4 +92,7 @@ def _row(found: Finding) -> list[Cell]:
     if found.partners:
         name, rho = found.partners[0]
         partner = Name(name, f" ({number(rho, 2)})")
-    return [Name(found.name), Number(found.relative, 2, 100.0, " %"), Text(said(found)), partner]
+    share: Cell = Number(found.relative, 2, 100.0, " %")
+    if not found.relative < 1.0:
+        share = Text("> 100 %")
+    return [Name(found.name), share, Text(said(found)), partner]

@@ -31,12 +31,11 @@ def section(evidence: Evidence) -> Section:
     model, runs = evidence.model, evidence.runs
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
     said = Template(prose.RECORDED).substitute(scatter=draw.SCATTER)
-    high = "row" if len(runs) <= 4 else "middle"
     html = f"""<section id="recorded"><h2>What was recorded</h2>
 <p class="note">{said}</p>
 <div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
-<div>{plot(ALL, "timeline", "when poses and commands were usable", high, "what is missing, when")}
-{summary(evidence).html()}</div></div>
+{plot(ALL, "timeline", "when poses and commands were usable", "square", "what is missing, when")}</div>
+{summary(evidence).html()}
 <h3>Speeds against commands</h3>
 {three(ALL, "cells", "time spent at each speed and command")}
 {parts}</section>"""

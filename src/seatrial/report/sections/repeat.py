@@ -9,7 +9,7 @@ from seatrial.report.draw import repeat as draw
 from seatrial.report.draw.base import Figure
 from seatrial.report.evidence import Evidence
 from seatrial.report.repeat import Repeat, repeat
-from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.sections.base import ALL, Section, fine, plot
 from seatrial.report.table import Table
 from seatrial.report.words import joined
 
@@ -34,8 +34,9 @@ def section(evidence: Evidence) -> Section | None:
         tables = [shifts(found)]
         parts.append(f"<p>{escape(_said(found))}</p><p class='note'>{prose.REPEAT}</p>")
         label = "what each recording alone makes of each parameter"
-        parts.append(plot(ALL, "repeat-parameters", label, "tall", label))
-        parts.append(tables[0].html())
+        high = len(found.rows) * max(1, len(evidence.runs) // 3)
+        parts.append(plot(ALL, "repeat-parameters", label, "tall", label, rows=high))
+        parts.append(fine("as a table", tables[0].html()))
     html = f"""<section id="repeat"><h2>Do recordings agree?</h2>
 {"".join(parts)}</section>"""
     return Section("repeat", "Agreement", html, {ALL: figures}, tuple(tables))
