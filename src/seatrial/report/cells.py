@@ -99,9 +99,13 @@ class Interval(Cell):
         ends = [data(x, self.told, self.scale) for x in (self.low, self.high)]
         return " to ".join(ends)
 
+    def ends(self) -> tuple[str, str]:
+        """Ten digits of each end."""
+        return f"{self.low * self.scale:.10g}", f"{self.high * self.scale:.10g}"
+
     def plain(self) -> str:
         """Both ends, in one cell."""
-        return " to ".join(f"{x * self.scale:.10g}" for x in (self.low, self.high))
+        return " to ".join(self.ends())
 
     def latex(self) -> str:
         """Both ends."""
@@ -170,7 +174,24 @@ class Unit(Cell):
         return raised if self.text != "-" else "--"
 
 
-NOTHING = Text(NOT_A_NUMBER)
+@dataclass(frozen=True)
+class Nothing(Cell):
+    """There is no such number."""
+
+    def html(self) -> str:
+        """A dash."""
+        return NOT_A_NUMBER
+
+    def plain(self) -> str:
+        """An empty cell."""
+        return ""
+
+    def latex(self) -> str:
+        """A dash."""
+        return "--"
+
+
+NOTHING = Nothing()
 
 
 def known(value: float | None, digits: int = 4, scale: float = 1.0) -> Cell:

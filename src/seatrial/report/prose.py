@@ -93,3 +93,16 @@ NO_CONSTANTS = "The chain has no constants: commands act at once and in full."
 
 ENVELOPE = """Speeds from the 0.5th to the 99.5th percentile, commands from the lowest to the highest,
 of the recordings that the model was identified from."""
+
+DIFFERENCES = """Differences in standard errors of the difference, were both models independent; dotted: 95 % of
+one alone. Marked: beyond chance for the largest of so many (Holm)."""
+
+BOTH_HORIZONS = """All recordings together, each model from the measured velocity (five poses). Dotted: the floor
+that pose noise sets; dashed: a velocity that stays as it is."""
+
+AHEAD = """Both models from the same starts (the mean of both filters, or measured velocities where one can't
+be had), at the same instants. The interval of the difference is by bootstrap over blocks of time,
+of paired errors."""
+
+BOTH_ERRORS = """Errors $horizon s ahead, over the whole run: how often which, and how they hang together. The
+bands are those of A's errors: the narrow one of white errors, the wider one of overlapping predictions."""

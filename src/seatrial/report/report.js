@@ -73,7 +73,8 @@
     }
     div.dataset.drawn = "yes";
     const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches ? false : "hover",
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize" };
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize",
+      toImageButtonOptions: { format: "png", scale: 3, filename: `${div.dataset.run}-${div.dataset.figure}` } };
     Plotly.react(div, figure.data, dressed(figure.layout), config);
     if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));
   }

@@ -12,7 +12,7 @@ from seatrial.report.draw.base import Figure
 from seatrial.report.svg_axes import Axis, axis_of
 from seatrial.report.svg_marks import DASH, bars, fmt, line_path, symbols, whiskers
 
-WIDTH, HEIGHT = 640.0, 420.0  # [px]
+WIDTH, HEIGHT, ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
 LEFT, RIGHT, TOP, BOTTOM = 66.0, 12.0, 12.0, 46.0  # [px] around the plot
 LEGEND, LETTER = 18.0, 6.3  # [px] a row of the legend, a letter
 TEXT, GRID = "#1a1d21", "#dfe3e7"
@@ -25,7 +25,8 @@ def svg(figure: Figure) -> str:
     entries, rows = _legend(traces, layout)
     top = TOP + LEGEND * rows
     wide = _longest(layout.get("yaxis", {})) * LETTER
-    box = (max(LEFT, wide + 20.0), top, WIDTH - RIGHT, HEIGHT - BOTTOM)
+    height = max(HEIGHT, top + BOTTOM + ROW * len(layout.get("yaxis", {}).get("ticktext", [])))
+    box = (max(LEFT, wide + 20.0), top, WIDTH - RIGHT, height - BOTTOM)
     x, panels = _axes(traces, layout, box)
     parts = [_frame(x, y, title) for y, title in panels.values()]
     names = layout.get("shapes", [])
@@ -40,8 +41,8 @@ def svg(figure: Figure) -> str:
         for name, (y, _) in panels.items()
     )
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:g}" height="{HEIGHT:g}" '
-        f'viewBox="0 0 {WIDTH:g} {HEIGHT:g}" font-family="DejaVu Sans, Arial, sans-serif" font-size="11" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:g}" height="{height:g}" '
+        f'viewBox="0 0 {WIDTH:g} {height:g}" font-family="DejaVu Sans, Arial, sans-serif" font-size="11" '
         f'fill="{TEXT}"><defs>{clip}</defs><rect width="100%" height="100%" fill="#ffffff"/>'
         f"{''.join(parts)}{entries}</svg>\n"
     )
@@ -61,7 +62,9 @@ def _axes(
         begin, end = own.get("domain", (0.0, 1.0))
         mine = [t for t in traces if t.get("yaxis", "y") == name]
         low, high = bottom - begin * (bottom - top), bottom - end * (bottom - top)
-        axis = axis_of(own, _values(mine, "y"), low, high)
+        levels = [s["y0"] for s in layout.get("shapes", []) if s.get("xref") == "paper"]
+        values = np.concatenate([_values(mine, "y"), levels if name == "y" else []])
+        axis = axis_of(own, values, low, high)
         panels[name] = axis, own["title"]["text"]
     if "scaleanchor" in layout.get("yaxis", {}):
         x, y = _alike(x, panels["y"][0])
@@ -115,7 +118,7 @@ def _bottom(x: Axis, y: Axis, layout: Figure) -> str:
     )
     title = layout.get("xaxis", {}).get("title", {}).get("text", "")
     middle = 0.5 * (x.low + x.high)
-    return f'{ticks}<text x="{fmt(middle)}" y="{HEIGHT - 10:g}" text-anchor="middle">{_words(title)}</text>'
+    return f'{ticks}<text x="{fmt(middle)}" y="{fmt(y.low + 36)}" text-anchor="middle">{_words(title)}</text>'
 
 
 def _trace(trace: Figure, x: Axis, y: Axis) -> str:

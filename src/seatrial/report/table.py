@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.cells import Cell, latex_text
+from seatrial.report.cells import Cell, Interval, latex_text
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,28 @@ class Table:
         return any(len(row) == 1 for row in self.rows)
 
     def csv(self) -> str:
-        """Comma-separated, numbers in full; the heading of a group is its rows' first column."""
+        """Comma-separated, numbers in full; the heading of a group is its rows' first column.
+
+        A column of intervals becomes two.
+        """
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([*(["group"] if self.grouped else []), *self.head])
+        columns = [[row[k] for row in self.rows if len(row) > 1] for k in range(len(self.head))]
+        wide = [any(isinstance(cell, Interval) for cell in column) for column in columns]
+        head = ["group"] if self.grouped else []
+        for name, two in zip(self.head, wide, strict=True):
+            head += [f"{name} from", f"{name} to"] if two else [name]
+        writer.writerow(head)
         group = ""
         for row in self.rows:
             if len(row) == 1:
                 group = row[0].plain()
-            else:
-                writer.writerow([*([group] if self.grouped else []), *(c.plain() for c in row)])
+                continue
+            cells = [group] if self.grouped else []
+            for cell, two in zip(row, wide, strict=True):
+                ends = cell.ends() if isinstance(cell, Interval) else ("", "")
+                cells += ends if two else [cell.plain()]
+            writer.writerow(cells)
         return out.getvalue()
 
     def latex(self) -> str:

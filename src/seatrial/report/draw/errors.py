@@ -56,6 +56,20 @@ def histogram(run: Run, axis: int) -> Figure:
     return figure([bars, curve], *titles, **layout)
 
 
+def outline(run: Run, axis: int) -> Figure:
+    """Errors over the whole run as a line, for two models in one plot."""
+    name, scale = UNITS[axis]
+    errors = run.prediction.errors[:, axis] * scale
+    reach = BIN_RANGE * float(np.sqrt(np.mean(errors**2)))
+    share, edges = np.histogram(errors, np.linspace(-reach, reach, BINS + 1) if reach > 0 else BINS)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    density = share / (len(errors) * (edges[1] - edges[0]))
+    unit = f"density of errors [1/({name})]"
+    return figure(
+        [line("errors", middle, density, RED)], f"error in {SYMBOLS[axis]} [{name}]", unit
+    )
+
+
 def correlation(run: Run, axis: int) -> Figure:
     """Autocorrelation of the errors with the bands of white and of overlapping ones, Fig. 7."""
     found = run.prediction

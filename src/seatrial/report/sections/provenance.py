@@ -31,7 +31,11 @@ def section(evidence: Evidence) -> Section:
 
 def facts(evidence: Evidence) -> list[tuple[str, str]]:
     """Names and values."""
-    model = evidence.model
+    return [*facts_of(evidence.model), ("horizon", f"{evidence.horizon:g} s")]
+
+
+def facts_of(model: Model) -> list[tuple[str, str]]:
+    """Names and values of what a model is."""
     noise, step, process = model.noise, model.integration, model.noise.process
     chosen = ", ".join(f"{k} = {v}" for k, v in model.estimator.settings.items()) or "none"
     position, heading = number(1e3 * noise.position, 2), number(1e3 * noise.heading, 2)
@@ -43,14 +47,13 @@ def facts(evidence: Evidence) -> list[tuple[str, str]]:
         ("axes", f"files {model.vehicle.axes.value}; in this report forward-left-up"),
         ("integration", f"{step.scheme}, step {number(step.step)} s"),
         ("pose noise", f"{position} mm, {heading} mrad"),
-        ("horizon", f"{evidence.horizon:g} s"),
     ]
+    text = "none estimated"
     if process is not None:
         walks = f"{number(1e3 * process.walk_linear, 2)} mm/s, {number(1e3 * process.walk_yaw, 2)} mrad/s"
         forces = f"{number(process.disturbance_linear, 2)} m/s², {number(process.disturbance_yaw, 2)} rad/s²"
         text = f"walk {walks} in a second; force {forces}, lasting {number(process.memory, 2)} s"
-        found.insert(7, ("process noise", text))
-    return found
+    return [*found, ("process noise", text)]
 
 
 def files(evidence: Evidence) -> Table:
