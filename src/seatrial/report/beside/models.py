@@ -38,7 +38,7 @@ def verdict(pair: Both) -> Section:
     else:
         lines.append("Next: give recordings, to see whether it matters for prediction.")
     text = "".join(f"<p>{escape(line)}</p>" for line in lines)
-    notes = "".join(f'<p class="warning">{escape(note)}</p>' for note in found.notes)
+    notes = "".join(f'<p class="sanity">{escape(note)}</p>' for note in found.notes)
     html = f"""<header><h1>A and B</h1>
 <p class="subtitle">Two dynamic models side by side</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
