@@ -23,6 +23,7 @@ from seatrial.report.words import (
     ratio_word,
     rms_and_ratio,
 )
+from seatrial.sanity import doubts
 
 ALL_WELL = "use it within the speeds and commands that it was made from."
 
@@ -66,7 +67,7 @@ def predicted(evidence: Evidence) -> str:
     """How well velocities are predicted, in words, numbers, and against no model at all."""
     runs = judged(evidence.runs)
     if evidence.physics.unstable:
-        return f"It is not a boat: {evidence.physics.unstable}."
+        return f"It can't be used: {evidence.physics.unstable}."
     if not runs:
         return f"It predicts none of the recordings: {evidence.runs[0].lost}."
     rms, ratio = rms_and_ratio(runs)
@@ -97,9 +98,11 @@ def _at_floor(runs: Sequence[Run], rms: Array) -> str:
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
-    found = advice(evidence)
+    odd = [] if evidence.physics.unstable else doubts(evidence.model)
+    found = [*odd, *advice(evidence)]
     first = found[0] if found else ALL_WELL
-    return f"Next: {first[0].lower() if first[1:2].islower() else first[0]}{first[1:]}"
+    start = first[0].lower() if first[1:2].islower() else first[0]
+    return f"Next: {start}{first[1:]}"
 
 
 def _count(n: int, word: str) -> str:

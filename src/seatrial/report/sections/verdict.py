@@ -14,8 +14,6 @@ def section(evidence: Evidence) -> Section:
     model = evidence.model
     said = "".join(f"<p>{escape(line)}</p>" for line in verdict(evidence))
     warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in concerns(model))
-    if evidence.physics.unstable:
-        warned = f'<p class="warning">{escape(evidence.physics.unstable)}.</p>{warned}'
     html = f"""<header><h1>{escape(model.name)}</h1>
 <p class="subtitle">Dynamic model, identified and put to the test</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
