@@ -23,9 +23,9 @@ from seatrial.report import report, write_report
 from seatrial.report.advice import advice
 from seatrial.report.draw.errors import correlation, histogram
 from seatrial.report.embed import decode, encode, pack
+from seatrial.report.evidence import collect
 from seatrial.report.markup import number, symbol, unit
 from seatrial.report.runs import WINDOW, busy_window, gather, time_base
-from seatrial.report.evidence import collect
 from seatrial.report.verdict import verdict
 from seatrial.report.words import joined, ratio_word
 from seatrial.statistics import NORMAL_95
@@ -182,7 +182,9 @@ def test_plots_hold_the_measured_and_the_predicted_velocities(text, model, cse1,
         both[1, row[ahead.index]] = ahead.nu
         assert len(run.shown) < 0.8 * len(t)  # three runs are more than is drawn of them
         for axis, sign in enumerate("uvr"):
-            for trace, exact in zip(content["figures"][f"velocity-{sign}"]["data"], both, strict=False):
+            for trace, exact in zip(
+                content["figures"][f"velocity-{sign}"]["data"], both, strict=False
+            ):
                 x, y = (decode(content["columns"][trace[k]["column"]]) for k in "xy")
                 assert np.allclose(x, t[run.shown], atol=0.006)
                 largest = np.nanmax(np.abs(exact[:, axis]))
@@ -261,10 +263,10 @@ def test_verdict_is_three_sentences_about_recordings_that_were_not_seen(evidence
     assert "17.8 min" in what  # 705.0 s + 365.2 s
     assert ahead.startswith("1 s ahead, on recordings that it has not seen (CSE1_data_run1)")
     score = next(r.score for r in runs if r.unseen).scores
-    for sign, scale, unit in (("u", 100, "cm/s"), ("r", 1, "rad/s")):
-        assert f"{number(score[sign].rms * scale, 2)} {unit}" in ahead
+    for sign, scale, name in (("u", 100, "cm/s"), ("r", 1, "rad/s")):
+        assert f"{number(score[sign].rms * scale, 2)} {name}" in ahead
         assert number(score[sign].ratio, 2) in ahead
-        assert f"{number(score[sign].floor * scale, 2)} {unit}" in ahead
+        assert f"{number(score[sign].floor * scale, 2)} {name}" in ahead
         assert ratio_word(score[sign].ratio) in ahead
     assert following.startswith("Next: ")
     assert "± covers scatter only. 0.07 mm and 0.3 mrad of pose noise are" in text

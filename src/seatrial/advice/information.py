@@ -67,17 +67,17 @@ class Alone:
         return np.where(known, np.sqrt(self.excess * np.diag(inverse)), np.inf)
 
 
-def around(model: Model, recordings: Sequence[Recording]) -> Around:
-    """The model's estimated parameters, and the noise that it was believed with.
+def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
+    """The model's estimated parameters, and the noise (7,) that it was believed with.
 
-    A model without process noise gets that under which `recordings` are most likely. Raises
-    ModelError where nothing was estimated, or where the model diverges.
+    A model without process noise gets `noise`, or that under which `recordings` are most likely.
+    Raises ModelError where nothing was estimated, or where the model diverges.
     """
     values = np.concatenate([model.coefficients, model.constants])
     sought = np.flatnonzero(np.diag(model.covariance) > 0)
     if not len(sought):
         raise ModelError("nothing was estimated: the model's values were given")
-    noise = believed_noise(model, recordings)
+    noise = believed_noise(model, recordings) if noise is None else noise
     share = float(model.estimator.settings.get("belief") or 0.0)
     if share > 0.0:
         noise = np.maximum(noise, least_noise(_problem(model, recordings), share))

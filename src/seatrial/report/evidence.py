@@ -52,7 +52,8 @@ def _information(
     recordings = [run.recording for run in runs]
     period = float(np.median([r.period for r in recordings]))
     try:
-        point = around(model, recordings)
+        noise = next((run.noise for run in runs if run.noise is not None), None)
+        point = around(model, recordings, noise)
         each = alone(point, recordings)
         seen = [run.name for run in runs if not run.unseen]
         return point, tuple(each), tuple(gains(point, period, each, seen)), ""

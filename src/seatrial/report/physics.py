@@ -10,9 +10,11 @@ from seatrial.errors import ModelError
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.sanity import AxisSanity, sanity
+from seatrial.schema import Integration
 
 DRAWS = 60  # of the coefficients
 SEED = 20
+COARSE = 1 / 12  # [s] step of the integration that does for intervals
 LEAST = 0.5  # share of the draws that must be a boat for an interval to be said
 
 
@@ -68,6 +70,9 @@ def _drawn(model: Model) -> list[list[AxisSanity] | None]:
     if not root.any():
         return []
     normal = np.random.default_rng(SEED).normal(size=(DRAWS, n))
+    own = model.integration
+    step = max(own.step, COARSE) if own.scheme == "runge-kutta" else own.step
+    model = replace(model, integration=Integration(own.scheme, step))
     found: list[list[AxisSanity] | None] = []
     for draw in model.coefficients + normal @ root.T:
         try:
