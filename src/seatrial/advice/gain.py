@@ -48,7 +48,7 @@ def gains(
     if not tried:
         return []
     trust = 1.0 / _scatter(covariance, [k for k in known if k.recording in seen])
-    runs = [_driven(model, one, period) for one in tried]
+    runs = [trial(model, one, period) for one in tried]
     good = [i for i, run in enumerate(runs) if run is not None]
     if not good:
         return []
@@ -124,7 +124,7 @@ def _scatter(covariance: Array, known: Sequence[Alone]) -> float:
     return max(1.0, float(np.median(np.diag(covariance) / np.diag(promised))))
 
 
-def _driven(model: Model, one: Manoeuvre, period: float) -> Recording | None:
+def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
     """The recording that a manoeuvre would make; None where the model runs away."""
     t = np.arange(0.0, LENGTH + LEAD, period)
     signals = [model.vehicle.file.scales[name].reference for name in model.vehicle.scales]

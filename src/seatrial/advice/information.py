@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""What each recording says of a model's parameters by itself: information, and where it pulls them.
+"""What each recording says of a model's parameters by itself: information, and where it leads them.
 
-The filter's errors along a recording have a likelihood whose slope and curvature at the model's own
-values are known exactly. One step of Fisher's scoring from there is what this recording alone would
-make of the parameters, as far as they are near.
+The filter's errors along a recording have a likelihood whose slope and curvature are known exactly. A
+few steps of Fisher's scoring from the model's own values, the noise as it is, lead to what this recording alone
+would make of the parameters it knows; what it does not know stays near the model's.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from seatrial.causal import OUTLIER, believed_noise
+from seatrial.causal import OUTLIER, believed_noise, spread
 from seatrial.errors import ModelError
 from seatrial.frames import Array
+from seatrial.identifiability.verdict import TYPICAL
 from seatrial.identify.belief import least_noise
 from seatrial.identify.problem import Passes, Problem
 from seatrial.model import Model
@@ -22,6 +22,9 @@ from seatrial.recording import Recording
 
 BLOCK = 10.0  # [s] over which errors may hang together
 LOST = 1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
+STEPS, SETTLED = 6, 0.1  # of the search; a step that gains less of the cost is the last
+PARTS = (1.0, 0.3, 0.05)  # of a step that are tried
+TINY = 1e-3  # least size of a parameter
 SHARE = 1e-2  # in a direction that says nothing: a parameter with less is known all the same
 
 
@@ -50,21 +53,10 @@ class Alone:
 
     recording: str
     minutes: float
-    information: Array  # (p, p) Fisher's
+    information: Array  # (p, p) Fisher's, at the model's values
     gradient: Array  # (p,) of the log likelihood, at the model's values
-    excess: float  # scatter of the scores over blocks, over what the information says of it
-
-    @cached_property
-    def step(self) -> Array:
-        """Where it would move each parameter (p,); NaN where it says nothing of it."""
-        inverse, known = pseudo_inverse(self.information)
-        return np.where(known, inverse @ self.gradient, np.nan)
-
-    @cached_property
-    def errors(self) -> Array:
-        """Standard errors (p,) from it alone; infinite where it says nothing."""
-        inverse, known = pseudo_inverse(self.information)
-        return np.where(known, np.sqrt(self.excess * np.diag(inverse)), np.inf)
+    values: Array  # (p,) what it alone makes of the parameters
+    errors: Array  # (p,) their standard errors; infinite where it says nothing
 
 
 def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
@@ -86,22 +78,52 @@ def around(model: Model, recordings: Sequence[Recording], noise: Array | None = 
 
 def alone(point: Around, recordings: Sequence[Recording]) -> list[Alone]:
     """What each recording says by itself. Raises ModelError where the model diverges in one."""
-    passes = point.passes(recordings)
-    found = []
-    for i, recording in enumerate(recordings):
-        own = passes.each[i]
-        if not own.good:
-            raise ModelError(f"{recording.name}: the model diverges in its own filter")
-        information = information_of(passes, i)
-        scores = passes.scores(i)
-        gradient = scores.sum(axis=0)
-        found.append(
-            Alone(
-                recording.name, recording.duration / 60.0, information, gradient,
-                _excess(information, scores, recording.t),
-            )
-        )  # fmt: skip
-    return found
+    return spread(lambda recording: _alone(point, recording), recordings)
+
+
+def _alone(point: Around, recording: Recording) -> Alone:
+    first = here = point.passes([recording])
+    if not here.each[0].good:
+        raise ModelError(f"{recording.name}: the model diverges in its own filter")
+    free = list(here.problem.free)
+    loose = np.diag(1.0 / np.square(_sizes(point)))  # what it does not know stays near
+    for _ in range(STEPS):
+        off = here.theta[free] - point.theta
+        move = np.asarray(np.linalg.solve(here.information + loose, here.gradient - loose @ off))
+        better = _better(here, move, point, loose)
+        if better is None:
+            break
+        here = better
+    information = information_of(here, 0)
+    inverse, known = pseudo_inverse(information)
+    excess = _excess(information, here.scores(0), recording.t)
+    return Alone(
+        recording.name, recording.duration / 60.0, first.information, first.gradient,
+        here.theta[free], np.where(known, np.sqrt(excess * np.diag(inverse)), np.inf),
+    )  # fmt: skip
+
+
+def _better(here: Passes, move: Array, point: Around, loose: Array) -> Passes | None:
+    """The passes a step or a part of it further on; None where that gains nothing."""
+    problem, free = here.problem, list(here.problem.free)
+
+    def cost(passes: Passes) -> float:
+        off = passes.theta[free] - point.theta
+        return passes.cost + float(off @ loose @ off)
+
+    for part in PARTS:
+        theta = here.theta.copy()
+        theta[free] += part * np.clip(move, -problem.reach, problem.reach)
+        found = problem.passes(problem.bounded(theta), point.noise)
+        if cost(found) < cost(here) - SETTLED:
+            return found
+    return None
+
+
+def _sizes(point: Around) -> Array:
+    """What a parameter may be off by (p,): its own size, or what is typical of such a constant."""
+    typical = [TYPICAL.get(name.partition(".")[0], 0.0) for name in point.names]
+    return np.maximum(np.maximum(np.abs(point.theta), typical), TINY)
 
 
 def information_of(passes: Passes, recording: int) -> Array:

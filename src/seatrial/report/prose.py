@@ -54,8 +54,8 @@ thrusters or a term is wrong there. Residuals against inputs: what the model's f
 pose to pose, correlated with every force; within the dashed lines chance explains all of it, dotted is the
 limit for one lag alone."""
 
-REPEAT = """From the model's values one step of Fisher's scoring with one recording's poses alone: what that
-recording by itself would make of each parameter, with its 95 % interval. Left out where a recording knows a
+REPEAT = """What one recording's poses alone would make of each parameter, the noise as it is, with its 95 %
+interval. Left out where a recording knows a
 parameter to less than 35 %. p: that recordings differ so much by chance (Cochran's Q)."""
 
 NO_INFORMATION = "What each recording says of the parameters is not known:"

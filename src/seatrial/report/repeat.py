@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether recordings agree about the parameters: one scoring step for each alone."""
+"""Whether recordings agree about the parameters: what each makes of them alone."""
 
 from dataclasses import dataclass
 
@@ -39,7 +39,7 @@ def repeat(evidence: Evidence) -> Repeat | None:
     point = evidence.point
     if point is None or not evidence.alone:
         return None
-    steps = np.array([one.step for one in evidence.alone])
+    steps = np.array([one.values - point.theta for one in evidence.alone])
     errors = np.array([one.errors for one in evidence.alone])
     rows = [
         _row(name, value, steps[:, k], errors[:, k])
