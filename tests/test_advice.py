@@ -152,7 +152,9 @@ def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(mode
     assert said[1] == (
         "35 s more of sway pulses would halve the intervals of X_u (1 ± 0.59) and Y_v (1 ± 0.59)."
     )
-    assert said[2].startswith("N_r (1 ± 0.59): no manoeuvre that was tried")
+    assert said[2].startswith(
+        "No manoeuvre that was tried halves within 30 minutes the interval of N_r (1 ± 0.59): fix"
+    )
 
 
 @pytest.mark.parametrize(

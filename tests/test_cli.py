@@ -62,6 +62,20 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
     code, out, err = run(capsys, "report", model, trials[6], "-o", tmp_path / "report.html")
     assert (code, err) == (0, "")
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
+    code, out, err = run(
+        capsys, "report", model, trials[6], "-o", tmp_path / "report.html",
+        "--figures", tmp_path / "figures", "--tables", tmp_path / "tables",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert out.split()[1:] == [
+        f"{tmp_path / 'report.html'},", f"{tmp_path / 'figures'},", f"{tmp_path / 'tables'}",
+    ]  # fmt: skip
+    assert (tmp_path / "figures" / "known.svg").is_file()
+    assert (tmp_path / "tables" / "coefficients.csv").is_file()
+    code, out, err = run(capsys, "compare", model, model, trials[6], "-o", tmp_path / "both.html")
+    assert (code, err) == (0, "")
+    assert out.rstrip().endswith(f"wrote {tmp_path / 'both.html'}")
+    assert "A and B" in (tmp_path / "both.html").read_text()
 
 
 def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):

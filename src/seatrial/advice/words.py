@@ -23,16 +23,13 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
     ]
     wanted.sort(key=lambda g: -found[g.parameter].relative)
     said: list[str] = []
-    never: list[str] = []
+    never: list[Gain] = []
     done: set[str] = set()
     for one in wanted:
-        if one.parameter in done or len(said) == MOST_SAID:
-            continue
         if one.seconds > LONG:
-            never.append(
-                f"{one.parameter} ({_interval(one)}): no manoeuvre that was tried halves its interval "
-                f"within {LONG / 60:.0f} minutes; take its term out, or fix its value."
-            )
+            never.append(one)
+            continue
+        if one.parameter in done or len(said) == MOST_SAID:
             continue
         same = [
             g for g in wanted
@@ -40,16 +37,23 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
         ]  # fmt: skip
         done |= {g.parameter for g in same}
         longest = max(g.seconds for g in same)
-        listed = " and ".join(
-            [", ".join(map(_named, same[:-1])), _named(same[-1])]
-            if len(same) > 1
-            else [_named(same[0])]
-        )
+        listed = _listed(same)
         many = "s" if len(same) > 1 else ""
         said.append(
             f"{seconds_said(longest)} more of {one.manoeuvre} would halve the interval{many} of {listed}."
         )
-    return said + never[:MOST_SAID]
+    if never:
+        said.append(
+            f"No manoeuvre that was tried halves within {LONG / 60:.0f} minutes the "
+            f"interval{'s' * (len(never) > 1)} of {_listed(never)}: fix a value that you know "
+            "otherwise, or take a term out that is not told from zero."
+        )
+    return said
+
+
+def _listed(found: Sequence[Gain]) -> str:
+    words = [f"{g.parameter} ({_interval(g)})" for g in found]
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def seconds_said(seconds: float) -> str:
@@ -61,10 +65,6 @@ def seconds_said(seconds: float) -> str:
     if seconds <= 3600:
         return f"{np.ceil(seconds / 30) / 2:g} min"
     return f"{seconds / 3600:.1f} h"
-
-
-def _named(one: Gain) -> str:
-    return f"{one.parameter} ({_interval(one)})"
 
 
 def _interval(one: Gain) -> str:
