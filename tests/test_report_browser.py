@@ -217,6 +217,8 @@ def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit,
             drawn: [...document.querySelectorAll('.plot')].filter(d => d.querySelector('.trace')).length,
             open: document.querySelectorAll('details.run[open]').length,
             width: Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(d => d.clientWidth)),
+            table: Math.max(...[...document.querySelectorAll('table')]
+                .filter(d => !d.closest('.fine, .files')).map(d => d.getBoundingClientRect().right)),
             colour: getComputedStyle(document.querySelector('.plot.wide .js-line')).stroke };
     })""")
     page.pdf(path=str(tmp_path / "report.pdf"), prefer_css_page_size=True)
@@ -224,6 +226,7 @@ def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit,
     assert seen["drawn"] == 2 * PLOTS + OVERALL
     assert seen["open"] == 6
     assert seen["width"] <= 690  # [px] 182 mm, what A4 leaves between its margins
+    assert seen["table"] <= 690
     assert seen["colour"] == "rgb(0, 0, 0)"
     assert page.locator("details.run[open]").count() == 3
     assert page.locator("body.printing").count() == 0

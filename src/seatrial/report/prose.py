@@ -68,6 +68,8 @@ poses and motion, and added to what is known already. Given is the one that halv
 simpler one that is nearly as soon. In a small pool drive it in several legs. Where the model is wrong, so is
 this."""
 
+OTHER_METHOD = """It is what the method output-error makes of a drive; others need more."""
+
 NO_GAINS = "What a manoeuvre would tell can't be computed."
 
 MARKED = """<p class="note">Marked: the axis that dominates a recording, the pairing of the paper's

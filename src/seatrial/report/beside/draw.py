@@ -81,7 +81,7 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
         if points:
             traces.append(marks(letter, np.array(points), colour, sign, size=9) | {"opacity": 1.0})
     return figure(
-        traces, "standard error, share of the value [%]", "",
+        traces, "relative error [%]", "",
         xaxis={"type": "log"}, yaxis=rows.axis, showlegend=True,
         shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
     )  # fmt: skip

@@ -44,7 +44,7 @@ def errors(found: Identifiability) -> Figure:
     low = np.log10(max(LEAST, 0.5 * float(share.min()))) if rows else 0.0
     high = np.log10(max(40.0, 1.6 * float(share.max()))) if rows else 2.0
     return figure(
-        traces, "standard error, share of the value [%]", "",
+        traces, "relative error [%]", "",
         xaxis={"type": "log", "range": [low, high]},
         yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
         shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],

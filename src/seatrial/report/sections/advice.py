@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 
 from seatrial.advice.words import seconds_said
+from seatrial.identify.solution import METHOD as OUTPUT_ERROR
 from seatrial.report import prose
 from seatrial.report.advice import advice
 from seatrial.report.cells import Cell, Name, Number, Said, Text
@@ -26,10 +27,12 @@ def section(evidence: Evidence) -> Section:
         html = f'<section id="advice"><h2>The next drive</h2>\n{said}\n{why}</section>'
         return Section("advice", "Next drive", html)
     table = gained(evidence)
+    other = evidence.model.estimator.method != OUTPUT_ERROR
+    more = f" {prose.OTHER_METHOD}" if other else ""
     html = f"""<section id="advice"><h2>The next drive</h2>
 {said}
 <h3>What more driving would tell</h3>
-<p class="note">{prose.GAINS}</p>
+<p class="note">{prose.GAINS}{more}</p>
 {plot(ALL, "halving", "time to halve every interval", "tall", rows=len(evidence.gains))}
 {table.html()}</section>"""
     figures = {"halving": draw.halving(evidence.gains)}
