@@ -62,6 +62,20 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
     code, out, err = run(capsys, "report", model, trials[6], "-o", tmp_path / "report.html")
     assert (code, err) == (0, "")
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
+    code, out, err = run(
+        capsys, "report", model, trials[6], "-o", tmp_path / "report.html",
+        "--figures", tmp_path / "figures", "--tables", tmp_path / "tables",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert out.split()[1:] == [
+        f"{tmp_path / 'report.html'},", f"{tmp_path / 'figures'},", f"{tmp_path / 'tables'}",
+    ]  # fmt: skip
+    assert (tmp_path / "figures" / "known.svg").is_file()
+    assert (tmp_path / "tables" / "coefficients.csv").is_file()
+    code, out, err = run(capsys, "compare", model, model, trials[6], "-o", tmp_path / "both.html")
+    assert (code, err) == (0, "")
+    assert out.rstrip().endswith(f"wrote {tmp_path / 'both.html'}")
+    assert "A and B" in (tmp_path / "both.html").read_text()
 
 
 def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
@@ -195,6 +209,7 @@ BAD = {
     "other boat": (["validate", "{p}/model.yaml", "{c}", "--vehicle", "{cv}", "--json", "{o}"], "the model has"),
     "horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "0.001", "--json", "{o}"], "longer one"),
     "endless horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "nan", "--json", "{o}"], "horizon"),
+    "figures without a page": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--figures", "{o}"], "say where with -o"),
     "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
     "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
     "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),
@@ -344,6 +359,7 @@ def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, c
         ["inspect", bag, "--vehicle", vehicle, "--json", vehicle],
         ["validate", model, bag, "--json", model],
         ["report", model, bag, "-o", model],
+        ["compare", model, model, "-o", model],
         ["report", model, bag, "-o", bag],
         ["report", model, bag, "-o", tmp_path],
         ["init", bag / "poses.csv", "-o", bag / "poses.csv", "--force"],

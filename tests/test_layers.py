@@ -19,7 +19,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"model"},
     {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "simulate", "validate"},
-    {"compare"},
+    {"advice", "compare"},
     {"select"},
     {"io", "report"},
     {"init"},

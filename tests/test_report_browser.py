@@ -1,25 +1,38 @@
 # SPDX-License-Identifier: MIT
 """The report in a real browser: it draws, zooms, fits a phone, prints, and asks for nothing."""
 
+import re
 import shutil
 import time
+from dataclasses import replace
 from importlib.util import find_spec
 
+import numpy as np
 import pytest
+from conftest import TABLE_II, make_model
 
 import seatrial
+from seatrial.compare import compare
+from seatrial.plan import load_plan
+from seatrial.recording import Signal, make_recording
 from seatrial.report import write_report
+from seatrial.report.beside import write_comparison
+from seatrial.simulate import simulate
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
     pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
 ]
+DRAWN = """() => [...document.querySelectorAll('.plot')].filter(d => !d.closest('details:not([open])'))
+    .every(d => d.querySelector('.main-svg'))"""
 ARGUMENTS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
-PLOTS = 13  # of a recording: its track, and four for each axis
+PLOTS = 19  # of a recording: its track, and six for each axis
+OVERALL = 17  # of all together: 1 of what is known, 2 of actuators, 2 + 3 of what was recorded,
+# 3 horizons, 2 of whether recordings agree, 3 of the boat, 1 of the next drive
 WIDE = '.plot.wide[data-figure="velocity-u"]'
 RANGE = "div => div.layout.xaxis.range"
 
@@ -96,18 +109,21 @@ def visit(browser, path):
 
 def test_every_plot_is_drawn_when_it_comes_into_view(visit):
     page = (one := visit()).page
-    assert page.locator(".plot").count() == 2 * PLOTS
-    assert page.locator("details.run[open]").count() == 2
-    assert page.locator(".plot .main-svg").count() == 0
+    assert page.locator(".plot").count() == 2 * PLOTS + OVERALL
+    assert page.locator("details.run[open]").count() == 3
+    assert page.locator(".plot[data-drawn]").count() < 5  # those on the first screen
     page.get_by_role("button", name="open all").click()
-    assert page.locator("details.run[open]").count() == 4
+    assert page.locator("details.run[open]").count() == 6
     for plot in page.locator(".plot").all():
         plot.scroll_into_view_if_needed()
         plot.locator(".main-svg").first.wait_for(state="visible")
     one.until("() => [...document.querySelectorAll('.plot')].every(d => d.querySelector('.trace'))")
     for plot in page.locator(".plot").all():
-        assert plot.locator(".xtitle").text_content()
-        assert "[" in plot.locator(".ytitle").first.text_content()
+        titles = [plot.locator(f".{k}title").all_text_contents() for k in "xy"]
+        named = plot.locator(".ytick").first.text_content() or ""
+        words = re.search(r"[a-zA-Z]", named.replace("e", "")) is not None  # rows have names
+        assert any("[" in title for title in (*titles[0], *titles[1])), titles
+        assert words or any("[" in title for title in titles[1]), titles
     page.get_by_role("button", name="close all").click()
     assert page.locator("details.run[open]").count() == 0
 
@@ -201,21 +217,124 @@ def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit,
             drawn: [...document.querySelectorAll('.plot')].filter(d => d.querySelector('.trace')).length,
             open: document.querySelectorAll('details.run[open]').length,
             width: Math.max(...[...document.querySelectorAll('.plot .main-svg')].map(d => d.clientWidth)),
+            table: Math.max(...[...document.querySelectorAll('table')]
+                .filter(d => !d.closest('.fine, .files')).map(d => d.getBoundingClientRect().right)),
             colour: getComputedStyle(document.querySelector('.plot.wide .js-line')).stroke };
     })""")
     page.pdf(path=str(tmp_path / "report.pdf"), prefer_css_page_size=True)
     seen = page.evaluate("window.seen")
-    assert seen["drawn"] == 2 * PLOTS
-    assert seen["open"] == 4
+    assert seen["drawn"] == 2 * PLOTS + OVERALL
+    assert seen["open"] == 6
     assert seen["width"] <= 690  # [px] 182 mm, what A4 leaves between its margins
+    assert seen["table"] <= 690
     assert seen["colour"] == "rgb(0, 0, 0)"
-    assert page.locator("details.run[open]").count() == 2
+    assert page.locator("details.run[open]").count() == 3
     assert page.locator("body.printing").count() == 0
 
 
-def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
-    from dataclasses import replace
+@pytest.fixture(scope="module")
+def mallard(mp):
+    """A boat with trials, and a model of it by the default method."""
+    trials = {t.name: t.recording for t in simulate(load_plan("paper-like"), mp)}
+    runs = list(trials.values())
+    return mp, runs, seatrial.identify(runs[:3], mp)
 
+
+def one_recording(boat):
+    _, runs, model = boat
+    return model, runs[-1:]
+
+
+def twelve_recordings(boat):
+    _, runs, model = boat
+    cuts = [(r, start) for r in runs[:6] for start in (0.0, 95.0)]
+    return model, [
+        replace(r.cut(start, start + 60.0), name=f"{r.name}-{start:g}-and-a-long-name")
+        for r, start in cuts
+    ]
+
+
+def bad_model(boat):
+    vehicle, runs, _ = boat
+    return make_model(vehicle, TABLE_II["MP"] | {"X_u": 5.0, "X_uu": 20.0}), runs[3:5]
+
+
+def wrong_sign(boat):
+    vehicle, runs, _ = boat
+    return make_model(vehicle, TABLE_II["MP"] | {"Y_F": -0.26}, step=1 / 20), runs[3:5]
+
+
+def nothing_estimated(boat):
+    vehicle, runs, _ = boat
+    model = make_model(vehicle, TABLE_II["MP"], step=1 / 20)
+    return replace(model, covariance=np.zeros_like(model.covariance)), runs[-1:]
+
+
+def papers_method(boat):
+    vehicle, runs, _ = boat
+    return seatrial.identify(runs[:3], vehicle, method="equation-error"), runs[2:4]
+
+
+def commands_missing(boat):
+    _, runs, model = boat
+    whole = runs[-1]
+    stamps = whole.commands.stamps
+    keep = (stamps < whole.origin + 60e9) | (stamps > whole.origin + 90e9)
+    commands = Signal(whole.commands.names, stamps[keep], whole.commands.values[keep])
+    silent = make_recording("silent", whole.stamps, whole.eta, commands, timeout=1.0)
+    return model, [silent, runs[3].cut(0.0, 0.9)]  # and one that is too short
+
+
+ODD = (
+    one_recording, twelve_recordings, bad_model, wrong_sign, nothing_estimated, papers_method,
+    commands_missing,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ODD, ids=lambda case: case.__name__)
+def test_whatever_is_missing_the_page_is_whole(browser, mallard, tmp_path, case):
+    path = tmp_path / "report.html"
+    model, recordings = case(mallard)
+    write_report(model, recordings, path)
+    assert path.stat().st_size < 3e6
+    whole_and_quiet(browser, path)
+
+
+def test_two_models_side_by_side_are_drawn_and_zoom(browser, mallard, tmp_path):
+    _, runs, model = mallard
+    other, _ = papers_method(mallard)
+    path = tmp_path / "compare.html"
+    recordings = runs[3:5]
+    write_comparison(model, other, recordings, compare(model, other, recordings), path)
+    one = whole_and_quiet(browser, path, close=False)
+    plot = one.wide()
+    names = plot.locator(".legendtext").all_text_contents()
+    assert names[:3] == ["measured", "A", "B"]
+    bar = one.page.locator("details[open] .bar").first
+    bar.get_by_role("button", name="whole run").click()
+    end = recordings[0].duration
+    assert plot.evaluate(RANGE) == pytest.approx([0.0, end], abs=0.01)
+    one.context.close()
+    assert one.complaints == []
+
+
+def whole_and_quiet(browser, path, *, close=True):
+    """Visit a page on a narrow and on a wide screen: all that is open is drawn, nothing sticks out."""
+    for width in (390, 1280):
+        one = Visit(browser, path, width=width)
+        tall = one.page.evaluate("document.documentElement.scrollHeight")
+        one.page.set_viewport_size({"width": width, "height": int(tall)})  # all in view
+        one.until(DRAWN)
+        assert one.page.locator(".plot[data-drawn]").count() > 5
+        assert one.page.evaluate("document.documentElement.scrollWidth") == width
+        if close or width == 390:
+            one.context.close()
+        assert one.requests == []
+        assert one.complaints == []
+    return one
+
+
+def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
     name = '</script><img src="https://example.org/x.png" onerror="window.hit = 1"><b>x'
     runs = [cse1["random_run1"], cse1["random_run3"]]
     model = seatrial.identify(runs, cse1_vehicle, method="equation-error")

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.identifiability import identifiability
 from seatrial.plan import load_plan
-from seatrial.report import known
-from seatrial.report.page import page
-from seatrial.report.runs import gather
+from seatrial.report import report
+from seatrial.report.evidence import Evidence, collect
+from seatrial.report.sections import known
 from seatrial.schema import EnvelopeEntry
 from seatrial.simulate import plant_model, simulate
 
@@ -34,27 +35,48 @@ def model():
 
 
 @pytest.fixture(scope="module")
-def runs(model):
+def recording():
     trial = next(iter(simulate(load_plan("clean"), seatrial.load_vehicle("mallard-mp"))))
-    return gather(model, [trial.recording.cut(0.0, 30.0)], 1.0)
+    return trial.recording.cut(0.0, 30.0)
 
 
-def test_verdicts_stand_before_any_residual(model, runs):
-    text = page(model, runs, 1.0)
-    assert text.index('id="known"') < text.index('id="recorded"') < text.index('id="prediction"')
+@pytest.fixture(scope="module")
+def evidence(model, recording) -> Evidence:
+    return collect(model, [recording], 1.0)
+
+
+def test_verdicts_stand_before_any_residual(model, recording):
+    text = report(model, [recording])
+    order = (
+        "verdict known model actuators recorded horizons prediction errors scores physics advice"
+    )
+    places = [text.index(f'id="{name}"') for name in order.split()]
+    assert places == sorted(places)
     assert '<a href="#known">What is known</a>' in text
 
 
-def test_the_table_has_a_verdict_for_every_parameter_and_marks_the_loose_ones(model):
-    text = known.section(model)
+def test_the_table_has_a_verdict_for_every_parameter_and_marks_the_loose_ones(evidence):
+    text = known.section(evidence).html
     assert len(re.findall(r'<tr class="marked">', text)) == 1  # X_u; X_uu is known to 16 %
     for word, count in {"sharp": 9, "usable": 1, "weak": 1}.items():
         assert text.count(f"<td>{word}</td>") == count
     assert "X_u and X_uu can&#x27;t be told apart (-0.99): the drag at 0.25 m/s" in text
 
 
-def test_the_map_has_a_shade_for_every_correlation(model):
-    text = known.section(model)
+def test_the_plot_has_the_relative_error_of_every_parameter(evidence, model):
+    (figures,) = known.section(evidence).figures.values()
+    figure = figures["known"]
+    shown = {}
+    for trace in figure["data"]:
+        shown |= dict(zip(trace["y"].tolist(), trace["x"].tolist(), strict=True))
+    names = model.structure.coefficients
+    expected = [100 * model.standard_errors[n] / abs(model.values[n]) for n in names]
+    assert [shown[-float(i)] for i in range(len(names))] == pytest.approx(expected)
+    assert {t["name"]: len(t["x"]) for t in figure["data"]} == {"sharp": 9, "usable": 1, "weak": 1}
+
+
+def test_the_map_has_a_shade_for_every_correlation(evidence, model):
+    text = known.section(evidence).html
     n = len(model.structure.coefficients)
     shades = re.findall(r"rgba\((.*?),(\d\.\d\d)\)\"><data value=\"(.*?)\">", text)
     assert len(shades) == n * (n - 1)
@@ -63,7 +85,9 @@ def test_the_map_has_a_shade_for_every_correlation(model):
     assert [float(s[2]) for s in strong] == [-0.99, -0.99]
 
 
-def test_a_given_model_has_no_such_section(model, runs):
+def test_of_a_given_model_it_is_said_that_nothing_is_known(evidence, model):
     given = replace(model, covariance=np.zeros_like(model.covariance))
-    assert known.section(given) == ""
-    assert "#known" not in page(given, runs, 1.0)
+    told = known.section(replace(evidence, model=given, known=identifiability(given)))
+    assert "Nothing was estimated" in told.html
+    assert not told.tables
+    assert not told.figures

@@ -162,10 +162,18 @@ def _parser() -> argparse.ArgumentParser:
             )
         else:
             command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
+            _exports(command)
 
     _add_compare(commands)
     _add_select(commands)
     return parser
+
+
+def _exports(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
+    command.add_argument(
+        "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )
 
 
 def _add_compare(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -183,6 +191,10 @@ def _add_compare(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         help=f"how far ahead [s], besides {DEFAULT_HORIZON:g} s",
     )
     compare.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
+    compare.add_argument(
+        "-o", "--out", type=Path, metavar="HTML", help="also one offline HTML file with both"
+    )
+    _exports(compare)
 
 
 def _add_select(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -430,11 +442,16 @@ def _validate(args: argparse.Namespace, progress: Progress) -> None:
 def _compare(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.compare import compare, comparison_json, drive_of
     from seatrial.compare.text import comparison_text
+    from seatrial.errors import FileError
     from seatrial.files import dump_json, write_text
     from seatrial.model import load
     from seatrial.vehicle import load_vehicle
 
-    _guard(args.json, "{", args.a, args.b, args.vehicle, *args.recordings)
+    inputs = args.a, args.b, args.vehicle, *args.recordings
+    _guard(args.json, "{", *inputs)
+    _guard(args.out, "<!doctype html", *inputs)
+    if args.out is None and (args.figures or args.tables):
+        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
     a, b = load(args.a), load(args.b)
     recordings: list[Recording] = []
     if args.recordings:
@@ -446,8 +463,18 @@ def _compare(args: argparse.Namespace, progress: Progress) -> None:
     found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
     if args.json is not None:
         write_text(args.json, dump_json(comparison_json(found)))
+    if args.out is not None:
+        from seatrial.report.beside import write_comparison
+
+        progress.say("drawing")
+        write_comparison(
+            a, b, recordings, found, args.out,
+            horizon=args.horizon, figures=args.figures, tables=args.tables,
+        )  # fmt: skip
     progress.clear()
     print(comparison_text(found))
+    if args.out is not None:
+        print(f"wrote {args.out}")
 
 
 def _select(args: argparse.Namespace, progress: Progress) -> None:
@@ -480,9 +507,13 @@ def _report(args: argparse.Namespace, progress: Progress) -> None:
     model = _load(args)
     recordings = _read(args, model.vehicle, progress)
     progress.say("drawing")
-    write_report(model, recordings, args.out, horizon=args.horizon)
+    write_report(
+        model, recordings, args.out,
+        horizon=args.horizon, figures=args.figures, tables=args.tables,
+    )  # fmt: skip
     progress.clear()
-    print(f"wrote {args.out}")
+    written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
+    print(f"wrote {', '.join(map(str, written))}")
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Corr
     errors = np.full((len(grid), 3), np.nan)
     errors[index] = filtered.residual
     forces = np.asarray(model.trace(recording).forces(grid * step))
-    if not np.isfinite(errors).any():
+    if not np.isfinite(errors).all(axis=1).any():
         return []
     lags = round(REACH / step)
     found = cross_correlation(errors, forces, lags)

@@ -114,15 +114,9 @@ def _first_force(model: Model, axis: int) -> int | None:
 
 
 def _drive(model: Model, axis: int) -> AxisSanity:
-    driving = _first_force(model, axis)
-    recorded = model.envelope.forces.get(model.structure.forces[driving or 0].name, (-1.0, 1.0))
-    command = min(1.0, max(abs(recorded[0]), abs(recorded[1])))
-    force = np.zeros((2, len(model.structure.forces)))
-    force[0, driving] = command
-    t = np.arange(0.0, 2 * RUN + model.integration.step, model.integration.step)
+    command, force, t = _course(model, axis)
     _refuse_unstable(model, axis, command, t, _run(model, model.structure, force, t))
-    alone = Structure(model.name, _own_terms(model.structure, axis), model.structure.forces)
-    states = _run(model, alone, force, t)
+    states = _alone(model, axis, force, t)
     _refuse_unstable(model, axis, command, t, states)
     speed, way = states[:, 3 + axis], _path(states, t, axis)
     driven = t <= RUN
@@ -133,6 +127,28 @@ def _drive(model: Model, axis: int) -> AxisSanity:
     slow = np.abs(speed[~driven]) <= STILL * abs(top)
     end = int(np.argmax(slow)) if slow.any() else len(slow) - 1
     return AxisSanity(axis, command, top, rise, float(abs(way[~driven][end] - way[driven][-1])))
+
+
+def driven(model: Model, axis: int) -> tuple[Array, Array]:
+    """Time (n,) [s] and speed (n,) of an axis under `AxisSanity.command` for RUN, then without."""
+    _, force, t = _course(model, axis)
+    return t, np.asarray(_alone(model, axis, force, t)[:, 3 + axis])
+
+
+def _course(model: Model, axis: int) -> tuple[float, Array, Array]:
+    """The command, the forces (2, forces) during RUN and after it, and the times (n,) [s]."""
+    driving = _first_force(model, axis)
+    recorded = model.envelope.forces.get(model.structure.forces[driving or 0].name, (-1.0, 1.0))
+    command = min(1.0, max(abs(recorded[0]), abs(recorded[1])))
+    force = np.zeros((2, len(model.structure.forces)))
+    force[0, driving] = command
+    return command, force, np.arange(0.0, 2 * RUN + model.integration.step, model.integration.step)
+
+
+def _alone(model: Model, axis: int, force: Array, t: Array) -> Array:
+    """States (n, 6) with the other axes held still."""
+    alone = Structure(model.name, _own_terms(model.structure, axis), model.structure.forces)
+    return _run(model, alone, force, t)
 
 
 def _own_terms(structure: Structure, axis: int) -> tuple[Term, ...]:

@@ -195,7 +195,23 @@ def further(
 def _further(
     model: Model, recording: Recording, chosen: float, filtered: Causal | None
 ) -> dict[str, Any]:
-    found: list[HorizonScore] = []
+    every, notes = lookaheads(model, recording, chosen, filtered)
+    found = [
+        HorizonScore(horizon, ahead.steps, name, len(ahead.t), axis_scores(ahead))
+        for horizon, name, ahead in every
+    ]
+    left = [] if filtered is None else residuals(model, recording, filtered)
+    return {"horizons": found, "correlations": left, "notes": notes}
+
+
+def lookaheads(
+    model: Model, recording: Recording, chosen: float, filtered: Causal | None
+) -> tuple[list[tuple[float, Start, Prediction]], list[str]]:
+    """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
+
+    From the stencil's starts, and from the filter's where there is one; and what could not be had.
+    """
+    found: list[tuple[float, Start, Prediction]] = []
     notes: list[str] = []
     starts: list[tuple[Start, Lookahead]] = [("stencil", Lookahead(model, recording))]
     if filtered is not None:
@@ -204,18 +220,14 @@ def _further(
         if horizon < recording.period:
             continue
         apart = max(1, round(horizon / recording.period) // STARTS)
-        every = 1 if horizon == chosen else apart
         try:
-            ahead = look.predict(horizon, every)
+            found.append((horizon, name, look.predict(horizon, 1 if horizon == chosen else apart)))
         except RecordingError:  # no stretch is as long
             continue
         except ModelError as error:
             notes.append(str(error))
             break
-        scores = axis_scores(ahead)
-        found.append(HorizonScore(horizon, ahead.steps, name, len(ahead.t), scores))
-    left = [] if filtered is None else residuals(model, recording, filtered)
-    return {"horizons": found, "correlations": left, "notes": notes}
+    return found, notes
 
 
 def seen(model: Model, recording: Recording) -> bool:

@@ -48,9 +48,7 @@ def _parameters(found: Comparison) -> Iterator[str]:
         for one in rest:
             yield _one(letter, one)
     yield ""
-    yield from _changed(found)
-    for factor in found.factors:
-        yield from _factor(factor)
+    yield from changed(found)
 
 
 def _pair(pair: Pair) -> str:
@@ -80,6 +78,13 @@ def _shift(pair: Pair) -> str:
 
 def _p(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def changed(found: Comparison) -> Iterator[str]:
+    """Which parameters changed beyond chance, and which axes by one factor; in sentences."""
+    yield from _changed(found)
+    for factor in found.factors:
+        yield from _factor(factor)
 
 
 def _changed(found: Comparison) -> Iterator[str]:
@@ -169,7 +174,7 @@ def _prediction(found: Comparison) -> Iterator[str]:
             for axis, symbol in enumerate(SYMBOLS):
                 head = row.recording if axis == 0 else ""
                 yield f"  {head:<{width}}  {symbol}  {_axis(row.axes[symbol], axis)}"
-        yield from _verdict(found, rows, found.better[name])
+        yield f"  => {matters(found, name)}"
         yield from _known(rows)
 
 
@@ -199,14 +204,14 @@ def _interval(one: AxisDifference, axis: int) -> str:
     return f"no difference seen: {letter} by {low:.3f} to {high:.3f} (95 %)"
 
 
-def _verdict(found: Comparison, rows: list[Ahead], better: dict[str, str | None]) -> Iterator[str]:
-    axes = rows[-1].axes
+def matters(found: Comparison, horizon: str) -> str:
+    """Which model predicts better at a horizon of `found.better`, in a sentence."""
+    axes = [row for row in found.ahead if f"{row.horizon:g}" == horizon][-1].axes
     if any(axes[s].interval is None for s in SYMBOLS):
-        yield "  => too short to tell which predicts better: record a minute or more"
-        return
+        return "too short to tell which predicts better: record a minute or more"
     said = []
     for axis, symbol in enumerate(SYMBOLS):
-        letter, one = better[symbol], axes[symbol]
+        letter, one = found.better[horizon][symbol], axes[symbol]
         if letter is None or one.interval is None:
             continue
         scale, unit = _scale(axis)
@@ -217,11 +222,10 @@ def _verdict(found: Comparison, rows: list[Ahead], better: dict[str, str | None]
             f"(95 %: {low:.2g} to {high:.2g} better)"
         )
     if said:
-        yield f"  => the change matters for prediction: {'; '.join(said)}"
-    elif found.changed:
-        yield "  => coefficients changed, but it does not show in the prediction of these recordings"
-    else:
-        yield "  => both predict these recordings equally well"
+        return f"the change matters for prediction: {'; '.join(said)}"
+    if found.changed:
+        return "coefficients changed, but it does not show in the prediction of these recordings"
+    return "both predict these recordings equally well"
 
 
 def _known(rows: list[Ahead]) -> Iterator[str]:

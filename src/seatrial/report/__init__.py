@@ -8,9 +8,11 @@ from seatrial.files import write_text
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
+from seatrial.report.evidence import collect
+from seatrial.report.export import write_figures, write_tables
 from seatrial.report.page import page
-from seatrial.report.runs import gather
-from seatrial.sanity import sanity
+from seatrial.report.sections import Section, sections
+from seatrial.report.sections.base import store_of
 
 __all__ = ["report", "write_report"]
 
@@ -20,12 +22,11 @@ def report(
 ) -> str:
     """The report on a model as HTML text: what it is, and how it predicts `horizon` [s] ahead.
 
-    The same model and recordings give the same text. Raises RecordingError where a recording has no
-    stretch as long as the horizon, or where there is no recording; ModelError where the model is
-    unstable.
+    The same model and recordings give the same text. Raises RecordingError where no recording has a
+    stretch as long as the horizon, or where there is no recording. A model that is unstable gets a
+    report that says so.
     """
-    sanity(model)
-    return page(model, gather(model, recordings, horizon), horizon)
+    return _page(model, sections(collect(model, recordings, horizon)))
 
 
 def write_report(
@@ -34,6 +35,21 @@ def write_report(
     path: str | Path,
     *,
     horizon: float = DEFAULT_HORIZON,
+    figures: str | Path | None = None,
+    tables: str | Path | None = None,
 ) -> None:
-    """Write `report` to a file, whole or not at all. `horizon` in s."""
-    write_text(Path(path), report(model, recordings, horizon=horizon))
+    """Write `report` to a file, whole or not at all. `horizon` in s.
+
+    `figures`: a folder for every plot as SVG; `tables`: one for every table as CSV and LaTeX.
+    """
+    found = sections(collect(model, recordings, horizon))
+    write_text(Path(path), _page(model, found))
+    if figures is not None:
+        names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
+        write_figures(found, names, Path(figures))
+    if tables is not None:
+        write_tables(found, Path(tables))
+
+
+def _page(model: Model, found: Sequence[Section]) -> str:
+    return page(f"{model.name}: seatrial report", found)

@@ -38,6 +38,8 @@ def symbol(name: str) -> str:
     if name.startswith("|") and name.endswith("|"):
         return f"|<i>{escape(name[1:-1])}</i>|"
     head, _, tail = name.partition("_")
+    if len(head) > 1:  # a constant of the thrusters: a word
+        return escape(name)
     return f"<i>{escape(head)}</i>" + (f"<sub>{escape(tail)}</sub>" if tail else "")
 
 

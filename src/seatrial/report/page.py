@@ -7,46 +7,24 @@ from html import escape
 from importlib import resources
 from importlib.metadata import version
 
-from seatrial.model import Model
-from seatrial.report import known, sections
+from seatrial.report.draw.base import Figure
 from seatrial.report.embed import pack
-from seatrial.report.figures import figures
-from seatrial.report.runs import Run
+from seatrial.report.sections.base import Section
 
 # The browser itself refuses every request, whatever a name in the file may try.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 )
-CONTENTS = (
-    ("model", "Model"),
-    ("known", "What is known"),
-    ("recorded", "Recordings"),
-    ("prediction", "Prediction"),
-    ("scores", "Scores"),
-    ("provenance", "Provenance"),
-)
 
 
-def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
-    """The whole HTML text; `horizon` in s."""
-    told = known.section(model)
-    body = "\n".join(
-        [
-            sections.verdict(model, runs, horizon),
-            sections.model(model),
-            told,
-            sections.recorded(runs),
-            sections.prediction(runs, horizon),
-            sections.scores(runs, horizon),
-            sections.provenance(model, runs, horizon),
-        ]
-    )
+def page(title: str, found: Sequence[Section]) -> str:
+    """The whole HTML text of some sections."""
+    body = "\n".join(section.html for section in found)
     figure_data = "\n".join(
-        f'<script type="application/json" id="run-{i}">{pack(figures(model, run))}</script>'
-        for i, run in enumerate(runs)
+        f'<script type="application/json" id="{store}">{pack(figures)}</script>'
+        for store, figures in stores(found).items()
     )
-    contents = [entry for entry in CONTENTS if entry[0] != "known" or told]
-    links = "".join(f'<a href="#{name}">{title}</a>' for name, title in contents)
+    links = "".join(f'<a href="#{s.name}">{escape(s.title)}</a>' for s in found if s.title)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -55,7 +33,7 @@ def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="seatrial {escape(version("seatrial"))}">
-<title>{escape(model.name)}: seatrial report</title>
+<title>{escape(title)}</title>
 <style>
 {_asset("report.css")}</style>
 </head>
@@ -74,6 +52,15 @@ def page(model: Model, runs: Sequence[Run], horizon: float) -> str:
 </body>
 </html>
 """
+
+
+def stores(found: Sequence[Section]) -> dict[str, dict[str, Figure]]:
+    """All plots by store, by name."""
+    out: dict[str, dict[str, Figure]] = {}
+    for section in found:
+        for store, figures in section.figures.items():
+            out.setdefault(store, {}).update(figures)
+    return out
 
 
 @cache

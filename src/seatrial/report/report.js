@@ -6,6 +6,7 @@
   const touch = matchMedia("(pointer: coarse)");
   const BRIGHTER = { "#000000": "#f2f2f2", "#0072b2": "#56b4e9", "#56b4e9": "#2f7fb0",
     "rgba(0,114,178,0.15)": "rgba(86,180,233,0.22)" };
+  const NARROW = 500, MANY = 6; // [px] of a plot, and traces, from which on there is no room for a legend
   const stores = new Map();
   let printing = false, linking = false;
 
@@ -59,8 +60,8 @@
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
       font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: text },
       margin: { l: 52, r: 10, t: 36, b: 40 }, dragmode: touch.matches ? false : "zoom",
-      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
       hoverlabel: { namelength: -1 }, ...whole,
+      legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", ...layout.legend },
     };
   }
 
@@ -73,8 +74,11 @@
     }
     div.dataset.drawn = "yes";
     const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches ? false : "hover",
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize" };
-    Plotly.react(div, figure.data, dressed(figure.layout), config);
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize",
+      toImageButtonOptions: { format: "png", scale: 3, filename: `${div.dataset.run}-${div.dataset.figure}` } };
+    const layout = dressed(figure.layout);
+    if (div.clientWidth < NARROW && figure.data.length > MANY) layout.showlegend = false; // it would be all
+    Plotly.react(div, figure.data, layout, config);
     if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));
   }
 

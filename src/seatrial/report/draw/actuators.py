@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""The thrusters' curve with its dead zone, and their answer to a step with latency and lag."""
+
+from collections.abc import Sequence
+
+from seatrial.model import Model
+from seatrial.report.actuators import Curve, answers, curves
+from seatrial.report.draw.base import (
+    BLACK,
+    ORANGE,
+    SHADE,
+    WARM,
+    Figure,
+    area,
+    colour_of,
+    figure,
+    line,
+    upright,
+)
+
+MEMBERS = 8  # curves of one plot at most
+
+
+def static(model: Model) -> Figure:
+    """Thrust against command, with 95 % bands and the edges of the dead zones."""
+    shapes = [
+        upright((1.0 if kind == "edge_forward" else -1.0) * value, ORANGE)
+        for kind, value in _constants(model)
+        if kind in ("edge_forward", "edge_reverse")
+    ]
+    traces = _drawn(curves(model))
+    return figure(
+        traces, "command [command units]", "thrust [share of full]",
+        xaxis={"range": [-1.02, 1.02]}, shapes=shapes, showlegend=True,
+    )  # fmt: skip
+
+
+def answer(model: Model) -> Figure:
+    """Force after a full command at 0 s, with 95 % bands; where it has 63 %."""
+    found = answers(model)
+    shapes = [upright(0.0, BLACK, "dash")]
+    return figure(
+        _drawn(found), "time since the command [s]", "force [share of its end]",
+        yaxis={"range": [-0.05, 1.1]}, shapes=shapes, showlegend=True,
+    )  # fmt: skip
+
+
+def _drawn(found: Sequence[Curve]) -> list[Figure]:
+    traces = []
+    for i, one in enumerate(found[:MEMBERS]):
+        colour, dash = colour_of(i)
+        if (one.high > one.low).any():
+            band = area(
+                f"{one.label}, 95 %",
+                one.x,
+                one.low,
+                one.high,
+                colour,
+                shade=SHADE if i == 0 else WARM,
+            )
+            traces.append(band | {"showlegend": False})
+        traces.append(line(one.label, one.x, one.y, colour, dash=dash, width=2.0))
+    return traces
+
+
+def _constants(model: Model) -> list[tuple[str, float]]:
+    names = [name.partition(".")[0] for name in model.vehicle.constants.names]
+    return list(zip(names, model.constants.tolist(), strict=True))

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""How well each parameter is known, at a glance."""
+
+import numpy as np
+
+from seatrial.identifiability import SHARP, Identifiability, Verdict
+from seatrial.identifiability.verdict import USABLE
+from seatrial.report.draw.base import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    Figure,
+    figure,
+    marks,
+    subscripted,
+    upright,
+)
+
+LOOKS = {  # of a verdict
+    Verdict.SHARP: (BLUE, "circle"),
+    Verdict.USABLE: (GREEN, "square"),
+    Verdict.WEAK: (ORANGE, "diamond"),
+    Verdict.ZERO: (PURPLE, "cross"),
+    Verdict.LOST: (RED, "x-thin-open"),
+}
+LEAST, MOST = 0.01, 1000.0  # [%] that the axis reaches at the most
+
+
+def errors(found: Identifiability) -> Figure:
+    """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
+    rows = [f for f in found.findings if f.verdict is not Verdict.GIVEN]
+    share = np.clip([100.0 * f.relative for f in rows], LEAST, MOST)
+    place = -np.arange(len(rows), dtype=float)
+    traces = []
+    for verdict, (colour, sign) in LOOKS.items():
+        mine = np.array([f.verdict is verdict for f in rows])
+        if mine.any():
+            points = np.column_stack([share[mine], place[mine]])
+            traces.append(marks(verdict.value, points, colour, sign, size=10) | {"opacity": 1.0})
+    names = [subscripted(f.name) for f in rows]
+    low = np.log10(max(LEAST, 0.5 * float(share.min()))) if rows else 0.0
+    high = np.log10(max(40.0, 1.6 * float(share.max()))) if rows else 2.0
+    return figure(
+        traces, "relative error [%]", "",
+        xaxis={"type": "log", "range": [low, high]},
+        yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
+        shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
+        showlegend=True,
+    )  # fmt: skip

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""The report's figures as SVG files, and its tables as CSV and LaTeX, for papers and slides."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from seatrial.files import write_text
+from seatrial.report.page import stores
+from seatrial.report.sections.base import ALL, Section
+from seatrial.report.svg import svg
+
+
+def write_figures(found: Sequence[Section], names: Mapping[str, str], folder: Path) -> list[Path]:
+    """Every figure as `NAME.svg`, those of a recording as `RECORDING-NAME.svg`; the paths written.
+
+    `names`: the recording of every store.
+    """
+    written = []
+    taken: set[str] = set()
+    for store, figures in stores(found).items():
+        head = "" if store == ALL else f"{_safe(names[store], store, taken)}-"
+        for name, figure in figures.items():
+            path = folder / f"{head}{name}.svg"
+            write_text(path, svg(figure))
+            written.append(path)
+    return written
+
+
+def write_tables(found: Sequence[Section], folder: Path) -> list[Path]:
+    """Every table as `NAME.csv` and `NAME.tex`; the paths written."""
+    written = []
+    for section in found:
+        for table in section.tables:
+            for suffix, text in (("csv", table.csv()), ("tex", table.latex())):
+                path = folder / f"{table.name}.{suffix}"
+                write_text(path, text)
+                written.append(path)
+    return written
+
+
+def _safe(name: str, store: str, taken: set[str]) -> str:
+    """A recording's name as a file's, no two the same."""
+    found = re.sub(r"[^\w.-]+", "_", name).strip("._") or store
+    found = f"{found}-{store}" if found in taken else found
+    taken.add(found)
+    return found

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""Predictions of several recordings taken together: what they score as one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.predict import Prediction
+from seatrial.report.runs import Run
+from seatrial.validate import AxisScore, Start, axis_scores
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """Some recordings at one horizon, from one kind of start."""
+
+    horizon: float  # [s]
+    start: Start
+    recordings: int
+    predictions: int
+    scores: dict[str, AxisScore]  # by u, v, r
+
+
+def together(predictions: Sequence[Prediction]) -> Prediction:
+    """One after the other, as far apart as makes blocks of time of their own."""
+    steps = max(p.steps for p in predictions)
+    index, end = [], 0
+    for one in predictions:
+        index.append(one.index - one.index.min() + end)
+        end = int(index[-1].max()) + 10 * steps + 1
+    count = np.array([len(p.t) for p in predictions], dtype=float)
+    floors = np.array([p.floor for p in predictions])
+    first = predictions[0]
+    if len(predictions) == 1:
+        return first
+    return Prediction(
+        np.concatenate([p.stamps for p in predictions]),
+        np.concatenate([p.t for p in predictions]),
+        np.concatenate([p.nu for p in predictions]),
+        np.concatenate([p.measured for p in predictions]),
+        np.concatenate([p.start for p in predictions]),
+        np.concatenate(index),
+        steps,
+        np.sqrt(count @ floors**2 / count.sum()),
+    )
+
+
+def pooled(runs: Sequence[Run]) -> list[Pooled]:
+    """Scores of all these recordings together, at every horizon that one of them reaches."""
+    kinds = sorted({(horizon, start) for run in runs for horizon, start, _ in run.horizons})
+    found = []
+    for horizon, start in kinds:
+        every = [p for run in runs for h, s, p in run.horizons if (h, s) == (horizon, start)]
+        whole = together(every)
+        found.append(Pooled(horizon, start, len(every), len(whole.t), axis_scores(whole)))
+    return found
+
+
+def judged(runs: Sequence[Run]) -> list[Run]:
+    """The recordings that a model is judged by: those that it has not seen, if there are any."""
+    tested = [run for run in runs if run.tested]
+    return [run for run in tested if run.unseen] or tested

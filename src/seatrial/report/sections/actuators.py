@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""The actuator chain: curve, latency and lag."""
+
+from html import escape
+
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Name, Number, Text, between, known
+from seatrial.report.draw import actuators as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.sections.known import said
+from seatrial.report.table import Table
+from seatrial.statistics import NORMAL_95
+
+
+def section(evidence: Evidence) -> Section:
+    """What the thrusters make of a command."""
+    model = evidence.model
+    scheme = f"Allocation: {model.vehicle.scheme.value}."
+    if not model.vehicle.constants.names and not any(g.table for g in model.vehicle.file.chain):
+        html = f"""<section id="actuators"><h2>Actuators</h2>
+<p>{escape(scheme)} {prose.NO_CONSTANTS}</p></section>"""
+        return Section("actuators", "Actuators", html)
+    table = constants(evidence)
+    html = f"""<section id="actuators"><h2>Actuators</h2>
+<p class="note">{escape(scheme)} {prose.ACTUATORS}</p>
+<div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
+{plot(ALL, "answer", "force after a step of the command", "middle", "after a full command at 0 s")}</div>
+{table.html()}</section>"""
+    figures = {"curve": draw.static(model), "answer": draw.answer(model)}
+    return Section("actuators", "Actuators", html, {ALL: figures}, (table,))
+
+
+def constants(evidence: Evidence) -> Table:
+    """Constants of the actuator chain."""
+    model = evidence.model
+    chain = model.vehicle.constants
+    rows: list[list[Cell]] = []
+    marked = set()
+    for place, (name, value) in enumerate(zip(chain.names, model.constants.tolist(), strict=True)):
+        found = evidence.known[name]
+        width = NORMAL_95 * found.error
+        interval = (value - width, value + width) if found.error > 0 else None
+        rows.append(
+            [
+                Name(name), Number(value), known(found.error if found.error > 0 else None, 2),
+                between(interval), Text(chain.unit(name)), Text(said(found)),
+            ]
+        )  # fmt: skip
+        marked |= set() if found.verdict.enough else {place}
+    head = ("constant", "value", "standard error", "95 % interval", "unit", "verdict")
+    return Table("constants", "Constants of the actuator chain", head, rows, frozenset(marked))

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""What to do next, and what more driving would tell."""
+
+from html import escape
+
+import numpy as np
+
+from seatrial.advice.words import seconds_said
+from seatrial.identify.solution import METHOD as OUTPUT_ERROR
+from seatrial.report import prose
+from seatrial.report.advice import advice
+from seatrial.report.cells import Cell, Name, Number, Said, Text
+from seatrial.report.draw import advice as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import listing
+from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.table import Table
+from seatrial.statistics import NORMAL_95
+
+
+def section(evidence: Evidence) -> Section:
+    """Sentences, then the expected gain by parameter."""
+    todo = [escape(text) for text in advice(evidence)]
+    said = listing(todo, "advice") if todo else prose.ALL_WELL
+    if not evidence.gains:
+        why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.silent)}</p>"
+        html = f'<section id="advice"><h2>The next drive</h2>\n{said}\n{why}</section>'
+        return Section("advice", "Next drive", html)
+    table = gained(evidence)
+    other = evidence.model.estimator.method != OUTPUT_ERROR
+    more = f" {prose.OTHER_METHOD}" if other else ""
+    html = f"""<section id="advice"><h2>The next drive</h2>
+{said}
+<h3>What more driving would tell</h3>
+<p class="note">{prose.GAINS}{more}</p>
+{plot(ALL, "halving", "time to halve every interval", "tall", rows=len(evidence.gains))}
+{table.html()}</section>"""
+    figures = {"halving": draw.halving(evidence.gains)}
+    return Section("advice", "Next drive", html, {ALL: figures}, (table,))
+
+
+def gained(evidence: Evidence) -> Table:
+    """For every parameter the best manoeuvre."""
+    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after [s]", "of")
+    rows: list[list[Cell]] = [
+        [
+            Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
+            Number(NORMAL_95 * g.after, 2),
+            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never"),
+ Text(g.manoeuvre),
+        ]
+        for g in evidence.gains
+    ]  # fmt: skip
+    return Table("gains", "What more driving would tell", head, rows)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""What a section is: its text, the plots that it names, its tables."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report.draw.base import Figure
+from seatrial.report.runs import Run
+from seatrial.report.table import Table
+
+HEAD, ROW = 130, 21  # [px] of a plot with rows: around them, and each
+ALL = "all"  # the store of plots that belong to no recording
+
+
+@dataclass(frozen=True)
+class Section:
+    """One section."""
+
+    name: str  # its anchor
+    title: str  # in the contents; empty: not in them
+    html: str
+    figures: Mapping[str, Mapping[str, Figure]] = field(default_factory=dict)  # by store, by name
+    tables: Sequence[Table] = ()
+
+
+def store_of(place: int) -> str:
+    """The store of a recording's plots."""
+    return f"run-{place}"
+
+
+def plot(
+    store: str, figure: str, label: str, size: str, caption: str = "", *, rows: int = 0
+) -> str:
+    """Where a plot will be drawn; `label` is what it shows, for those who can't see it.
+
+    `rows`: how many it has, where that makes its height.
+    """
+    above = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
+    high = f' style="height:{HEAD + ROW * rows}px"' if rows else ""
+    return (
+        f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
+        f'role="img" aria-label="{escape(label)}"></div></figure>'
+    )
+
+
+def three(store: str, figure: str, label: str, size: str = "small") -> str:
+    """One plot for each axis, side by side."""
+    drawn = "".join(
+        plot(store, f"{figure}-{symbol}", f"{axis}: {label}", size)
+        for axis, symbol in zip(AXES, SYMBOLS, strict=True)
+    )
+    return f'<div class="three">{drawn}</div>'
+
+
+def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:
+    """A recording's part of a section."""
+    title = f"<summary><b>{escape(name)}</b> <span>{escape(facts)}</span></summary>"
+    return f'<details class="run"{" open" if opened else ""}>{title}\n{inside}</details>'
+
+
+def fine(title: str, inside: str) -> str:
+    """What only few want to see."""
+    return f'<details class="fine"><summary>{escape(title)}</summary>{inside}</details>'
+
+
+def first_of(runs: Sequence[Run]) -> int:
+    """The recording that is open from the start: the first that the model has not seen."""
+    fresh = (i for i, run in enumerate(runs) if run.unseen and run.tested)
+    return next(fresh, next((i for i, run in enumerate(runs) if run.tested), 0))

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""The equations, with names and with numbers, and every coefficient."""
+
+from seatrial.frames import Axes
+from seatrial.identify.equation_error import METHOD
+from seatrial.model import Model
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import equation, listing
+from seatrial.report.sections.base import Section
+from seatrial.report.sections.known import said
+from seatrial.report.table import Table
+from seatrial.sanity import TOLD_APART
+from seatrial.statistics import NORMAL_95
+
+
+def section(evidence: Evidence) -> Section:
+    """Equations, coefficients, least-squares steps."""
+    model, structure = evidence.model, evidence.model.structure
+    named = listing([equation(structure, axis) for axis in range(3)], "equations")
+    valued = listing([equation(structure, axis, model.values) for axis in range(3)], "equations")
+    other = prose.OTHER_AXES if model.vehicle.axes is Axes.FRD else ""
+    remark = prose.LEAST_SQUARES if model.estimator.method == METHOD else ""
+    tables = [coefficients(evidence)]
+    found = ""
+    if model.estimator.steps:
+        tables.append(steps(model))
+        found = f"<h3>How they were found</h3>{tables[-1].html()}"
+    html = f"""<section id="model"><h2>Coefficients and equations</h2>
+<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(TOLD_APART)}</p>
+{tables[0].html()}
+<h3>Equations</h3>
+{named}
+<p>With numbers (SI units, forces in command units):</p>
+{valued}
+{found}{remark}</section>"""
+    return Section("model", "Model", html, tables=tuple(tables))
+
+
+def coefficients(evidence: Evidence) -> Table:
+    """Values, standard errors, 95 % intervals and verdicts, forward-left-up and in the file's axes."""
+    model = evidence.model
+    own_axes = model.vehicle.axes is Axes.FRD
+    head = ["coefficient", "value", "standard error", "95 % interval", "unit", "verdict"]
+    head += [f"value in {model.vehicle.axes.value} axes"] if own_axes else []
+    rows: list[list[Cell]] = []
+    marked = set()
+    for place, (name, value) in enumerate(model.values.items()):
+        found = evidence.known[name]
+        width = NORMAL_95 * found.error
+        interval = (value - width, value + width) if found.error > 0 else None
+        row: list[Cell] = [
+            Name(name),
+            Number(value),
+            known(found.error if found.error > 0 else None, 2),
+            between(interval),
+            Unit(model.structure.units[name]),
+            Text(said(found)),
+        ]
+        if own_axes:
+            row.append(Number(-value if name in model.structure.flipped_coefficients else value))
+        rows.append(row)
+        marked |= set() if found.verdict.enough else {place}
+    return Table("coefficients", "Coefficients", tuple(head), rows, frozenset(marked))
+
+
+def steps(model: Model) -> Table:
+    """The least-squares steps that found the coefficients."""
+    head = ("step", "coefficients", "from", "rows", "condition", "R²")
+    rows: list[list[Cell]] = [
+        [
+            Text(step.equation),
+            Name(", ".join(step.coefficients)),
+            Text(", ".join(step.recordings)),
+            Text(f"{step.rows}"),
+            Number(step.condition, 2),
+            Number(step.explained, 2),
+        ]
+        for step in model.estimator.steps
+    ]
+    return Table("steps", "Least-squares steps", head, rows)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What is left: histograms, autocorrelations, residuals against inputs."""
+
+from html import escape
+from string import Template
+
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Name, Number, Text
+from seatrial.report.draw import errors as draw
+from seatrial.report.draw.base import Figure
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import listing, number
+from seatrial.report.runs import Run
+from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.sections.prediction import sizes
+from seatrial.report.table import Table
+from seatrial.report.words import UNITS
+from seatrial.residuals import in_words
+
+MOST_SAID = 4  # sentences on the residuals of a recording
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Each recording that could be predicted, foldable."""
+    if not evidence.tested:
+        return None
+    first = first_of(evidence.runs)
+    parts = "\n".join(
+        _one(run, i, opened=i == first) for i, run in enumerate(evidence.runs) if run.tested
+    )
+    said = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
+    html = f"""<section id="errors"><h2>What is left</h2>
+<p class="note">{said}</p>
+{parts}</section>"""
+    figures = {
+        store_of(i): _figures(evidence, run) for i, run in enumerate(evidence.runs) if run.tested
+    }
+    return Section("errors", "Residuals", html, figures, (correlations(evidence),))
+
+
+def correlations(evidence: Evidence) -> Table:
+    """The largest correlation of every residual with every force."""
+    head = ("residual", "force", "correlation", "lag [s]", "limit of chance", "beyond")
+    rows: list[list[Cell]] = []
+    for run in evidence.tested:
+        rows.append([Text(run.name)])
+        rows += [
+            [
+                Name(c.residual), Name(c.force), Number(c.peak, 2), Number(c.lag, 2),
+                Number(c.limit, 2), Text("yes" if c.found else "no"),
+            ]
+            for c in run.correlations
+        ]  # fmt: skip
+    return Table("residuals", "Residuals of the filter against forces", head, rows)
+
+
+def _figures(evidence: Evidence, run: Run) -> dict[str, Figure]:
+    found = {}
+    for axis, symbol in enumerate(SYMBOLS):
+        found[f"histogram-{symbol}"] = draw.histogram(run, axis)
+        found[f"autocorrelation-{symbol}"] = draw.correlation(run, axis)
+        found[f"command-{symbol}"] = draw.against_command(evidence.model, run, axis)
+        if run.correlations:
+            found[f"followed-{symbol}"] = draw.followed(run, axis)
+    return found
+
+
+def _one(run: Run, place: int, *, opened: bool) -> str:
+    told = sorted(
+        (c for c in run.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
+    )
+    said = [escape(in_words(c)) for c in told[:MOST_SAID]]
+    if len(told) > MOST_SAID:
+        said.append(f"and {len(told) - MOST_SAID} more, in the plots")
+    if run.correlations and not told:
+        said = ["residuals follow no force by more than chance"]
+    parts = "".join(_axis(run, place, axis) for axis in range(3))
+    return foldable(run.name, sizes(run), listing(said) + parts, opened=opened)
+
+
+def _axis(run: Run, place: int, axis: int) -> str:
+    sign, (name, scale), store = SYMBOLS[axis], UNITS[axis], store_of(place)
+    found = run.score.scores[sign]
+    told = (
+        f"RMS {number(found.rms * scale, 2)} {name}, mean {number(found.bias * scale, 2)} {name}, "
+        f"kurtosis {number(found.kurtosis, 2)}"
+    )
+    drawn = [
+        plot(store, f"histogram-{sign}", f"histogram of the errors: {told}", "small"),
+        plot(store, f"autocorrelation-{sign}", "autocorrelation of the errors", "small"),
+        plot(store, f"command-{sign}", "mean error against the commands", "small"),
+    ]
+    if run.correlations:
+        label = "correlation of residuals with forces"
+        drawn.append(plot(store, f"followed-{sign}", label, "small"))
+    return f"""<h4>{AXES[axis].capitalize()} <i>{sign}</i> <span class="told">{escape(told)}</span></h4>
+<div class="four">{"".join(drawn)}</div>"""

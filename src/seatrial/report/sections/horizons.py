@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""Prediction at several horizons, with intervals and floor."""
+
+from collections.abc import Sequence
+from html import escape
+
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Text, between, known
+from seatrial.report.draw import prediction as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.pool import Pooled, judged, pooled
+from seatrial.report.runs import Run
+from seatrial.report.sections.base import ALL, Section, fine, three
+from seatrial.report.table import Table
+from seatrial.report.words import UNITS, names_of
+
+
+def section(evidence: Evidence) -> Section | None:
+    """The recordings that the model is judged by, taken together."""
+    chosen = [run for run in judged(evidence.runs) if run.horizons]
+    if not chosen:
+        return None
+    rows = pooled(chosen)
+    table = horizons("horizons", "Prediction at several horizons", [("", rows)])
+    every = horizons(
+        "horizons-by-recording", "Prediction at several horizons, by recording",
+        [(run.name, pooled([run])) for run in evidence.tested if run.horizons],
+    )  # fmt: skip
+    kind = "not seen" if chosen[0].unseen else "seen: identified from"
+    notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs))
+    html = f"""<section id="horizons"><h2>How far ahead</h2>
+<p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
+{three(ALL, "horizons", "RMS error against the horizon", "middle")}
+{notes}{fine("as a table", table.html())}{fine("by recording", every.html())}</section>"""
+    figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
+    return Section("horizons", "Horizons", html, {ALL: figures}, (table, every))
+
+
+def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Pooled]]]) -> Table:
+    """Scores by horizon, start and axis; a group for each of several recordings."""
+    head = (
+        "velocity", "horizon [s]", "start", "RMS error", "95 %", "unit", "stays constant", "ratio",
+        "floor", "predictions",
+    )  # fmt: skip
+    rows: list[list[Cell]] = []
+    for title, found in groups:
+        rows += [[Text(title)]] if title else []
+        for axis, symbol in enumerate(SYMBOLS):
+            unit, scale = UNITS[axis]
+            for row in found:
+                score = row.scores[symbol]
+                rows.append(
+                    [
+                        Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Text(row.start),
+                        known(score.rms, 3, scale), between(score.rms_interval, 3, scale), Text(unit),
+                        known(score.stays_constant, 3, scale), known(score.ratio, 2),
+                        known(score.floor, 3, scale), Text(f"{row.predictions}"),
+                    ]
+                )  # fmt: skip
+    return Table(name, caption, head, rows)
+
+
+def _notes(runs: Sequence[Run]) -> list[str]:
+    return list(dict.fromkeys(note for run in runs for note in run.notes))

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What is known of each parameter, and what only of some together; before any residual."""
+
+from html import escape
+
+from seatrial.identifiability import Finding, Identifiability, Verdict
+from seatrial.identify import caution
+from seatrial.identify.equation_error import METHOD
+from seatrial.identify.text import combined, condition_said
+from seatrial.report import prose
+from seatrial.report.cells import NOTHING, Cell, Name, Number, Text
+from seatrial.report.draw import known as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import listing, number, symbol
+from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.table import Table
+
+SHADES = ("0,114,178", "213,94,0")  # of negative and positive correlations
+
+
+def section(evidence: Evidence) -> Section:
+    """Verdicts, combinations, correlation map."""
+    found, model = evidence.known, evidence.model
+    notes = [escape(note) for note in model.estimator.notes]
+    if not found.names:
+        html = f"""<section id="known"><h2>What is known</h2>
+<p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
+        return Section("known", "What is known", html)
+    said = [escape(line) for line in [*map(combined, found.combinations), *condition_said(found)]]
+    scatter = model.estimator.method == METHOD
+    warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
+    table = verdicts(found)
+    html = f"""<section id="known"><h2>What is known</h2>
+<p class="note">{prose.KNOWN}</p>
+{warned}<div class="pair wider">{table.html()}
+{plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
+{listing([*said, *notes])}
+<h3>Correlations</h3>
+<p class="note">{prose.CORRELATIONS}</p>
+{correlation_map(found)}</section>"""
+    tables = (table, correlations(found))
+    return Section("known", "What is known", html, {ALL: {"known": draw.errors(found)}}, tables)
+
+
+def verdicts(found: Identifiability) -> Table:
+    """A row for each parameter that was estimated."""
+    kept = [f for f in found.findings if f.verdict is not Verdict.GIVEN]
+    loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.enough)
+    head = ("parameter", "relative error", "verdict", "correlated most with")
+    rows = [_row(f) for f in kept]
+    return Table("known", "How well each parameter is known", head, rows, loose)
+
+
+def correlations(found: Identifiability) -> Table:
+    """The correlations as numbers."""
+    rows: list[list[Cell]] = [
+        [Name(name), *(Number(rho, 2) for rho in found.correlation[i].tolist())]
+        for i, name in enumerate(found.names)
+    ]
+    return Table("correlations", "Correlations of the estimates", ("", *found.names), rows)
+
+
+def correlation_map(found: Identifiability) -> str:
+    """The correlations as a table whose cells are the darker the closer they are to 1 or -1."""
+    names = [symbol(name) for name in found.names]
+    rows = []
+    for i, name in enumerate(names):
+        cells = "".join(
+            f'<td style="background:rgba({SHADES[rho > 0]},{abs(rho):.2f})">'
+            f'<data value="{rho:.4f}">{100 * rho:.0f}</data></td>'
+            if i != j else "<td></td>"
+            for j, rho in enumerate(found.correlation[i].tolist())
+        )  # fmt: skip
+        rows.append(f'<tr><th scope="row">{name}</th>{cells}</tr>')
+    top = "".join(f'<th scope="col">{name}</th>' for name in names)
+    return (
+        f'<div class="scroll" tabindex="0"><table class="numbers correlations"><thead><tr><td></td>{top}'
+        f"</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def said(found: Finding) -> str:
+    """The verdict, and how much there may be of what is not told from zero."""
+    text = found.verdict.value
+    if found.verdict is Verdict.ZERO and found.reach is not None:
+        text += f", at most {100 * found.reach:.2g} % of full thrust"
+    return text
+
+
+def _row(found: Finding) -> list[Cell]:
+    partner: Cell = NOTHING
+    if found.partners:
+        name, rho = found.partners[0]
+        partner = Name(name, f" ({number(rho, 2)})")
+    share: Cell = Number(found.relative, 2, 100.0, " %")
+    if not found.relative < 1.0:
+        share = Text("> 100 %")
+    return [Name(found.name), share, Text(said(found)), partner]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""Measured against predicted velocity of every axis, with the commands."""
+
+from html import escape
+from string import Template
+
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report import prose
+from seatrial.report.draw import prediction as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import number
+from seatrial.report.runs import WINDOW, Run
+from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.words import UNITS
+
+BUTTONS = (
+    ("whole", "whole run"),
+    ("window", f"{WINDOW:g} s"),
+    ("earlier", "‹ earlier"),
+    ("later", "later ›"),
+)
+
+
+def section(evidence: Evidence) -> Section:
+    """Each recording, foldable."""
+    runs, horizon = evidence.runs, f"{evidence.horizon:g}"
+    parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
+    said = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{WINDOW:g}")
+    html = f"""<section id="prediction"><h2>Measured and predicted, {horizon} s ahead</h2>
+<p class="note">{said}</p>
+{parts}</section>"""
+    figures = {
+        store_of(i): {
+            f"velocity-{s}": draw.velocity(evidence.model, run, a) for a, s in enumerate(SYMBOLS)
+        }
+        for i, run in enumerate(runs)
+    }
+    return Section("prediction", "Prediction", html, figures)
+
+
+def sizes(run: Run) -> str:
+    """Whether it was seen, and its errors."""
+    kind = "not seen" if run.unseen else "seen"
+    if not run.tested:
+        return f"{kind}; no prediction"
+    found = [
+        f"{sign} {number(run.score.scores[sign].rms * scale, 2)} {name}"
+        for sign, (name, scale) in zip(SYMBOLS, UNITS, strict=True)
+    ]
+    return f"{kind}; RMS error {', '.join(found)}"
+
+
+def linked(run: Run, inside: str) -> str:
+    """Plots whose time axes move together, with buttons."""
+    whole = f"{run.t[0]:.6g},{run.t[-1]:.6g}"
+    window = f"{run.window[0]:.6g},{run.window[1]:.6g}"
+    buttons = "".join(
+        f'<button type="button" data-do="{do}">{label}</button>' for do, label in BUTTONS
+    )
+    return (
+        f'<div class="linked" data-whole="{whole}" data-window="{window}">'
+        f'<div class="bar">{buttons}</div>{inside}</div>'
+    )
+
+
+def _one(run: Run, place: int, *, opened: bool) -> str:
+    lost = "" if run.tested else f'<p class="warning">{escape(run.lost)}</p>'
+    drawn = "".join(
+        f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
+        + plot(store_of(place), f"velocity-{s}", f"{axis} velocity, measured and predicted", "wide")
+        for axis, s in zip(AXES, SYMBOLS, strict=True)
+    )
+    return foldable(run.name, sizes(run), lost + linked(run, drawn), opened=opened)

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""What was recorded: tracks, gaps, which speeds met which commands."""
+
+from collections.abc import Sequence
+from string import Template
+
+from seatrial.faults import FaultKind
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Number, Text
+from seatrial.report.draw import recorded as draw
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import number
+from seatrial.report.runs import Run
+from seatrial.report.sections.base import (
+    ALL,
+    Section,
+    fine,
+    first_of,
+    foldable,
+    plot,
+    store_of,
+    three,
+)
+from seatrial.report.table import Table
+from seatrial.report.words import minutes
+
+
+def section(evidence: Evidence) -> Section:
+    """All recordings together, then each."""
+    model, runs = evidence.model, evidence.runs
+    parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
+    said = Template(prose.RECORDED).substitute(scatter=draw.SCATTER)
+    html = f"""<section id="recorded"><h2>What was recorded</h2>
+<p class="note">{said}</p>
+<div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
+{plot(ALL, "timeline", "when poses and commands were usable", "square", "what is missing, when")}</div>
+{summary(evidence).html()}
+<h3>Speeds against commands</h3>
+{three(ALL, "cells", "time spent at each speed and command")}
+{parts}</section>"""
+    figures = {
+        ALL: {
+            "tracks": draw.tracks(runs),
+            "timeline": draw.timeline(runs),
+            **{f"cells-{s}": draw.cells(model, runs, i) for i, s in enumerate(SYMBOLS)},
+        }
+    }
+    for i, run in enumerate(runs):
+        cover = {f"coverage-{s}": draw.coverage(model, run, a) for a, s in enumerate(SYMBOLS)}
+        figures[store_of(i)] = {"track": draw.track(run), **cover}
+    return Section("recorded", "Recordings", html, figures, (summary(evidence), excitations(runs)))
+
+
+def summary(evidence: Evidence) -> Table:
+    """A row for each recording."""
+    head = ("recording", "length [s]", "poses", "rate [Hz]", "left out [%]", "faults", "use")
+    rows: list[list[Cell]] = []
+    for run in evidence.runs:
+        recording = run.recording
+        rows.append(
+            [
+                Text(recording.name), Number(recording.duration, 4), Text(f"{len(recording.t)}"),
+                Number(1.0 / recording.period, 3), Number(run.masked, 2, 100.0),
+                Text(f"{len(recording.faults)}"), Text("not seen" if run.unseen else "identified from"),
+            ]
+        )  # fmt: skip
+    return Table("recordings", "Recordings", head, rows)
+
+
+def excitations(runs: tuple[Run, ...]) -> Table:
+    """What the commands excited, of every recording."""
+    rows: list[Sequence[Cell]] = []
+    for run in runs:
+        rows += [[Text(run.name)], *excited(run).rows]
+    return Table("excitations", "Excitation", excited(runs[0]).head, rows)
+
+
+def excited(run: Run) -> Table:
+    """What the commands excited, by axis."""
+    found = run.excitation
+    rows: list[list[Cell]] = [
+        [
+            Text(name),
+            Number(float(found.rms[i]), 2),
+            Number(float(found.largest[i]), 2),
+            Text(f"{100 * found.share[i]:.0f} %"),
+            Text("yes" if found.both_signs[i] else "no"),
+        ]
+        for i, name in enumerate(AXES)
+    ]
+    head = ("commands in", "RMS", "largest", "share", "to both sides")
+    return Table("excitation", f"Excitation of {run.name}", head, rows)
+
+
+def fault_kinds(run: Run) -> Table:
+    """Faults of a recording by kind."""
+    rows: list[list[Cell]] = []
+    for kind in FaultKind:
+        found = [f for f in run.recording.faults if f.kind is kind]
+        if found:
+            seconds = sum(f.end - f.start for f in found)
+            samples = sum(f.samples for f in found)
+            cells = (kind.value, f"{len(found)}", f"{samples}", f"{seconds:.1f}")
+            rows.append([Text(cell) for cell in cells])
+    head = ("fault", "times", "poses", "seconds")
+    return Table("fault-kinds", f"Faults of {run.name}", head, rows)
+
+
+def faults(run: Run) -> Table:
+    """Every fault of a recording."""
+    rows = [
+        [Text(f.kind.value), Text(f"{f.start:.2f}"), Text(f"{f.end:.2f}"), Text(f"{f.samples}")]
+        for f in run.recording.faults
+    ]
+    return Table("faults", f"Faults of {run.name}", ("fault", "from [s]", "to [s]", "poses"), rows)
+
+
+def _one(run: Run, place: int, *, opened: bool) -> str:
+    recording, store = run.recording, store_of(place)
+    facts = (
+        f"{minutes(recording.duration)}, {len(recording.t)} poses at "
+        f"{number(1.0 / recording.period, 3)} Hz, {100 * run.masked:.1f} % left out"
+    )
+    broken = "<p>No faults found.</p>"
+    if recording.faults:
+        every = fine(f"every fault ({len(recording.faults)})", faults(run).html())
+        broken = fault_kinds(run).html() + every
+    inside = f"""<div class="pair">{plot(store, "track", "track of the boat", "square")}
+<div>{excited(run).html()}{broken}</div></div>
+{three(store, "coverage", "speed against command")}"""
+    return foldable(recording.name, facts, inside, opened=opened)

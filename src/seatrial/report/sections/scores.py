@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Table III for all axes, and what its columns mean."""
+
+from string import Template
+
+from seatrial.frames import AXES, SYMBOLS
+from seatrial.report import prose
+from seatrial.report.cells import Cell, Text, between, known
+from seatrial.report.evidence import Evidence
+from seatrial.report.sections.base import Section
+from seatrial.report.table import Table
+from seatrial.report.words import UNITS
+
+
+def section(evidence: Evidence) -> Section | None:
+    """All recordings that could be predicted."""
+    if not evidence.tested:
+        return None
+    table = scores(evidence)
+    marked = prose.MARKED if table.marked else ""
+    said = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
+    html = f"""<section id="scores"><h2>Scores {evidence.horizon:g} s ahead</h2>
+{table.html()}
+{marked}<dl class="note">{said}</dl></section>"""
+    return Section("scores", "Scores", html, tables=(table,))
+
+
+def scores(evidence: Evidence) -> Table:
+    """All velocities of every recording; the axis that dominates one is marked (Table III)."""
+    head = (
+        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "excess", "bias",
+        "kurtosis", "95 % of RMS", "95 % of ratio",
+    )  # fmt: skip
+    rows: list[list[Cell]] = []
+    marked: set[int] = set()
+    for run in evidence.tested:
+        rows.append([Text(run.name + ("" if run.unseen else " (seen)"))])
+        for axis, sign in enumerate(SYMBOLS):
+            found, (name, scale) = run.score.scores[sign], UNITS[axis]
+            marked |= {len(rows)} if run.score.excited == AXES[axis] else set()
+            rows.append(
+                [
+                    Text(f"{AXES[axis]} {sign}"), known(found.rms, 3, scale), Text(name),
+                    known(found.stays_constant, 3, scale), known(found.ratio, 3),
+                    known(found.floor, 3, scale), known(found.excess, 3, scale),
+                    known(found.bias, 2, scale), known(found.kurtosis, 3),
+                    between(found.rms_interval, 3, scale), between(found.ratio_interval, 3),
+                ]
+            )  # fmt: skip
+    return Table("scores", "Scores", head, rows, frozenset(marked))

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+"""What more driving would tell: held against what it does tell, and against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+
+import seatrial
+from seatrial.advice import alone, around, gains, next_drive
+from seatrial.advice.gain import Fall, Gain, trial
+from seatrial.advice.information import pseudo_inverse
+from seatrial.advice.manoeuvres import LENGTH, manoeuvres
+from seatrial.advice.words import seconds_said
+from seatrial.errors import ModelError
+from seatrial.identifiability import identifiability
+from seatrial.plan import load_plan
+from seatrial.simulate import simulate
+
+NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
+
+
+@pytest.fixture(scope="module")
+def runs(mp):
+    """Half a minute of surge, sway and yaw each."""
+    trials = list(simulate(load_plan("hard"), mp))
+    return [t.recording.cut(0.0, 60.0) for t in trials[:3]]
+
+
+@pytest.fixture(scope="module")
+def model(mp, runs):
+    return seatrial.identify(runs, mp)
+
+
+def test_errors_fall_as_the_inverse_of_all_information_says():
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(2, 4, 4))
+    covariance, rate = a @ a.T, b @ b.T
+    rate[:, 3] = rate[3, :] = 0.0
+    fall = Fall.of(covariance, rate)
+    for seconds in (0.0, 0.7, 30.0):
+        expected = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(covariance) + seconds * rate)))
+        assert [fall.error(k, seconds) for k in range(4)] == pytest.approx(expected)
+    for k in range(4):
+        seconds = fall.halved(k)
+        if np.isfinite(seconds):
+            assert fall.error(k, seconds) == pytest.approx(0.5 * fall.error(k, 0.0))
+
+
+def test_one_number_is_halved_by_three_times_what_is_known():
+    fall = Fall.of(np.array([[0.25]]), np.array([[2.0]]))  # 4 known, 2 more a second
+    assert fall.halved(0) == pytest.approx(3 * 4 / 2)
+    assert Fall.of(np.array([[0.25]]), np.array([[0.0]])).halved(0) == np.inf
+
+
+def test_what_is_not_told_of_has_no_inverse():
+    inverse, known = pseudo_inverse(np.array([[4.0, 0, 0], [0, 1.0, 1.0], [0, 1.0, 1.0]]))
+    assert known.tolist() == [True, False, False]
+    assert inverse[0, 0] == pytest.approx(0.25)
+    assert not pseudo_inverse(np.zeros((2, 2)))[1].any()
+
+
+def test_a_step_from_all_recordings_leads_back_to_what_they_say(model, runs):
+    moved = replace(model, coefficients=model.coefficients * 1.003)
+    point = around(moved, runs)
+    each = alone(point, runs)
+    information = np.sum([one.information for one in each], axis=0)
+    gradient = np.sum([one.gradient for one in each], axis=0)
+    step = np.linalg.solve(information, gradient)[: len(model.coefficients)]
+    away = moved.coefficients - model.coefficients
+    error = np.sqrt(np.diag(np.linalg.inv(information)))[: len(away)]
+    assert np.all(np.abs(step + away) < np.maximum(0.2 * np.abs(away), 0.5 * error))
+
+
+def test_a_recording_of_surge_alone_knows_surge_best(model, runs):
+    point = around(model, runs)
+    surge, sway, yaw = alone(point, runs)
+    x, y = point.names.index("X_F"), point.names.index("Y_F")
+    assert surge.errors[x] < 0.7 * sway.errors[x]
+    assert sway.errors[y] < 0.7 * surge.errors[y]
+    assert surge.errors[x] < yaw.errors[x]
+
+
+def test_a_given_model_has_nothing_to_gain(af, runs):
+    model = make_model(af, TABLE_II["AF"])
+    with pytest.raises(ModelError, match="values were given"):
+        around(replace(model, covariance=np.zeros_like(model.covariance)), runs)
+
+
+def test_every_manoeuvre_stays_within_what_was_recorded_and_says_what_it_is(model):
+    found = manoeuvres(model)
+    assert len({one.text for one in found}) == len(found)
+    sway = next(one for one in found if one.text.startswith("sway pulses to the right at"))
+    at = model.vehicle.inputs.index("F_v")
+    assert sway.commands[:, at].min() < 0.0 == sway.commands[:, at].max()
+    assert not np.delete(sway.commands, at, axis=1).any()
+    for one in found:
+        assert np.abs(one.commands).max() <= 1.0
+        assert one.commands.shape == (len(one.t), len(model.vehicle.inputs))
+    largest = max(abs(x) for x in model.envelope.forces["F_v"])
+    assert max(np.abs(o.commands[:, at]).max() for o in found if o.effort < 3) == pytest.approx(
+        largest
+    )
+
+
+def test_a_boat_of_propellers_gets_manoeuvres_for_each_of_its_forces(cse1, cse1_vehicle):
+    model = make_model(cse1_vehicle, dict.fromkeys(cse1_vehicle.structure.coefficients, 0.0))
+    found = manoeuvres(model)
+    bow = next(one for one in found if one.text.startswith("sway (F_b) pulses to the left"))
+    moved = [n for n, c in zip(model.vehicle.inputs, bow.commands.T, strict=True) if c.any()]
+    assert moved == ["bow"]
+    ahead = next(one for one in found if one.text.startswith("surge pulses ahead"))
+    forces = ahead.commands @ model.vehicle.mix.T
+    names = [force.name for force in model.vehicle.forces]
+    assert forces[:, names.index("F_u")].max() > 0.3
+    assert np.abs(np.delete(forces, names.index("F_u"), axis=1)).max() < 1e-12
+
+
+def test_what_was_promised_comes_true_when_it_is_driven(model, runs, mp):
+    """The manoeuvre is driven with the poses' noise, and identified together with the rest."""
+    each = alone(around(model, runs), runs)
+    found = gains(around(model, runs), runs[0].period, each, [r.name for r in runs])
+    promised = next(g for g in found if g.parameter == "N_uu")
+    one = next(m for m in manoeuvres(model) if m.text == promised.manoeuvre)
+    driven = trial(model, one, runs[0].period)
+    noise = NOISE * np.random.default_rng(5).normal(size=driven.eta.shape)
+    more = replace(driven, name="more", eta=driven.eta + noise, raw=driven.eta + noise)
+    after = seatrial.identify([*runs, more], mp)
+    assert driven.duration == pytest.approx(LENGTH + 1.0, abs=0.1)
+    before, now = model.standard_errors["N_uu"], after.standard_errors["N_uu"]
+    assert promised.error == pytest.approx(before)
+    assert now / before == pytest.approx(promised.after / before, abs=0.15)
+    assert promised.after < 0.9 * before
+
+
+def made(name: str, seconds: float, manoeuvre: str = "sway pulses") -> Gain:
+    return Gain(name, 1.0, 0.3, manoeuvre, seconds, 0.2)
+
+
+def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(model):
+    errors = np.sqrt(np.diag(model.covariance))
+    names = ("X_u", "Y_v", "N_r", "N_ud")
+    for name, share in zip(names, (0.3, 0.25, 0.4, 0.5), strict=True):
+        errors[model.parameters.index(name)] = share * abs(model.values[name])
+    known = identifiability(replace(model, covariance=np.diag(errors**2)))
+    said = next_drive(
+        known,
+        [made("X_u", 28.0), made("Y_v", 31.0), made("N_r", 1e9), made("N_ud", 200.0, "turns")],
+    )
+    assert said[0] == "3.5 min more of turns would halve the interval of N_ud (1 ± 0.59)."
+    assert said[1] == (
+        "35 s more of sway pulses would halve the intervals of X_u (1 ± 0.59) and Y_v (1 ± 0.59)."
+    )
+    assert said[2].startswith(
+        "No manoeuvre that was tried halves within 30 minutes the interval of N_r (1 ± 0.59): fix"
+    )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"),
+    [(1.0, "5 s"), (28.0, "30 s"), (90.0, "90 s"), (91.0, "2 min"), (400.0, "7 min"), (7300.0, "2.0 h"),
+     (float("inf"), "no time")],
+)  # fmt: skip
+def test_times_are_rounded_up_to_what_people_drive(seconds, expected):
+    assert seconds_said(seconds) == expected
