@@ -44,7 +44,7 @@ class Around:
     def passes(self, recordings: Sequence[Recording]) -> Passes:
         """The filter along some recordings, at the model's values."""
         problem = self.problem(recordings)
-        return problem.passes(_values(self.model, problem), self.noise)
+        return problem.passes(_values(self.model, problem), self.noise, repeatable=False)
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _alone(point: Around, recording: Recording) -> Alone:
         here = better
     information = information_of(here, 0)
     inverse, known = pseudo_inverse(information)
-    excess = _excess(information, here.scores(0), recording.t)
+    excess = _excess(information, here.scores)
     return Alone(
         recording.name, recording.duration / 60.0, first.information, first.gradient,
         here.theta[free], np.where(known, np.sqrt(excess * np.diag(inverse)), np.inf),
@@ -114,7 +114,7 @@ def _better(here: Passes, move: Array, point: Around, loose: Array) -> Passes | 
     for part in PARTS:
         theta = here.theta.copy()
         theta[free] += part * np.clip(move, -problem.reach, problem.reach)
-        found = problem.passes(problem.bounded(theta), point.noise)
+        found = problem.passes(problem.bounded(theta), point.noise, repeatable=False)
         if cost(found) < cost(here) - SETTLED:
             return found
     return None
@@ -155,7 +155,9 @@ def pseudo_inverse(information: Array) -> tuple[Array, Array]:
 def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:
     sought = tuple(int(i) for i in np.flatnonzero(np.diag(model.covariance) > 0))
     outlier = float(model.estimator.settings.get("outlier") or OUTLIER)
-    return Problem(model.vehicle, tuple(recordings), sought, model.integration.step, outlier)
+    block = float(model.estimator.settings.get("block") or BLOCK)
+    step = model.integration.step
+    return Problem(model.vehicle, tuple(recordings), sought, step, outlier, block)
 
 
 def _values(model: Model, problem: Problem) -> Array:
@@ -165,12 +167,9 @@ def _values(model: Model, problem: Problem) -> Array:
     return theta
 
 
-def _excess(information: Array, scores: Array, t: Array) -> float:
-    """How much more the scores scatter from block to block than information says; at least 1."""
+def _excess(information: Array, scores: Array) -> float:
+    """How much more the scores (blocks, p) scatter than information says; at least 1."""
     inverse, known = pseudo_inverse(information)
-    blocks = np.floor(t / BLOCK).astype(np.int64)
-    sums = np.zeros((int(blocks.max()) + 1, scores.shape[1]))
-    np.add.at(sums, blocks, np.nan_to_num(scores))
-    sums -= sums.mean(axis=0)
+    sums = scores - scores.mean(axis=0)
     rank = max(1, int(known.sum()))
     return max(1.0, float(np.trace(inverse @ (sums.T @ sums))) / rank)
