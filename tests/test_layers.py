@@ -24,6 +24,8 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"io", "report"},
     {"init"},
     {"demo"},
+    {"commands"},
+    {"arguments"},
     {"cli"},
 ]  # fmt: skip
 LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}

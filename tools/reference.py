@@ -9,7 +9,7 @@ import inspect
 from pathlib import Path
 
 import seatrial
-from seatrial.cli import _parser
+from seatrial.arguments import make_parser
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 
@@ -61,7 +61,7 @@ def library() -> list[str]:
 def page() -> str:
     """The whole page."""
     head = ["# Reference", "", "Made by `tools/reference.py` from the program itself.", ""]
-    return "\n".join([*head, *commands(_parser()), *library()]).rstrip() + "\n"
+    return "\n".join([*head, *commands(make_parser()), *library()]).rstrip() + "\n"
 
 
 if __name__ == "__main__":
