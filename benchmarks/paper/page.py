@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The tables and figures of docs/paper.md, between marks in it."""
 
-import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.blocks import fill
 from benchmarks.paper import coupling, maps, minutes, open_points, tables
 from benchmarks.paper.grid import Grid, draw
 from benchmarks.paper.trials import ALLOCATIONS
 from benchmarks.recovery.tables import table
-from seatrial.errors import FileError
 from seatrial.frames import Array
 
-MARK = re.compile(r"(<!-- (?P<name>[a-z-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 PAPER, OURS = maps.METHODS
 MEASURED_RATIOS = (1.28, 1.59, 1.43)  # the paper's Table III, MP / AF
 Found = Mapping[tuple[Any, ...], list[dict[str, Any]]]
@@ -24,15 +23,7 @@ Found = Mapping[tuple[Any, ...], list[dict[str, Any]]]
 
 def write(records: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Every block between `<!-- name -->` and `<!-- end -->` anew; figures beside the page."""
-    text = path.read_text()
-    blocks = {m["name"] for m in MARK.finditer(text)}
-    unknown = blocks - set(BLOCKS)
-    if unknown:
-        raise FileError(
-            f"{path}: no block {', '.join(sorted(unknown))}; there are {', '.join(BLOCKS)}"
-        )
-    made = {name: BLOCKS[name](records) for name in blocks}
-    path.write_text(MARK.sub(lambda m: f"{m[1]}{made[m['name']]}{m[3]}", text))
+    fill(path, {name: partial(made, records) for name, made in BLOCKS.items()})
     folder = path.parent / "images"
     for method, name in ((PAPER, "map-paper"), (OURS, "map-ours")):
         draw(ratio_grids(records, method), folder / f"{name}.svg")

@@ -1,44 +1,55 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, tables, figure."""
+"""Command line: run, tables, write (docs/recovery.md), figure."""
 
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
+from benchmarks.blocks import fill
 from benchmarks.recovery import store, tables
-from benchmarks.recovery.figure import draw
+from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.scenes import scenes
+from benchmarks.recovery.work import Record
 
 FIRST = 1001  # seed; those of the tests are others
 DEFAULT = Path("build/recovery.jsonl")
+PAGE = Path("docs/recovery.md")
+
+
+def blocks(records: Sequence[Record]) -> dict[str, Callable[[], str]]:
+    """The tables by name, each made when it is asked for."""
+    names = {g: [s.name for s in scenes().values() if s.group == g] for g in
+             ("still", "pushed", "together", "faults", "noise")}  # fmt: skip
+    driven = names["still"] + names["pushed"]
+    return {
+        "overview": lambda: tables.overview(records, driven),
+        "thrusters": lambda: tables.thrusters(records, driven + names["together"]),
+        "ahead": lambda: tables.prediction(records),
+        "ahead-pushed": lambda: tables.prediction(records, " pushed"),
+        "faults": lambda: tables.fault_moves(records, names["faults"]),
+        "noise": lambda: numbers(records),
+        "believed": lambda: tables.believed(records, driven),
+        "parameters": lambda: "\n".join(
+            tables.recovery(records, n) for n in driven if tables.good(records, n)
+        ),
+        "failures": lambda: tables.failures(records) or "none\n",
+    }
 
 
 def shown(path: Path, *, any_code: bool) -> str:
     """All tables."""
-    records = store.chosen(store.read(path), any_code=any_code)
-    names = {g: [s.name for s in scenes().values() if s.group == g] for g in
-             ("still", "pushed", "together", "faults", "noise")}  # fmt: skip
-    parts = ["## Overview", tables.overview(records, names["still"] + names["pushed"])]
-    parts += ["## Thrusters", tables.thrusters(records, names["still"] + names["together"])]
-    parts += ["## S7, 1 s ahead", tables.prediction(records)]
-    parts += ["### With the unmodelled force", tables.prediction(records, " pushed")]
-    parts += ["## Faults", tables.fault_moves(records, names["faults"])]
-    parts += ["## Noise found", tables.believed(records, [n for g in names.values() for n in g])]
-    parts += ["## Parameter by parameter"]
-    drawn = [n for n in names["still"] + names["pushed"] if tables.good(records, n)]
-    parts += [tables.recovery(records, n) for n in drawn]
-    parts += ["## Failures", tables.failures(records) or "none\n"]
-    return "\n".join(parts)
+    made = blocks(store.chosen(store.read(path), any_code=any_code))
+    return "\n".join(f"## {name}\n\n{make()}" for name, make in made.items())
 
 
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.recovery", description=__doc__)
-    parser.add_argument("verb", choices=("run", "tables", "figure"))
+    parser.add_argument("verb", choices=("run", "tables", "write", "figure"))
     parser.add_argument("--results", type=Path, default=DEFAULT)
     parser.add_argument("--seeds", type=int, default=8, help=f"how many, from {FIRST} on")
     parser.add_argument("--groups", help="still,pushed,together,faults,noise; default all")
@@ -56,6 +67,8 @@ def main(arguments: Sequence[str]) -> None:
         store.run(given.results, chosen, range(FIRST, FIRST + given.seeds), print)
     elif given.verb == "tables":
         print(shown(given.results, any_code=given.any_code))
+    elif given.verb == "write":
+        fill(PAGE, blocks(store.chosen(store.read(given.results), any_code=given.any_code)))
     else:
         draw(store.chosen(store.read(given.results), any_code=given.any_code), given.out)
 
