@@ -11,9 +11,7 @@
 #include "seatrial/pass.hpp"
 #include "seatrial/schedule.hpp"
 
-namespace seatrial {
-
-namespace detail {
+namespace seatrial::detail {
 
 inline constexpr int kMaxParameters = kMaxColumns + kEffects;
 using Covariance = double[kFilterStates][kFilterStates];
@@ -325,13 +323,11 @@ class Filter {
   const Effects& effects_;
   int own_;  // chosen coefficients and constants
   int parameters_;
-  double x_[kFilterStates];
-  Covariance p_;
-  double d_[kFilterStates][kMaxParameters];  // d state / d parameters
-  double next_[kStates][kMaxParameters];
-  double f_[kStates][kMoving];  // d state / d what the motion depends on, over the last way
+  double x_[kFilterStates] = {};
+  Covariance p_ = {};
+  double d_[kFilterStates][kMaxParameters] = {};  // d state / d parameters
+  double next_[kStates][kMaxParameters] = {};
+  double f_[kStates][kMoving] = {};  // d state / d what the motion depends on; less 1 once carried
 };
 
-}  // namespace detail
-
-}  // namespace seatrial
+}  // namespace seatrial::detail

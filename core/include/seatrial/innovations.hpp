@@ -7,7 +7,6 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <vector>
 
 #include "seatrial/filter.hpp"
@@ -104,64 +103,40 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
 
 namespace detail {
 
-/// A pass again with other noise, linearised about the first, pose by pose.
-class Repetition {
- public:
-  Repetition(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
-             const FilterStart& start)
-      : first_(first),
-        poses_(poses),
-        noise_(noise),
-        filter_(columns_, noise_, start, first.effects, false) {}
-  Repetition(const Repetition&) = delete;
-  Repetition& operator=(const Repetition&) = delete;
+/// Columns of a filter that repeats a pass: no parameters.
+inline Columns no_parameters() {
+  Columns none;
+  none.n_initial = kStates;
+  none.n_coefficients = kAxes;
+  return none;
+}
 
-  /// Uses pose k, which is to be used, and adds to the cost.
-  Innovation use(int k) {
-    if (poses_.use[k] == 2) filter_.loosen(10.0, 3.0);
-    const Innovation seen =
-        filter_.update(poses_.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses_.time[k]);
-    cost_ += seen.cost;
-    return seen;
-  }
+/// Uses pose k, which is to be used.
+inline Innovation use_pose(Filter& filter, const PoseSeries& poses, int k) {
+  if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
+  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
+}
 
-  /// From pose k to the next, if there is one.
-  void go_on(int k) {
-    if (k == poses_.n - 1) return;
-    const auto at = static_cast<std::size_t>(k);
-    filter_.repeat(first_.way[at], &first_.state[at * kFilterStates],
-                   poses_.time[k + 1] - poses_.time[k]);
-  }
-
-  double cost() const { return cost_; }
-
- private:
-  static Columns no_columns() {
-    Columns none;
-    none.n_initial = kStates;
-    none.n_coefficients = kAxes;
-    return none;
-  }
-
-  const FilterPass& first_;
-  const PoseSeries& poses_;
-  Columns columns_ = no_columns();
-  FilterNoise noise_;
-  Filter filter_;
-  double cost_ = 0.0;
-};
+/// From pose k to the next, if there is one, as the first pass went, linearised about it.
+inline void follow(Filter& filter, const FilterPass& first, const PoseSeries& poses, int k) {
+  if (k == poses.n - 1) return;
+  const auto at = static_cast<std::size_t>(k);
+  filter.repeat(first.way[at], &first.state[at * kFilterStates], poses.time[k + 1] - poses.time[k]);
+}
 
 }  // namespace detail
 
 /// The cost of a pass that is repeated with other noise, linearised about the first.
 inline double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
                        const FilterStart& start) {
-  detail::Repetition again(first, poses, noise, start);
+  const Columns none = detail::no_parameters();
+  detail::Filter again(none, noise, start, first.effects, false);
+  double cost = 0.0;
   for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != 0) again.use(k);
-    again.go_on(k);
+    if (poses.use[k] != 0) cost += detail::use_pose(again, poses, k).cost;
+    detail::follow(again, first, poses, k);
   }
-  return again.cost();
+  return cost;
 }
 
 /// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
@@ -220,37 +195,42 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
   for (int i = 0; i < kNoiseParameters; ++i) {
     if (looked_at(i)) place[m++] = i;
   }
-  detail::Repetition base(first, poses, noise, start);
-  std::vector<std::unique_ptr<detail::Repetition>> moved;
-  for (int i = 0; i < m; ++i) {
-    FilterNoise up = noise;
-    up.parameter(place[i]) *= std::exp(kStep);
-    moved.push_back(std::make_unique<detail::Repetition>(first, poses, up, start));
+  const Columns none = detail::no_parameters();
+  detail::Filter base(none, noise, start, first.effects, false);
+  std::vector<FilterNoise> up(static_cast<std::size_t>(m), noise);
+  std::vector<detail::Filter> moved;
+  moved.reserve(up.size());
+  std::vector<double> cost(up.size(), 0.0);
+  for (std::size_t i = 0; i < up.size(); ++i) {
+    up[i].parameter(place[i]) *= std::exp(kStep);
+    moved.emplace_back(none, up[i], start, first.effects, false);
   }
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != 0) {
-      const Innovation here = base.use(k);
+      const Innovation here = detail::use_pose(base, poses, k);
+      out.cost += here.cost;
       double inverse[kPose][kPose];
       detail::inverse3(here.s, inverse);
       detail::Change change[kNoiseParameters];
-      for (int i = 0; i < m; ++i) {
-        change[i] =
-            detail::changed(here, moved[static_cast<std::size_t>(i)]->use(k), inverse, kStep);
-        for (int j = 0; j <= i; ++j) {
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        const Innovation there = detail::use_pose(moved[i], poses, k);
+        cost[i] += there.cost;
+        change[i] = detail::changed(here, there, inverse, kStep);
+        for (std::size_t j = 0; j <= i; ++j) {
           out.information[place[i]][place[j]] += detail::informed(change[i], change[j]);
         }
       }
     }
-    base.go_on(k);
-    for (const auto& one : moved) one->go_on(k);
+    detail::follow(base, first, poses, k);
+    for (detail::Filter& one : moved) detail::follow(one, first, poses, k);
   }
-  out.cost = base.cost();
-  for (int i = 0; i < m; ++i) {
+  for (std::size_t i = 0; i < moved.size(); ++i) {
     const int a = place[i];
-    for (int j = 0; j < i; ++j) out.information[place[j]][a] = out.information[a][place[j]];
+    for (std::size_t j = 0; j < i; ++j) {
+      out.information[place[j]][a] = out.information[a][place[j]];
+    }
     // the difference quotient less its second-order share
-    out.gradient[a] = 0.5 * (moved[static_cast<std::size_t>(i)]->cost() - out.cost) / kStep -
-                      0.5 * kStep * out.information[a][a];
+    out.gradient[a] = 0.5 * (cost[i] - out.cost) / kStep - 0.5 * kStep * out.information[a][a];
   }
   return out;
 }
