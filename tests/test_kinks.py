@@ -54,3 +54,10 @@ def test_where_it_has_two_summits_the_interval_holds_both():
 def test_where_the_likelihood_is_a_parabola_nothing_changes(monkeypatch):
     monkeypatch.setattr(kinks, "SHARP", 0.0)  # or it is not even looked at
     assert all(abs(r - 1.0) < 0.05 for r in wider(found("hard MP", 1002)).values())
+
+
+def test_where_nothing_can_be_looked_at_the_sandwich_stands(monkeypatch):
+    monkeypatch.setattr(kinks, "SHARP", 0.0)
+    nowhere = np.zeros(0), np.zeros(0)
+    monkeypatch.setattr(kinks._Line, "look", lambda *_: nowhere)
+    assert all(abs(r - 1.0) < 1e-9 for r in wider(found("hard MP", 1002)).values())

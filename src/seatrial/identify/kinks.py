@@ -59,13 +59,15 @@ def _groups(problem: Problem) -> Iterator[list[int]]:
 def _error(line: "_Line", error: float) -> float:
     """Standard error of a combination: the root mean square of its distance from the best."""
     near = [line.look([side * OUT * error]) for side in (-1.0, 1.0)]
-    roots = [np.sqrt(max(float(rise[-1]), 1e-9)) for _, rise in near]
-    if all(1.0 / STRAIGHT < OUT / root < STRAIGHT for root in roots):
+    roots = [np.sqrt(max(float(r), 1e-9)) for _, rise in near for r in rise]
+    if len(roots) == len(near) and all(1.0 / STRAIGHT < OUT / r < STRAIGHT for r in roots):
         return error * OUT * float(np.mean(1.0 / np.array(roots)))
     steps = STEP * error * np.arange(1, LOOKS + 1)
     low, high = (line.look((side * steps).tolist()) for side in (-1.0, 1.0))
     distance = np.concatenate([low[0][::-1], [0.0], high[0]])
     rise = np.concatenate([low[1][::-1], [0.0], high[1]])
+    if len(distance) == 1:  # nowhere to look: the bounds are near, or the boat runs away
+        return error
     fine = np.linspace(distance[0], distance[-1], FINE)
     weight = np.exp(-0.5 * np.interp(fine, distance, rise))
     return float(np.sqrt(np.sum(weight * fine**2) / np.sum(weight)))
