@@ -23,4 +23,4 @@ def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
             f"{path}: no block {', '.join(sorted(unknown))}; there are {', '.join(makers)}"
         )
     made = {name: makers[name]() for name in names}
-    path.write_text(MARK.sub(lambda m: f"{m[1]}{made[m['name']]}{m[3]}", text))
+    path.write_text(MARK.sub(lambda m: f"{m[1]}\n{made[m['name']].strip()}\n\n{m[3]}", text))

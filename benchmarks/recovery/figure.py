@@ -15,6 +15,7 @@ from seatrial.frames import Array
 WIDTH, HEIGHT = 860, 380  # [px]
 PANEL = (330, 250)  # [px] plotting area of each of the two
 LEFT, TOP, BETWEEN = 70, 60, 90  # [px]
+LEGEND = (0, 165, 385, 565)  # [px] where each entry begins
 COEFFICIENTS = 11
 COLOURS = {"white": "#1f6feb", "correlated": "#d1242f"}
 DASHES = {"ours": "", "paper": "6 4"}
@@ -137,7 +138,7 @@ def _stroke(colour: str, method: str) -> str:
 def _legend() -> str:
     out = []
     for i, (colour, method) in enumerate((c, m) for c in COLOURS for m in DASHES):
-        x, y = LEFT + (i % 2) * 200 + (i // 2) * 400, 20
+        x, y = LEFT + LEGEND[i], 20
         out.append(f'<path d="M{x} {y}h28" {_stroke(colour, method)}/>')
         short = "white" if colour == "white" else "over 0.3 s"
         out.append(f'<text x="{x + 34}" y="{y + 4}">{SAID[method]}, {short}</text>')
