@@ -15,15 +15,12 @@ from seatrial.report.actuators import Curve
 from seatrial.report.beside.both import COLOURS, DASHES, LETTERS, SIGNS
 from seatrial.report.draw.base import (
     BLACK,
-    COMMAND,
     GREEN,
     ORANGE,
     PURPLE,
     Figure,
     area,
     figure,
-    force_name,
-    forces_in,
     line,
     marks,
     speed,
@@ -32,12 +29,14 @@ from seatrial.report.draw.base import (
     whiskers,
 )
 from seatrial.report.draw.known import LEAST, MOST
+from seatrial.report.draw.prediction import above_commands
 from seatrial.report.pool import Pooled
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
 from seatrial.sanity import driven
 from seatrial.statistics import NORMAL_95
 
+BELOW = (GREEN, PURPLE, ORANGE, BLACK)  # of the commands: those of the models are others
 CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces beside A and B
 
 
@@ -160,15 +159,7 @@ def velocity(model: Model, runs: tuple[Run, Run], axis: int) -> Figure:
     for own, letter, colour in zip(runs, LETTERS, COLOURS, strict=True):
         if own.tested:
             traces.append(line(letter, own.t[at], own.predicted[at, axis], colour))
-    for n, place in enumerate(forces_in(model, axis)):
-        trace = line("", run.t[at], run.forces[at, place], (GREEN, PURPLE, ORANGE, BLACK)[n % 4])
-        trace["line"]["shape"] = "hv"
-        traces.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
-    return figure(
-        traces, "time [s]", speed(axis),
-        xaxis={"range": list(run.window), "anchor": "y2"}, yaxis={"domain": [0.38, 1.0]},
-        yaxis2={"title": {"text": COMMAND}, "domain": [0.0, 0.3]}, hovermode="x",
-    )  # fmt: skip
+    return above_commands(traces, model, run, axis, BELOW)
 
 
 def overlaid(figures: Sequence[Figure], keep: str) -> Figure:

@@ -38,13 +38,20 @@ def velocity(model: Model, run: Run, axis: int) -> Figure:
     traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
     if run.tested:
         traces.append(line("predicted", run.t[at], run.predicted[at, axis], RED))
+    return above_commands(traces, model, run, axis, FORCE_COLOURS)
+
+
+def above_commands(
+    traces: Sequence[Figure], model: Model, run: Run, axis: int, colours: Sequence[str]
+) -> Figure:
+    """Traces of one velocity over time, and below them what drives the axis."""
+    at, below = run.shown, []
     for n, place in enumerate(forces_in(model, axis)):
-        colour = FORCE_COLOURS[n % len(FORCE_COLOURS)]
-        trace = line("", run.t[at], run.forces[at, place], colour)
+        trace = line("", run.t[at], run.forces[at, place], colours[n % len(colours)])
         trace["line"]["shape"] = "hv"
-        traces.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
+        below.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
     return figure(
-        traces, "time [s]", speed(axis),
+        [*traces, *below], "time [s]", speed(axis),
         xaxis={"range": list(run.window), "anchor": "y2"}, yaxis={"domain": [0.38, 1.0]},
         yaxis2={"title": {"text": COMMAND}, "domain": [0.0, 0.3]}, hovermode="x",
     )  # fmt: skip
