@@ -13,12 +13,10 @@ from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
-from benchmarks.paper import coupling, maps, minutes, open_points, page, tables
+from benchmarks.paper import page
 from benchmarks.paper.trials import FIRST
+from benchmarks.paper.work import FINDINGS, one
 
-FINDINGS = {
-    "tables": tables, "coupling": coupling, "open": open_points, "minutes": minutes, "maps": maps,
-}  # fmt: skip
 RESULTS = Path("build/paper.jsonl")
 PAGE = Path("docs/paper.md")
 
@@ -53,12 +51,8 @@ def run(path: Path, names: Sequence[str], seeds: range) -> None:
 
 def _worked(items: Sequence[tuple[str, tuple[Any, ...]]]) -> Iterator[dict[str, Any]]:
     with ProcessPoolExecutor(os.cpu_count() or 1, mp_context=get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(_one, *item) for item in items]):
+        for future in as_completed([pool.submit(one, *item) for item in items]):
             yield future.result()
-
-
-def _one(name: str, key: tuple[Any, ...]) -> dict[str, Any]:
-    return {"finding": name, "key": list(key), "found": FINDINGS[name].work(*key)}
 
 
 def main(arguments: Sequence[str]) -> None:
