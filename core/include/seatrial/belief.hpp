@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: MIT
+// What the on-board predictor believes of a boat: its state and disturbance with their covariance,
+// through the model's own steps and by poses. No heap, no exceptions.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "seatrial/tangents.hpp"
+
+namespace seatrial {
+
+inline constexpr int kBelieved = kStates + kAxes;  // x, y, psi, u, v, r and the disturbance's three
+inline constexpr int kSeen = 3;                    // x, y [m], psi [rad] are measured
+
+/// Noise of poses and motion; the names are the model file's.
+struct MotionNoise {
+  double position = 1e-3;            // [m]
+  double heading = 1e-3;             // [rad]
+  double walk_linear = 2e-3;         // [m/s / sqrt(s)] random walk of u and v
+  double walk_yaw = 1e-2;            // [rad/s / sqrt(s)]
+  double disturbance_linear = 3e-2;  // [m/s^2] that comes and goes
+  double disturbance_yaw = 5e-2;     // [rad/s^2]
+  double memory = 2.0;               // [s] time constant of the disturbance
+};
+
+enum class DisturbanceFrame : std::uint8_t { kEarth, kBody };
+
+/// The model as it is stepped on board.
+struct DrivenBoat {
+  Structure structure;                        // ends with the terms of add_disturbance
+  double coefficient[kMaxCoefficients] = {};  // of the model; the disturbance's three follow
+  Integrator integrator = Integrator::kRungeKutta;
+  double longest_step = 1.0 / 60.0;  // [s]
+  MotionNoise noise;
+  DisturbanceFrame frame = DisturbanceFrame::kEarth;
+  double current[2] = {0.0, 0.0};  // [m/s] earth-fixed; u, v are then those in the water
+};
+
+/// Adds an acceleration to every axis, the structure's last three coefficients. False: no room.
+inline bool add_disturbance(Structure& s) {
+  if (s.n_terms + kAxes > kMaxTerms || s.n_coefficients + kAxes > kMaxCoefficients) return false;
+  for (int axis = 0; axis < kAxes; ++axis) {
+    Term& term = s.terms[s.n_terms++];
+    term = Term{};
+    term.axis = static_cast<std::uint8_t>(axis);
+    term.coefficient = static_cast<std::int8_t>(s.n_coefficients++);
+  }
+  return true;
+}
+
+/// Mean and covariance.
+struct Belief {
+  double x[kBelieved] = {};  // x, y [m], psi [rad], u, v [m/s], r [rad/s], d [m/s^2, rad/s^2]
+  double p[kBelieved][kBelieved] = {};
+};
+
+namespace detail {
+
+inline constexpr ForceTangent kFixedForces[3] = {};  // no constant is differentiated to on board
+inline constexpr double kFixedStep[kMaxConstants] = {};
+
+/// Initial state and the structure's last three coefficients.
+inline Columns believed_columns(const Structure& s) {
+  Columns columns;
+  columns.n_initial = kStates;
+  columns.n_coefficients = kAxes;
+  for (int a = 0; a < kAxes; ++a) columns.coefficient[a] = s.n_coefficients - kAxes + a;
+  return columns;
+}
+
+/// F P F' with the motion's slopes less the identity; the disturbance keeps `stays` of itself.
+inline void carry(const double f[kStates][kBelieved], double stays, double p[][kBelieved]) {
+  double fp[kStates][kBelieved];
+  for (int i = 0; i < kStates; ++i) {
+    for (int j = 0; j < kBelieved; ++j) {
+      double sum = p[i][j];
+      for (int m = 2; m < kBelieved; ++m) sum += f[i][m] * p[m][j];
+      fp[i][j] = sum;
+    }
+  }
+  for (int i = 0; i < kStates; ++i) {
+    for (int j = i; j < kStates; ++j) {
+      double sum = fp[i][j];
+      for (int m = 2; m < kBelieved; ++m) sum += fp[i][m] * f[j][m];
+      p[i][j] = p[j][i] = sum;
+    }
+    for (int j = kStates; j < kBelieved; ++j) p[i][j] = p[j][i] = stays * fp[i][j];
+  }
+  for (int i = kStates; i < kBelieved; ++i) {
+    for (int j = kStates; j < kBelieved; ++j) p[i][j] *= stays * stays;
+  }
+}
+
+/// Random walk of the velocity, integrated into the pose; renewal of the disturbance. c, s: of the
+/// heading. The walk of u is that of v: turned, it is the same.
+inline void add_noise(const MotionNoise& n, double c, double s, double h, double stays,
+                      double p[][kBelieved]) {
+  const double turn[3][3] = {{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
+  for (int a = 0; a < kAxes; ++a) {
+    const double walk = a < 2 ? n.walk_linear : n.walk_yaw;
+    const double force = a < 2 ? n.disturbance_linear : n.disturbance_yaw;
+    const double q = walk * walk * h;
+    p[a][a] += q * h * h / 3.0;
+    p[3 + a][3 + a] += q;
+    for (int i = 0; i < kSeen; ++i) {
+      p[i][3 + a] += turn[i][a] * q * h / 2.0;
+      p[3 + a][i] = p[i][3 + a];
+    }
+    p[kStates + a][kStates + a] += force * force * (1.0 - stays * stays);
+  }
+}
+
+}  // namespace detail
+
+/// Whether the numbers are those of a boat: false where it, or what is known of it, ran away.
+inline bool plausible(const Belief& b) {
+  constexpr double kFastest = 100.0;      // [m/s, rad/s]
+  constexpr double kMostVariance = 1e12;  // of whatever unit
+  if (!bounded(b.x)) return false;
+  for (int i = 3; i < kStates; ++i) {
+    if (!(std::abs(b.x[i]) < kFastest)) return false;
+  }
+  for (int i = 0; i < kBelieved; ++i) {
+    if (!(b.p[i][i] > 0.0 && b.p[i][i] < kMostVariance)) return false;
+  }
+  return true;
+}
+
+/// One step of h [s] under the forces at its begin, middle and end. An earth-fixed disturbance is
+/// turned to the heading in the step's middle. False where the boat diverged.
+inline bool believe_step(const DrivenBoat& boat, double h, const double force[3][kMaxForces],
+                         Belief& b) {
+  const Columns columns = detail::believed_columns(boat.structure);
+  double coefficient[kMaxCoefficients];
+  std::copy(boat.coefficient, boat.coefficient + boat.structure.n_coefficients, coefficient);
+  const double psi = b.x[2] + 0.5 * h * b.x[5];
+  const double c = std::cos(psi);
+  const double s = std::sin(psi);
+  const bool earth = boat.frame == DisturbanceFrame::kEarth;
+  const double* d = b.x + kStates;
+  const double push[kAxes] = {earth ? c * d[0] + s * d[1] : d[0],
+                              earth ? c * d[1] - s * d[0] : d[1], d[2]};
+  std::copy(push, push + kAxes, coefficient + columns.coefficient[0]);
+  StateTangent dx;
+  seed(columns, dx);
+  const bool solved =
+      boat.integrator == Integrator::kForwardEuler
+          ? euler_step_tangent(boat.structure, coefficient, columns, h, force[0],
+                               detail::kFixedForces[0], b.x, dx)
+          : runge_kutta_step_tangent(boat.structure, coefficient, columns, h, detail::kFixedStep,
+                                     force, detail::kFixedForces, b.x, dx);
+  if (!solved) return false;
+  for (int i = 0; i < 2; ++i) b.x[i] += h * boat.current[i];
+  double f[kStates][kBelieved];
+  for (int i = 0; i < kStates; ++i) {
+    std::copy(dx.row[i], dx.row[i] + kBelieved, f[i]);
+    if (earth) {
+      const double bend = f[i][kStates] * push[1] - f[i][kStates + 1] * push[0];  // d / d psi
+      const double ahead = f[i][kStates];
+      const double aside = f[i][kStates + 1];
+      f[i][2] += bend;
+      f[i][5] += 0.5 * h * bend;
+      f[i][kStates] = c * ahead - s * aside;
+      f[i][kStates + 1] = s * ahead + c * aside;
+    }
+    f[i][i] -= 1.0;
+  }
+  const double stays = std::exp(-h / boat.noise.memory);
+  for (int i = kStates; i < kBelieved; ++i) b.x[i] *= stays;
+  detail::carry(f, stays, b.p);
+  detail::add_noise(boat.noise, c, s, h, stays, b.p);
+  return plausible(b);
+}
+
+namespace detail {
+
+/// l l' = s; false where s is not positive definite. Only the lower half of s is read.
+inline bool lower_root(const double s[kSeen][kSeen], double l[kSeen][kSeen]) {
+  for (int i = 0; i < kSeen; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      double sum = s[i][j];
+      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j && !(sum > 0.0)) return false;
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+    }
+  }
+  return true;
+}
+
+/// x = (l l')^-1 x.
+inline void solve_root(const double l[kSeen][kSeen], double* x) {
+  for (int i = 0; i < kSeen; ++i) {
+    for (int k = 0; k < i; ++k) x[i] -= l[i][k] * x[k];
+    x[i] /= l[i][i];
+  }
+  for (int i = kSeen - 1; i >= 0; --i) {
+    for (int k = i + 1; k < kSeen; ++k) x[i] -= l[k][i] * x[k];
+    x[i] /= l[i][i];
+  }
+}
+
+}  // namespace detail
+
+/// A pose beside its prediction.
+struct Surprise {
+  double e[kSeen] = {};            // [m, m, rad] pose less prediction
+  double root[kSeen][kSeen] = {};  // of its covariance, lower
+  double square = 0.0;             // e' S^-1 e; infinite where S has no root
+};
+
+/// noise: covariance of the pose.
+inline Surprise surprise(const Belief& b, const double* eta, const double noise[kSeen][kSeen]) {
+  Surprise out;
+  double s[kSeen][kSeen];
+  double z[kSeen];
+  for (int i = 0; i < kSeen; ++i) {
+    out.e[i] = z[i] = i < 2 ? eta[i] - b.x[i] : wrap(eta[i] - b.x[i]);
+    for (int j = 0; j < kSeen; ++j) s[i][j] = b.p[i][j] + noise[i][j];
+  }
+  out.square = std::numeric_limits<double>::infinity();
+  if (!detail::lower_root(s, out.root)) return out;
+  detail::solve_root(out.root, z);
+  out.square = out.e[0] * z[0] + out.e[1] * z[1] + out.e[2] * z[2];
+  return out;
+}
+
+/// Kalman's update in Joseph's form, (I - K H) P (I - K H)' + K R K': positive definite and
+/// symmetric whatever the gain's rounding does.
+inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
+  double gain[kBelieved][kSeen];
+  double left[kBelieved][kBelieved];  // (I - K H) P
+  for (int i = 0; i < kBelieved; ++i) {
+    std::copy(b.p[i], b.p[i] + kSeen, gain[i]);
+    detail::solve_root(by.root, gain[i]);
+    b.x[i] += gain[i][0] * by.e[0] + gain[i][1] * by.e[1] + gain[i][2] * by.e[2];
+    for (int j = 0; j < kBelieved; ++j) {
+      left[i][j] =
+          b.p[i][j] - (gain[i][0] * b.p[0][j] + gain[i][1] * b.p[1][j] + gain[i][2] * b.p[2][j]);
+    }
+  }
+  for (int i = 0; i < kBelieved; ++i) {
+    double more[kSeen];  // K R - (I - K H) P H'
+    for (int k = 0; k < kSeen; ++k) {
+      more[k] = gain[i][0] * noise[0][k] + gain[i][1] * noise[1][k] + gain[i][2] * noise[2][k] -
+                left[i][k];
+    }
+    for (int j = i; j < kBelieved; ++j) {
+      b.p[i][j] = b.p[j][i] =
+          left[i][j] + more[0] * gain[j][0] + more[1] * gain[j][1] + more[2] * gain[j][2];
+    }
+  }
+}
+
+}  // namespace seatrial

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+// One instant of the on-board predictor: thrusters, belief, and the second belief that poses are
+// held against which the first one does not believe. No heap, no exceptions.
+#pragma once
+#include "seatrial/belief.hpp"
+#include "seatrial/health.hpp"
+
+namespace seatrial {
+
+inline constexpr double kLongAgo = -1e300;  // [s]
+
+/// All that the predictor is told beforehand.
+struct OnboardModel {
+  DrivenBoat boat;
+  Chain chain;
+  double q[kMaxConstants] = {};
+  Envelope envelope;
+  double command_timeout = std::numeric_limits<double>::infinity();  // [s] then none is in force
+
+  double window = 0.5;     // [s] that an input may be late
+  double gate = 25.0;      // of e' S^-1 e, three degrees of freedom: one in 65 000 by chance
+  int votes = 10;          // agreeing poses that overrule the filter ...
+  double agreement = 0.5;  // [s] ... and at least so long
+  double velocity_spread[kAxes] = {0.5, 0.3, 0.6};  // [m/s, m/s, rad/s] at the first pose
+  double doubt[kAxes] = {0.1, 0.1, 0.2};            // [m/s, m/s, rad/s] where the filter was wrong
+  double lately = 1.0;                              // [s] that a flag stays
+  double patience = 0.5;  // [s] without a used pose after which it is dead reckoning
+};
+
+/// A pose as it is used: covariance included.
+struct PoseSample {
+  double eta[kSeen] = {};
+  double noise[kSeen][kSeen] = {};
+};
+
+/// The predictor at one instant.
+struct Instant {
+  double time = 0.0;
+  Thrust thrust;
+  Belief belief;
+  Belief rival;  // begun at a pose that was rejected; counts while votes > 0
+  int votes = 0;
+  double rival_since = 0.0;  // [s]
+  int rejected = 0;          // poses in a row
+  bool alive = false;        // a pose was used, and the model has not run away since
+  double last_pose = kLongAgo;
+  double reinitialised = kLongAgo;
+  double diverged = kLongAgo;
+};
+
+namespace detail {
+
+inline constexpr double kFirstSpread = 3.0;        // of a first pose, in standard deviations of one
+inline constexpr double kUnknownPosition = 100.0;  // [m]
+inline constexpr double kUnknownHeading = 3.0;     // [rad]
+inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
+
+/// Pose out of nothing but the sample; what else is believed stays, its links to the pose do not.
+inline void place(const PoseSample& pose, Belief& b) {
+  for (int i = 0; i < kSeen; ++i) {
+    b.x[i] = pose.eta[i];
+    for (int j = 0; j < kBelieved; ++j) b.p[i][j] = b.p[j][i] = 0.0;
+  }
+  for (int i = 0; i < kSeen; ++i) {
+    for (int j = 0; j < kSeen; ++j) {
+      b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
+    }
+  }
+}
+
+/// Nothing known but that a boat is slow.
+inline void know_nothing(const OnboardModel& m, Belief& b) {
+  const MotionNoise& n = m.boat.noise;
+  const double spread[kBelieved] = {
+      kUnknownPosition,     kUnknownPosition,     kUnknownHeading,
+      m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
+      n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
+  b = Belief{};
+  for (int i = 0; i < kBelieved; ++i) b.p[i][i] = spread[i] * spread[i];
+}
+
+/// A second belief: at the pose, with the first one's velocity, which may be wrong.
+inline void begin_rival(const OnboardModel& m, const PoseSample& pose, Instant& now) {
+  now.rival = now.belief;
+  place(pose, now.rival);
+  for (int a = 0; a < kAxes; ++a) now.rival.p[3 + a][3 + a] += m.doubt[a] * m.doubt[a];
+  now.votes = 1;
+  now.rival_since = now.time;
+}
+
+/// Poses that the filter rejects vote for the second belief, or against it: the majority of them,
+/// by Boyer and Moore. True once it has won.
+inline bool overruled(const OnboardModel& m, const PoseSample& pose, Instant& now) {
+  if (now.votes == 0) {
+    begin_rival(m, pose, now);
+    return false;
+  }
+  const Surprise found = surprise(now.rival, pose.eta, pose.noise);
+  if (!(found.square <= m.gate)) {
+    if (--now.votes == 0) begin_rival(m, pose, now);
+    return false;
+  }
+  correct(found, pose.noise, now.rival);
+  return ++now.votes >= m.votes && now.time - now.rival_since >= m.agreement;
+}
+
+}  // namespace detail
+
+/// The model ran away: its pose is the last one, and nothing is known until the next.
+inline void give_up(const OnboardModel& m, const Belief& last, Instant& now) {
+  const double pose[kSeen] = {last.x[0], last.x[1], last.x[2]};
+  detail::know_nothing(m, now.belief);
+  std::copy(pose, pose + kSeen, now.belief.x);
+  now.alive = false;
+  now.votes = now.rejected = 0;
+  now.diverged = now.time;
+}
+
+/// Gate, correction and recovery at the time of a pose.
+inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now) {
+  const double heading = now.belief.p[2][2];
+  const bool lost = now.alive && heading > detail::kLostHeading * detail::kLostHeading;
+  const Belief before = now.belief;
+  bool used = true;
+  if (!now.alive || lost) {
+    detail::place(pose, now.belief);
+    now.alive = true;
+    if (lost) now.reinitialised = now.time;
+  } else {
+    const Surprise found = surprise(now.belief, pose.eta, pose.noise);
+    used = found.square <= m.gate;
+    if (used) {
+      correct(found, pose.noise, now.belief);
+    } else if (detail::overruled(m, pose, now)) {
+      now.belief = now.rival;
+      now.reinitialised = now.time;
+      used = true;
+    }
+  }
+  if (!used) {
+    ++now.rejected;
+    return;
+  }
+  now.votes = now.rejected = 0;
+  now.last_pose = now.time;
+  if (!plausible(now.belief)) give_up(m, before, now);
+}
+
+/// Over `length` [s] without a break of the input; does not move the time.
+inline void drift(const OnboardModel& m, double length, Instant& now) {
+  const Chain& c = m.chain;
+  Thrust& f = now.thrust;
+  const int n = steps_for(length, m.boat.longest_step);
+  const double h = length / n;
+  Fade fading[kMaxActuators];
+  double force[3][kMaxForces];
+  fades(c, m.q, h, fading);
+  for (int i = 0; i < n; ++i) {
+    step_forces(c, fading, f, force);
+    if (!now.alive) continue;
+    const Belief before = now.belief;
+    if (!believe_step(m.boat, h, force, now.belief)) {
+      give_up(m, before, now);
+    } else if (now.votes > 0 && !believe_step(m.boat, h, force, now.rival)) {
+      now.votes = 0;
+    }
+  }
+}
+
+/// What is published.
+struct Estimate {
+  double time = 0.0;                         // [s]
+  double pose[kSeen] = {};                   // x, y [m], psi [rad] in (-pi, pi], earth-fixed
+  double velocity[kAxes] = {};               // over ground, body-fixed [m/s, m/s, rad/s]
+  double covariance[kStates][kStates] = {};  // of both
+  double disturbance[kAxes] = {};            // [m/s^2, m/s^2, rad/s^2]
+  double last_pose = kLongAgo;               // [s] stamp of the last pose that was used
+  std::uint32_t health = 0;
+};
+
+namespace detail {
+
+/// Velocity over ground: that in the water plus R' c. Its covariance with what the heading makes.
+inline void add_current(const DrivenBoat& boat, Estimate& out) {
+  const double* w = boat.current;
+  if (w[0] == 0.0 && w[1] == 0.0) return;
+  const double c = std::cos(out.pose[2]);
+  const double s = std::sin(out.pose[2]);
+  const double body[2] = {c * w[0] + s * w[1], c * w[1] - s * w[0]};
+  const double slope[2] = {body[1], -body[0]};  // d / d psi
+  double(&p)[kStates][kStates] = out.covariance;
+  for (int i = 0; i < 2; ++i) {
+    out.velocity[i] += body[i];
+    for (int j = 0; j < kStates; ++j) p[3 + i][j] += slope[i] * p[2][j];
+  }
+  for (int j = 0; j < kStates; ++j) {  // columns after rows
+    for (int i = 0; i < 2; ++i) p[j][3 + i] += slope[i] * p[j][2];
+  }
+  for (int i = 0; i < kStates; ++i) {
+    for (int j = 0; j < i; ++j) p[i][j] = p[j][i];
+  }
+}
+
+}  // namespace detail
+
+/// The estimate of an instant, with the flags that it knows of itself.
+inline Estimate estimate(const OnboardModel& m, const Instant& now) {
+  Estimate out;
+  out.time = now.time;
+  const Belief& b = now.belief;
+  std::copy(b.x, b.x + 2, out.pose);
+  out.pose[2] = wrap(b.x[2]);
+  std::copy(b.x + 3, b.x + kStates, out.velocity);
+  std::copy(b.x + kStates, b.x + kBelieved, out.disturbance);
+  for (int i = 0; i < kStates; ++i) std::copy(b.p[i], b.p[i] + kStates, out.covariance[i]);
+  out.last_pose = now.last_pose;
+  double force[kMaxForces];
+  forces_after(m.chain, m.q, now.thrust, 0.0, force);
+  const Envelope& e = m.envelope;
+  const auto flag = [&out](bool raised, Health which) { out.health |= raised ? which : 0U; };
+  flag(!now.alive, kNoPose);
+  flag(now.alive && now.time - now.last_pose > m.patience, kDeadReckoning);
+  flag(now.rejected > 0, kGateRejecting);
+  flag(now.time - now.reinitialised <= m.lately, kReinitialised);
+  flag(now.time - now.diverged <= m.lately, kDiverged);
+  flag(Envelope::outside(out.velocity, e.speed, kAxes), kOutsideSpeeds);
+  flag(Envelope::outside(force, e.force, m.chain.n_forces), kOutsideCommands);
+  detail::add_current(m.boat, out);
+  return out;
+}
+
+}  // namespace seatrial

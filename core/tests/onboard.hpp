@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+// A boat on the water for the tests and timings of the on-board predictor: the truth, its commands,
+// its noisy poses. Same numbers on every machine but for the last bits of sin, cos and exp.
+#pragma once
+#include <cmath>
+#include <vector>
+
+#include "boats.hpp"
+#include "seatrial/plant.hpp"
+#include "seatrial/predictor.hpp"
+
+namespace onboard {
+
+using namespace seatrial;  // NOLINT(google-build-using-namespace)
+
+inline constexpr double kCommandPeriod = 0.01;      // [s]
+inline constexpr double kPosePeriod = 1.0 / 15.0;   // [s]
+inline constexpr double kNoise[3] = {4e-3, 4e-3, 4e-3};  // [m, m, rad]
+
+/// Constants of the chain.
+enum { kLatency, kEdge, kLag, kConstants };
+
+inline Chain chain() {
+  Chain c = boats::plain_chain(Scheme::kMoorePenrose);
+  c.n_constants = kConstants;
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    Actuator& a = c.actuators[k];
+    a.latency = kLatency;
+    a.edge_forward = a.edge_reverse = kEdge;
+    a.lag = kLag;
+  }
+  return c;
+}
+
+/// The paper's boat with dead zone, lag and latency.
+inline OnboardModel model() {
+  OnboardModel m;
+  m.boat.structure = boats::mallard();
+  const auto coefficients = boats::mallard_coefficients();
+  std::copy(coefficients.begin(), coefficients.end(), m.boat.coefficient);
+  add_disturbance(m.boat.structure);
+  m.chain = chain();
+  const double q[kConstants] = {0.03, 0.08, 0.08};
+  std::copy(q, q + kConstants, m.q);
+  m.boat.noise = {kNoise[0], kNoise[2], 1e-3, 3e-3, 5e-3, 2e-2, 2.0};
+  return m;
+}
+
+/// Sum of twelve: nearly normal, without a function that machines compute differently.
+inline double normal(boats::Random& random) {
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += random(0.0, 1.0);
+  return sum;
+}
+
+/// An input of the predictor.
+struct Input {
+  double time = 0.0;
+  bool pose = false;
+  double values[3] = {};
+};
+
+inline Taken give(Predictor& p, const Input& in) {
+  return in.pose ? p.pose(in.time, in.values) : p.command(in.time, in.values);
+}
+
+/// The truth, driven by random pulses: it makes the inputs of a drive, in the order of their stamps.
+class Sea {
+ public:
+  explicit Sea(std::uint64_t seed)
+      : random_(seed),
+        structure_(boats::mallard()),
+        coefficients_(boats::mallard_coefficients()),
+        plant_(structure_, coefficients_.data(), chain(), model().q, 1.0 / 60.0) {}
+
+  /// The next command or pose.
+  Input next() {
+    const double command = kCommandPeriod * commands_;
+    const double pose = 0.0137 + kPosePeriod * poses_;
+    Input in;
+    in.pose = pose < command;
+    in.time = in.pose ? pose : command;
+    plant_.advance_to(in.time);
+    if (in.pose) {
+      ++poses_;
+      for (int i = 0; i < 3; ++i) in.values[i] = plant_.state()[i] + kNoise[i] * normal(random_);
+      return in;
+    }
+    if (commands_++ % 70 == 0) random_.fill(stick_, 3, -1.0, 1.0);
+    if (commands_ % 70 > 40) std::fill(stick_, stick_ + 3, 0.0);
+    std::copy(stick_, stick_ + 3, in.values);
+    plant_.command(in.time, in.values);
+    return in;
+  }
+
+  /// x, y, psi, u, v, r at the time of the last input.
+  const double* truth() const { return plant_.state(); }
+  boats::Random& random() { return random_; }
+
+ private:
+  boats::Random random_;
+  Structure structure_;
+  std::vector<double> coefficients_;
+  Plant plant_;
+  double stick_[3] = {};
+  int commands_ = 0;
+  int poses_ = 0;
+};
+
+/// The inputs of so many seconds.
+inline std::vector<Input> drive(std::uint64_t seed, double seconds) {
+  std::vector<Input> all;
+  for (Sea sea(seed);;) {
+    all.push_back(sea.next());
+    if (all.back().time >= seconds) return all;
+  }
+}
+
+/// Whether a symmetric n x n matrix has a Cholesky root.
+inline bool positive(const double* p, int n) {
+  double l[kBelieved][kBelieved];
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      if (p[i * n + j] != p[j * n + i]) return false;
+      double sum = p[i * n + j];
+      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j && !(sum > 0.0)) return false;
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+    }
+  }
+  return true;
+}
+
+/// Whether an estimate is numbers, with a covariance.
+inline bool sound(const Estimate& e) {
+  const auto good = [](double x) { return std::isfinite(x); };
+  return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kSeen, good) &&
+         std::all_of(e.velocity, e.velocity + kAxes, good) &&
+         std::all_of(e.disturbance, e.disturbance + kAxes, good) &&
+         positive(&e.covariance[0][0], kStates);
+}
+
+}  // namespace onboard
