@@ -10,6 +10,7 @@
 
 #include "arrays.hpp"
 #include "filter.hpp"
+#include "predictor.hpp"
 #include "seatrial/frames.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
@@ -373,6 +374,7 @@ NB_MODULE(_core, m) {
         "threads"_a = 1, "tangents"_a = false,
         "State `steps` samples after every start (m x 6), and its tangents.");
   bind_filter(m);
+  bind_predictor(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,

@@ -3,14 +3,14 @@
 //   onboard script            a drive with late, wrong and missing inputs; prints estimates
 //   onboard time              what a step costs on this machine
 //   onboard soak STEPS SEED   random inputs of every kind; fails on whatever is not sound
+#include "onboard.hpp"
+
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
-
-#include "onboard.hpp"
 
 // All memory that this program asks for is counted.
 namespace {
@@ -158,10 +158,10 @@ int timing() {
 /// What goes wrong at sea.
 struct Trouble {
   boats::Random& random;
-  double silent_until = -1.0;   // [s] no poses
-  double mute_until = -1.0;     // [s] no commands
-  double clock = 0.0;           // [s] added to stamps
-  double jump[3] = {};          // [m, m, rad] of false matches
+  double silent_until = -1.0;  // [s] no poses
+  double mute_until = -1.0;    // [s] no commands
+  double clock = 0.0;          // [s] added to stamps
+  double jump[3] = {};         // [m, m, rad] of false matches
   int jumps = 0;
 
   bool chance(double share) { return random(0.0, 1.0) < share; }
@@ -183,7 +183,8 @@ struct Trouble {
 
  private:
   double odd() {
-    const double all[5] = {std::nan(""), std::numeric_limits<double>::infinity(), -1e308, 1e7, 1e-310};
+    const double all[5] = {std::nan(""), std::numeric_limits<double>::infinity(), -1e308, 1e7,
+                           1e-310};
     return all[static_cast<int>(random(0.0, 5.0))];
   }
 
@@ -223,7 +224,8 @@ int soak(long steps, std::uint64_t seed) {
     }
   }
   waiting = static_cast<int>(allocations - before);
-  std::printf("%ld steps, %ld estimates that are not sound, %d allocations\n", steps, unsound, waiting);
+  std::printf("%ld steps, %ld estimates that are not sound, %d allocations\n", steps, unsound,
+              waiting);
   std::printf("inputs used, not a number, stale, ahead, twice, no room:");
   for (const long n : taken) std::printf(" %ld", n);
   std::printf("\nestimates by flag, from no pose to beyond reach:");

@@ -13,8 +13,8 @@ namespace onboard {
 
 using namespace seatrial;  // NOLINT(google-build-using-namespace)
 
-inline constexpr double kCommandPeriod = 0.01;      // [s]
-inline constexpr double kPosePeriod = 1.0 / 15.0;   // [s]
+inline constexpr double kCommandPeriod = 0.01;           // [s]
+inline constexpr double kPosePeriod = 1.0 / 15.0;        // [s]
 inline constexpr double kNoise[3] = {4e-3, 4e-3, 4e-3};  // [m, m, rad]
 
 /// Constants of the chain.
@@ -64,7 +64,8 @@ inline Taken give(Predictor& p, const Input& in) {
   return in.pose ? p.pose(in.time, in.values) : p.command(in.time, in.values);
 }
 
-/// The truth, driven by random pulses: it makes the inputs of a drive, in the order of their stamps.
+/// The truth, driven by random pulses: it makes the inputs of a drive, in the order of their
+/// stamps.
 class Sea {
  public:
   explicit Sea(std::uint64_t seed)

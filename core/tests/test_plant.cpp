@@ -7,13 +7,13 @@
 #include <new>
 
 #include "boats.hpp"
+#include "heap.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 
-// Every allocation of this program is counted, so that code that must not allocate can be watched.
-namespace {
-
 std::atomic<long> allocations{0};
+
+namespace {
 
 void* counted(std::size_t size) {
   ++allocations;

@@ -8,6 +8,7 @@ from seatrial.inspect import inspect
 from seatrial.io import read
 from seatrial.model import Model, load, save
 from seatrial.predict import Prediction, predict
+from seatrial.predictor import Estimate, Health, Predictor, Taken
 from seatrial.recording import Recording
 from seatrial.validate import Scores, validate
 from seatrial.vehicle import Vehicle, load_vehicle
@@ -15,12 +16,16 @@ from seatrial.velocity import Motion, motion
 
 __all__ = [
     "EquationErrorSettings",
+    "Estimate",
+    "Health",
     "Model",
     "Motion",
     "Prediction",
+    "Predictor",
     "Recording",
     "Scores",
     "SeatrialError",
+    "Taken",
     "Vehicle",
     "identify",
     "init",

@@ -37,3 +37,7 @@ class IdentificationError(SeatrialError):
 
 class ModelError(SeatrialError):
     """A model that can't be used: wrong version, unknown keys, unstable."""
+
+
+class PredictorError(SeatrialError):
+    """An input that does not fit the predictor's model."""

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Python's view of the on-board predictor.
+#pragma once
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
+
+#include <optional>
+#include <tuple>
+
+#include "arrays.hpp"
+#include "seatrial/predictor.hpp"
+#include "seatrial/schedule.hpp"
+
+namespace {
+
+using namespace seatrial;
+
+/// (n, 2) least and most.
+void make_ranges(const Matrix& from, int n, double (*range)[2]) {
+  require(from.shape(0) == static_cast<std::size_t>(n) && from.shape(1) == 2, "ranges: n x 2");
+  std::copy(from.data(), from.data() + std::ptrdiff_t{2} * n, &range[0][0]);
+}
+
+OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
+                          const Vector& noise, bool earth_fixed, const Vector& current,
+                          std::optional<double> timeout, const Matrix& speeds, const Matrix& forces,
+                          const Vector& spread) {
+  require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
+  require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
+  require(noise.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
+  require(current.shape(0) == 2 && spread.shape(0) == kAxes, "current: 2, spread: 3");
+  OnboardModel m;
+  m.boat.structure = boat.structure;
+  require(add_disturbance(m.boat.structure), "no room for a disturbance: too many terms");
+  std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
+  m.boat.integrator = boat.integrator;
+  m.boat.longest_step = boat.longest_step;
+  m.boat.noise = {noise(0), noise(1), noise(2), noise(3), noise(4), noise(5), noise(6)};
+  m.boat.frame = earth_fixed ? DisturbanceFrame::kEarth : DisturbanceFrame::kBody;
+  std::copy(current.data(), current.data() + 2, m.boat.current);
+  m.chain = chain;
+  std::copy(q.data(), q.data() + chain.n_constants, m.q);
+  if (timeout) m.command_timeout = *timeout;
+  make_ranges(speeds, kAxes, m.envelope.speed);
+  make_ranges(forces, chain.n_forces, m.envelope.force);
+  std::copy(spread.data(), spread.data() + kAxes, m.velocity_spread);
+  return m;
+}
+
+int give_pose(Predictor& self, double t, const Vector& eta, std::optional<Matrix> covariance) {
+  require(eta.shape(0) == kSeen, "eta: x, y, psi");
+  require(!covariance || (covariance->shape(0) == kSeen && covariance->shape(1) == kSeen),
+          "covariance: 3 x 3");
+  return static_cast<int>(self.pose(t, eta.data(), covariance ? covariance->data() : nullptr));
+}
+
+int give_row(Predictor& self, double t, const Vector& values, bool scale) {
+  const Chain& c = self.model().chain;
+  const int width = scale ? c.n_scales : c.allocation.n_commands;
+  require(static_cast<int>(values.shape(0)) == width, "one value for each signal");
+  return static_cast<int>(scale ? self.scale(t, values.data()) : self.command(t, values.data()));
+}
+
+/// time, pose, velocity, covariance, disturbance, stamp of the last pose used, flags.
+using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
+
+template <std::size_t N>
+Out1 three(const double (&from)[N]) {
+  double* out = nullptr;
+  auto to = fresh<Out1>({N}, &out);
+  std::copy(from, from + N, out);
+  return to;
+}
+
+Answer look(Predictor& self, double t) {
+  const Estimate e = self.at(t);
+  double* out = nullptr;
+  auto covariance = fresh<Out2>({std::size_t{kStates}, std::size_t{kStates}}, &out);
+  std::copy(&e.covariance[0][0], &e.covariance[0][0] + kStates * kStates, out);
+  return {e.time,      three(e.pose), three(e.velocity), covariance, three(e.disturbance),
+          e.last_pose, e.health};
+}
+
+void bind_predictor(nb::module_& m) {
+  using namespace nb::literals;
+  nb::class_<Predictor>(m, "Predictor")
+      .def(
+          "__init__",
+          [](Predictor* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
+             bool earth_fixed, Vector current, std::optional<double> timeout, Matrix speeds,
+             Matrix forces, Vector spread) {
+            new (self) Predictor(make_onboard(boat, chain, q, noise, earth_fixed, current, timeout,
+                                              speeds, forces, spread));
+          },
+          "boat"_a, "chain"_a, "q"_a, "noise"_a, "earth_fixed"_a, "current"_a, "timeout"_a.none(),
+          "speeds"_a, "forces"_a, "spread"_a)
+      .def(
+          "command",
+          [](Predictor& self, double t, Vector v) { return give_row(self, t, v, false); }, "t"_a,
+          "values"_a)
+      .def(
+          "scale", [](Predictor& self, double t, Vector v) { return give_row(self, t, v, true); },
+          "t"_a, "values"_a)
+      .def("pose", &give_pose, "t"_a, "eta"_a, "covariance"_a = nb::none())
+      .def("at", &look, "t"_a)
+      .def("forget", &Predictor::forget)
+      .def_prop_ro("newest", &Predictor::newest);
+}
+
+}  // namespace

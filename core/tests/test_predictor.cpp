@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <memory>
+
+#include "heap.hpp"
+#include "onboard.hpp"
+
+using namespace seatrial;
+using boats::Random;
+using boats::Worst;
+using onboard::drive;
+using onboard::give;
+using onboard::Input;
+
+namespace {
+
+std::unique_ptr<Predictor> fresh(const OnboardModel& m = onboard::model()) {
+  return std::make_unique<Predictor>(m);
+}
+
+/// Inputs with what happens at sea: single false matches, a burst, a stretch without poses.
+std::vector<Input> troubled(std::uint64_t seed, double seconds) {
+  Random random(seed + 100);
+  std::vector<Input> kept;
+  int burst = 0;
+  for (Input in : drive(seed, seconds)) {
+    if (in.pose && in.time > 6.0 && in.time < 7.5) continue;
+    if (in.pose && burst == 0 && random(0.0, 1.0) < 0.05) burst = random(0.0, 1.0) < 0.3 ? 14 : 1;
+    if (in.pose && burst > 0) {
+      in.values[0] += 0.8;
+      in.values[1] -= 0.5;
+      --burst;
+    }
+    kept.push_back(in);
+  }
+  return kept;
+}
+
+/// The same inputs as they arrive: each up to `most` [s] late.
+std::vector<Input> late(const std::vector<Input>& inputs, std::uint64_t seed, double most) {
+  Random random(seed);
+  std::vector<std::pair<double, Input>> arriving;
+  arriving.reserve(inputs.size());
+  for (const Input& in : inputs) arriving.emplace_back(in.time + random(0.0, most), in);
+  std::stable_sort(arriving.begin(), arriving.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Input> out;
+  out.reserve(arriving.size());
+  for (const auto& [time, in] : arriving) out.push_back(in);
+  return out;
+}
+
+bool same(const Estimate& a, const Estimate& b) {
+  const auto equal = [](const auto& x, const auto& y) {
+    return std::memcmp(&x, &y, sizeof(x)) == 0;
+  };
+  return equal(a.time, b.time) && equal(a.pose, b.pose) && equal(a.velocity, b.velocity) &&
+         equal(a.covariance, b.covariance) && equal(a.disturbance, b.disturbance) &&
+         equal(a.last_pose, b.last_pose) && a.health == b.health;
+}
+
+/// Estimates of the last half second and of what follows; each must be sound.
+std::vector<Estimate> looks(Predictor& p, double end) {
+  std::vector<Estimate> all;
+  for (const double off : {-0.45, -0.2, -0.0137, 0.0, 0.031, 0.5, 3.0}) {
+    all.push_back(p.at(end + off));
+    CHECK(onboard::sound(all.back()));
+  }
+  return all;
+}
+
+/// Whether a predictor that gets the inputs late ends where one ends that gets them in time.
+bool arrival_does_not_matter(const OnboardModel& m, std::uint64_t seed, double seconds,
+                             double most) {
+  const std::vector<Input> inputs = troubled(seed, seconds);
+  auto in_time = fresh(m);
+  for (const Input& in : inputs) REQUIRE(give(*in_time, in) == Taken::kUsed);
+  auto behind = fresh(m);
+  for (const Input& in : late(inputs, seed + 1, most)) {
+    REQUIRE(give(*behind, in) == Taken::kUsed);
+    if (in.pose) behind->at(in.time + 0.1);  // looking changes nothing
+  }
+  const double end = inputs.back().time;
+  const auto want = looks(*in_time, end);
+  const auto got = looks(*behind, end);
+  bool equal = true;
+  for (std::size_t i = 0; i < want.size(); ++i) equal = equal && same(want[i], got[i]);
+  return equal;
+}
+
+}  // namespace
+
+TEST_CASE("late and out of order is, to the last bit, what in order is; gate decisions too") {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    OnboardModel m = onboard::model();
+    m.boat.frame = seed % 2 == 0 ? DisturbanceFrame::kEarth : DisturbanceFrame::kBody;
+    if (seed % 3 == 0) m.command_timeout = 0.05;
+    CHECK(arrival_does_not_matter(m, seed, 3.0 + static_cast<double>(seed), 0.5));
+  }
+}
+
+TEST_CASE(
+    "so it is with a latency for each pair of thrusters, below zero or long, and without lag") {
+  for (const double latency : {-0.21, 0.33}) {
+    for (const bool lag : {true, false}) {
+      OnboardModel m = onboard::model();
+      m.chain = boats::full_chain(Scheme::kAlwaysForward, lag);
+      auto q = boats::full_constants();
+      q[boats::kLatencyA] = latency;
+      std::copy(q.begin(), q.end(), m.q);
+      CHECK(arrival_does_not_matter(m, 31, 9.0, 0.5));
+    }
+  }
+}
+
+TEST_CASE("the past is not touched by what comes later") {
+  const std::vector<Input> inputs = troubled(17, 9.0);
+  auto p = fresh();
+  auto q = fresh();
+  for (const Input& in : inputs) {
+    give(*p, in);
+    give(*q, in);
+    if (!in.pose) continue;
+    const Estimate now = p->at(in.time);
+    const Estimate again = q->at(in.time);
+    CHECK(same(now, again));
+    CHECK(now.last_pose <= in.time);
+  }
+}
+
+TEST_CASE("without poses it goes where the plant goes: one step, one chain, one latency") {
+  const std::vector<Input> inputs = drive(3, 12.0);
+  const OnboardModel m = onboard::model();
+  auto p = fresh(m);
+  const Structure s = boats::mallard();
+  const auto coefficients = boats::mallard_coefficients();
+  auto plant = std::make_unique<Plant>(s, coefficients.data(), onboard::chain(), m.q, 1.0 / 60.0);
+  const double origin[kSeen] = {0.0, 0.0, 0.0};
+  REQUIRE(p->pose(0.0, origin) == Taken::kUsed);
+  Worst worst;
+  for (const Input& in : inputs) {
+    if (in.pose) continue;
+    plant->advance_to(in.time);
+    plant->command(in.time, in.values);
+    give(*p, in);
+    const Estimate e = p->at(in.time);
+    const double* x = plant->state();
+    worst.see(e.pose[0], x[0]);
+    worst.see(e.pose[1], x[1]);
+    worst.see(e.pose[2], wrap(x[2]));
+    for (int a = 0; a < kAxes; ++a) worst.see(e.velocity[a], x[3 + a]);
+  }
+  CHECK(worst.value() < 1e-7);  // the steps are cut elsewhere
+}
+
+TEST_CASE("it follows a noisy drive within what it says, and better than its poses") {
+  auto p = fresh();
+  onboard::Sea sea(8);
+  double pose_error = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
+  int n = 0;
+  for (;;) {
+    const Input in = sea.next();
+    if (in.time > 60.0) break;
+    give(*p, in);
+    if (!in.pose || in.time < 5.0) continue;
+    const Estimate e = p->at(in.time);
+    const double* x = sea.truth();
+    double off[kStates];
+    double l[kStates][kStates];
+    for (int i = 0; i < kStates; ++i) {
+      off[i] = i < kSeen ? e.pose[i] - x[i] : e.velocity[i - kSeen] - x[i];
+    }
+    off[2] = wrap(off[2]);
+    for (int i = 0; i < kStates; ++i) {  // NEES by Cholesky
+      for (int j = 0; j <= i; ++j) {
+        double left = e.covariance[i][j];
+        for (int k = 0; k < j; ++k) left -= l[i][k] * l[j][k];
+        l[i][j] = i == j ? std::sqrt(left) : left / l[j][j];
+      }
+      for (int k = 0; k < i; ++k) off[i] -= l[i][k] * off[k];
+      off[i] /= l[i][i];
+      squares += off[i] * off[i];
+    }
+    sum += (e.pose[0] - x[0]) * (e.pose[0] - x[0]);
+    pose_error = std::max(pose_error, std::hypot(e.pose[0] - x[0], e.pose[1] - x[1]));
+    ++n;
+  }
+  CHECK(n > 800);
+  CHECK(std::sqrt(sum / n) < 0.6 * onboard::kNoise[0]);
+  CHECK(pose_error < 0.01);
+  CHECK(squares / n < 6.5);  // the truth has no disturbance: it may be more careful than need be
+  CHECK(squares / n > 1.0);
+}
+
+TEST_CASE("nothing is asked of the heap, whatever comes in") {
+  const auto inputs = late(troubled(5, 20.0), 6, 0.5);
+  auto p = fresh();
+  const long before = allocations;
+  double sum = 0.0;
+  for (const Input& in : inputs) {
+    give(*p, in);
+    sum += p->at(in.time).pose[0];
+  }
+  p->forget();
+  CHECK(allocations == before);
+  CHECK(std::isfinite(sum));
+}
+
+TEST_CASE("a current moves the boat over ground, and is in its velocity") {
+  OnboardModel m = onboard::model();
+  m.boat.current[0] = 0.2;
+  m.boat.current[1] = -0.1;
+  auto p = fresh(m);
+  const double start[kSeen] = {1.0, 2.0, kPi / 2.0};
+  const double still[3] = {0.0, 0.0, 0.0};
+  p->command(0.0, still);
+  REQUIRE(p->pose(0.0, start) == Taken::kUsed);
+  const Estimate e = p->at(5.0);
+  CHECK(e.pose[0] == doctest::Approx(2.0));
+  CHECK(e.pose[1] == doctest::Approx(1.5));
+  CHECK(e.velocity[0] == doctest::Approx(-0.1));
+  CHECK(e.velocity[1] == doctest::Approx(-0.2));
+  CHECK(onboard::sound(e));
+  m.boat.current[0] = m.boat.current[1] = 0.0;
+  auto q = fresh(m);
+  q->command(0.0, still);
+  q->pose(0.0, start);
+  const double turned = e.covariance[2][2];
+  const Estimate without = q->at(5.0);  // an unsure heading makes the velocity over ground unsure
+  CHECK(e.covariance[3][3] - without.covariance[3][3] ==
+        doctest::Approx(0.2 * 0.2 * turned + 2.0 * -0.2 * without.covariance[2][3]));
+}

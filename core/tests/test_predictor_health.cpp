@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <memory>
+
+#include "onboard.hpp"
+
+using namespace seatrial;
+using onboard::drive;
+using onboard::give;
+using onboard::Input;
+using onboard::Sea;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+std::unique_ptr<Predictor> fresh(const OnboardModel& m = onboard::model()) {
+  return std::make_unique<Predictor>(m);
+}
+
+bool has(const Estimate& e, Health flag) { return (e.health & flag) != 0U; }
+
+double away(const Estimate& e, const double* truth) {
+  return std::hypot(e.pose[0] - truth[0], e.pose[1] - truth[1]);
+}
+
+/// Drives until t [s]; `spoil` may change a pose.
+template <class Spoil>
+void until(Predictor& p, Sea& sea, double t, Spoil spoil) {
+  for (;;) {
+    Input in = sea.next();
+    if (in.pose) spoil(in);
+    give(p, in);
+    if (in.time >= t) return;
+  }
+}
+
+void until(Predictor& p, Sea& sea, double t) {
+  until(p, sea, t, [](const Input& in) { (void)in; });
+}
+
+}  // namespace
+
+TEST_CASE("false matches of 0.3 to 2 m, single or five in a row, move it nowhere") {
+  auto p = fresh();
+  Sea sea(11);
+  boats::Random random(12);
+  int left = 0;
+  int rejected = 0;
+  int wrong = 0;
+  double jump[2] = {};
+  until(*p, sea, 3.0);
+  while (sea.truth() != nullptr && p->newest() < 300.0) {
+    Input in = sea.next();
+    const bool far = in.pose && (left > 0 || random(0.0, 1.0) < 0.01);
+    if (far && left == 0) {
+      left = random(0.0, 1.0) < 0.5 ? 5 : 1;
+      const double size = random(0.3, 2.0);
+      const double angle = random(-kPi, kPi);
+      jump[0] = size * std::cos(angle);
+      jump[1] = size * std::sin(angle);
+    }
+    if (far) {
+      --left;
+      ++wrong;
+      in.values[0] += jump[0];
+      in.values[1] += jump[1];
+    }
+    give(*p, in);
+    if (!in.pose) continue;
+    const Estimate e = p->at(in.time);
+    CHECK(away(e, sea.truth()) < 0.03);
+    CHECK(has(e, kGateRejecting) == far);
+    CHECK_FALSE(has(e, kReinitialised));
+    rejected += has(e, kGateRejecting) ? 1 : 0;
+  }
+  CHECK(rejected == wrong);
+  CHECK(wrong > 60);
+}
+
+TEST_CASE("when all poses move for good it was the filter: it follows, and keeps its velocity") {
+  auto p = fresh();
+  Sea sea(21);
+  until(*p, sea, 10.0);
+  const double before = p->at(p->newest()).last_pose;
+  int poses = 0;
+  double found = 0.0;
+  while (p->newest() < 14.0) {
+    Input in = sea.next();
+    if (in.pose) {
+      in.values[0] += 0.6;
+      in.values[2] += 0.3;
+      ++poses;
+    }
+    give(*p, in);
+    const Estimate e = p->at(p->newest());
+    CHECK(std::hypot(e.velocity[0] - sea.truth()[3], e.velocity[1] - sea.truth()[4]) < 0.08);
+    if (found == 0.0 && has(e, kReinitialised)) {
+      found = p->newest();
+      CHECK(poses == onboard::model().votes);
+    }
+    if (found == 0.0 && poses > 0) CHECK(has(e, kGateRejecting));
+  }
+  CHECK(found - before > 0.5);
+  CHECK(found - before < 0.9);
+  const Estimate e = p->at(p->newest());
+  const double moved[2] = {sea.truth()[0] + 0.6, sea.truth()[1]};
+  CHECK(away(e, moved) < 0.01);
+  CHECK_FALSE(has(e, kReinitialised));  // for a second only
+  CHECK_FALSE(has(e, kGateRejecting));
+}
+
+TEST_CASE("it recovers through further false matches, and from a false first pose") {
+  auto p = fresh();
+  Sea sea(22);
+  const double wrong[3] = {5.0, 5.0, 2.0};
+  p->pose(0.0, wrong);
+  boats::Random random(23);
+  until(*p, sea, 3.0, [&random](Input& in) {
+    if (random(0.0, 1.0) < 0.15) in.values[1] += random(0.3, 2.0);
+  });
+  CHECK(away(p->at(p->newest()), sea.truth()) < 0.03);
+}
+
+TEST_CASE("false matches that don't agree with each other never overrule it") {
+  auto p = fresh();
+  Sea sea(24);
+  until(*p, sea, 5.0);
+  boats::Random random(25);
+  until(*p, sea, 9.0, [&random](Input& in) {
+    for (int i = 0; i < 2; ++i) in.values[i] += random(0.5, 3.0);
+  });
+  const Estimate e = p->at(p->newest());
+  CHECK(has(e, kGateRejecting));
+  CHECK(has(e, kDeadReckoning));
+  CHECK(away(e, sea.truth()) < 0.1);
+}
+
+TEST_CASE("without poses it goes on by the model, ever less sure, and finds back") {
+  auto p = fresh();
+  Sea sea(31);
+  until(*p, sea, 10.0);
+  const double last = p->at(p->newest()).last_pose;
+  double variance = 0.0;
+  while (p->newest() < 40.0) {
+    const Input in = sea.next();
+    if (in.pose) continue;
+    give(*p, in);
+    const Estimate e = p->at(in.time);
+    CHECK(e.last_pose == last);
+    CHECK(has(e, kDeadReckoning) == (in.time - last > 0.5));
+    const double now = e.covariance[0][0] + e.covariance[1][1];
+    CHECK(now > variance);
+    variance = now;
+    CHECK(away(e, sea.truth()) < 5.0 * std::sqrt(now));
+  }
+  until(*p, sea, 41.0);
+  const Estimate e = p->at(p->newest());
+  CHECK_FALSE(has(e, kDeadReckoning));
+  CHECK(away(e, sea.truth()) < 0.01);
+}
+
+TEST_CASE("what is not a number changes nothing, and is said") {
+  auto p = fresh();
+  auto q = fresh();
+  Sea sea(41);
+  const double good[3] = {0.1, 0.2, 0.3};
+  const double flat[9] = {0.0};
+  const double no_root[9] = {1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  for (int i = 0; i < 2000; ++i) {
+    const Input in = sea.next();
+    CHECK(give(*p, in) == give(*q, in));
+    for (const double odd : {kNan, kInfinite, -kInfinite, 1e300}) {
+      for (int k = 0; k < 3; ++k) {
+        double values[3] = {0.1, 0.2, 0.3};
+        values[k] = odd;
+        CHECK(p->command(in.time, values) == Taken::kNotNumber);
+        if (k < 2 || odd != 1e300) CHECK(p->pose(in.time, values) == Taken::kNotNumber);
+      }
+      if (odd == 1e300) continue;
+      CHECK(p->command(odd, good) == Taken::kNotNumber);
+      CHECK(p->pose(odd, good) == Taken::kNotNumber);
+      const Estimate e = p->at(odd);
+      CHECK(onboard::sound(e));
+      CHECK(has(e, kBeyondReach));
+    }
+    CHECK(p->pose(in.time, good, flat) == Taken::kNotNumber);
+    CHECK(p->pose(in.time, good, no_root) == Taken::kNotNumber);
+    if (i % 100 != 0) continue;
+    const Estimate a = p->at(in.time);
+    const Estimate b = q->at(in.time);
+    CHECK(std::memcmp(a.pose, b.pose, sizeof(a.pose)) == 0);
+    CHECK(std::memcmp(a.covariance, b.covariance, sizeof(a.covariance)) == 0);
+    CHECK(has(a, kBadInput));
+    CHECK_FALSE(has(b, kBadInput));
+  }
+}
+
+TEST_CASE("before the first pose it says so, with numbers that are numbers") {
+  auto p = fresh();
+  CHECK(has(p->at(3.0), kNoPose));
+  CHECK(onboard::sound(p->at(3.0)));
+  CHECK(onboard::sound(p->at(kNan)));
+  const double full[3] = {1.0, 0.0, 0.0};
+  p->command(10.0, full);
+  const Estimate e = p->at(10.5);
+  CHECK(has(e, kNoPose));
+  CHECK_FALSE(has(e, kCommandSilence));
+  CHECK(onboard::sound(e));
+  const double eta[3] = {1.0, 2.0, 7.0};
+  CHECK(p->pose(10.2, eta) == Taken::kUsed);
+  const Estimate f = p->at(10.2);
+  CHECK_FALSE(has(f, kNoPose));
+  CHECK(f.pose[1] == 2.0);
+  CHECK(f.pose[2] == doctest::Approx(7.0 - 2.0 * kPi));
+  CHECK(p->pose(10.2, eta) == Taken::kTwice);
+}
+
+TEST_CASE("commands hold, then are zero, as the vehicle file says") {
+  OnboardModel m = onboard::model();
+  m.command_timeout = 0.4;
+  auto p = fresh(m);
+  const double origin[3] = {0.0, 0.0, 0.0};
+  const double full[3] = {1.0, 0.0, 0.0};
+  p->pose(1.0, origin);
+  p->command(1.0, full);
+  const double latency = m.q[onboard::kLatency];
+  CHECK_FALSE(has(p->at(1.39 + latency), kCommandSilence));
+  CHECK(has(p->at(1.41 + latency), kCommandSilence));
+  CHECK(has(p->at(1.0), kCommandSilence));  // not yet in force
+  // the same as a command of zero at that time
+  m.command_timeout = kInfinite;
+  auto q = fresh(m);
+  const double still[3] = {0.0, 0.0, 0.0};
+  q->pose(1.0, origin);
+  q->command(1.0, full);
+  q->command(1.4, still);
+  CHECK(p->at(3.0).velocity[0] == doctest::Approx(q->at(3.0).velocity[0]).epsilon(1e-12));
+  CHECK(p->at(3.0).velocity[0] > 0.01);
+  CHECK(p->at(1.0 + 20.0).velocity[0] < p->at(3.0).velocity[0]);
+}
+
+TEST_CASE("stamps: too late is refused, a leap is doubted, a clock set back is followed") {
+  auto p = fresh();
+  Sea sea(51);
+  until(*p, sea, 5.0);
+  const double eta[3] = {0.0, 0.0, 0.0};
+  const double still[3] = {0.0, 0.0, 0.0};
+  CHECK(p->pose(p->newest() - 0.51, eta) == Taken::kStale);
+  CHECK(has(p->at(p->newest()), kBadInput));
+  CHECK(p->pose(p->newest() + 1e6, eta) == Taken::kAhead);
+  until(*p, sea, 7.0);
+  CHECK_FALSE(has(p->at(p->newest()), kBadInput));
+  CHECK(away(p->at(p->newest()), sea.truth()) < 0.01);
+  // after half a minute of nothing the second input is believed, and the first with it
+  CHECK(p->command(37.0, still) == Taken::kAhead);
+  CHECK(p->command(37.01, still) == Taken::kUsed);
+  CHECK(p->newest() == 37.01);
+  CHECK_FALSE(has(p->at(p->newest()), kNoPose));
+  // after an hour it begins anew
+  CHECK(p->command(3637.0, still) == Taken::kAhead);
+  CHECK(p->command(3637.01, still) == Taken::kUsed);
+  CHECK(has(p->at(p->newest()), kNoPose));
+  CHECK(has(p->at(p->newest()), kDiverged));
+  for (int i = 0; i < 9; ++i) CHECK(p->command(0.01 * i, still) == Taken::kStale);
+  CHECK(p->command(0.1, still) == Taken::kUsed);
+  CHECK(p->newest() == 0.1);
+  CHECK(p->pose(0.1, eta) == Taken::kUsed);
+  CHECK(onboard::sound(p->at(0.2)));
+  CHECK_FALSE(has(p->at(0.2), kNoPose));
+}
+
+TEST_CASE("outside the speeds and commands of the recordings it says so") {
+  OnboardModel m = onboard::model();
+  for (auto& range : m.envelope.force) {
+    range[0] = -0.5;
+    range[1] = 0.5;
+  }
+  m.envelope.speed[0][0] = -0.05;
+  m.envelope.speed[0][1] = 0.05;
+  auto p = fresh(m);
+  const double origin[3] = {0.0, 0.0, 0.0};
+  const double half[3] = {0.5, 0.0, 0.0};
+  const double full[3] = {0.9, 0.0, 0.0};
+  p->pose(0.0, origin);
+  p->command(0.0, half);
+  CHECK_FALSE(has(p->at(0.5), kOutsideCommands));
+  CHECK_FALSE(has(p->at(0.5), kOutsideSpeeds));
+  p->command(0.5, full);
+  CHECK(has(p->at(1.0), kOutsideCommands));
+  CHECK(has(p->at(3.0), kOutsideSpeeds));
+}
+
+TEST_CASE("a model that runs away is caught, said, and begun anew at the next pose") {
+  OnboardModel m = onboard::model();
+  m.boat.coefficient[boats::kXuu] = 40.0;
+  auto p = fresh(m);
+  const double origin[3] = {0.0, 0.0, 0.0};
+  const double full[3] = {1.0, 0.0, 0.0};
+  p->command(0.0, full);
+  p->pose(0.0, origin);
+  bool caught = false;
+  for (int i = 1; i < 3000; ++i) {
+    const double t = 0.01 * i;
+    p->command(t, full);
+    const Estimate e = p->at(t);
+    CHECK(onboard::sound(e));
+    caught = caught || (has(e, kDiverged) && has(e, kNoPose));
+  }
+  CHECK(caught);
+  CHECK(p->pose(29.99, origin) == Taken::kUsed);
+  CHECK_FALSE(has(p->at(29.99), kNoPose));
+}
+
+TEST_CASE("more than there is room for is refused, and said") {
+  auto p = std::make_unique<BasicPredictor<16, 32>>(onboard::model());
+  const double eta[3] = {0.0, 0.0, 0.0};
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double t = 1e-3 * i;
+    refused += p->command(t, eta) == Taken::kNoRoom ? 1 : 0;
+    p->pose(t, eta);
+    CHECK(onboard::sound(p->at(t)));
+  }
+  CHECK(refused > 0);
+  CHECK((p->at(0.3).health & kBadInput) != 0U);
+  CHECK(p->pose(0.2985, eta) == Taken::kUsed);
+  CHECK(p->pose(0.1, eta) == Taken::kStale);
+}

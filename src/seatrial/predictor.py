@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""The model on board: commands and poses in, late or wrong or missing; motion out at any time.
+
+An extended Kalman filter in the core (`core/include/seatrial/predictor.hpp`), here as a class.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seatrial import _core
+from seatrial.causal import VELOCITY_SPREAD
+from seatrial.doubt import believed_on_board
+from seatrial.errors import ModelError, PredictorError
+from seatrial.frames import SYMBOLS, Array, frozen_array
+from seatrial.model import Model, load
+
+ANYTHING = (-1e300, 1e300)  # where a model states no range
+FIRST_SHARE = 0.5  # of the largest speed: standard deviation of the velocity at the first pose
+
+
+class Health(enum.Flag):
+    """How an estimate is to be taken; what each asks for is in `advice`."""
+
+    NO_POSE = 1
+    DEAD_RECKONING = 2
+    GATE_REJECTING = 4
+    REINITIALISED = 8
+    COMMAND_SILENCE = 16
+    OUTSIDE_SPEEDS = 32
+    OUTSIDE_COMMANDS = 64
+    BAD_INPUT = 128
+    DIVERGED = 256
+    BEYOND_REACH = 512
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """One sentence for each flag that is raised."""
+        return tuple(words for flag, words in _ADVICE.items() if flag in self)
+
+
+_ADVICE = {
+    Health.NO_POSE: "no pose yet: pose and velocity are not known; check that poses arrive",
+    Health.DEAD_RECKONING: "no pose was used lately: trust the covariance, it grows",
+    Health.GATE_REJECTING: "the last pose was far from its prediction and was not used",
+    Health.REINITIALISED: "poses agreed with each other and not with the filter: it follows them now",
+    Health.COMMAND_SILENCE: "no command in force: the thrusters are taken to be off",
+    Health.OUTSIDE_SPEEDS: "faster than the model was identified: record and identify there",
+    Health.OUTSIDE_COMMANDS: "more thrust than the model was identified with: record and identify there",
+    Health.BAD_INPUT: "an input was refused: not a number, too late, or its stamp is far off",
+    Health.DIVERGED: "the model ran away, or stamps leapt: it began anew at the next pose",
+    Health.BEYOND_REACH: "the time asked for is not kept any more, or too far ahead: see `time`",
+}
+
+
+class Taken(enum.IntEnum):
+    """What became of an input, in the order of the core's codes."""
+
+    USED = 0  # or will be at its stamp; a pose, if it passes the gate
+    NOT_A_NUMBER = 1  # NaN, infinite, absurdly large, or no covariance
+    STALE = 2  # older than what is kept: 0.5 s
+    AHEAD = 3  # its stamp leaps ahead; used when the next one does, too
+    TWICE = 4  # the same pose once more
+    NO_ROOM = 5  # more within 0.5 s than is kept
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Motion at one time, forward-left-up."""
+
+    time: float  # [s]
+    pose: Array  # (3,) x, y [m], psi [rad] in (-pi, pi], earth-fixed
+    velocity: Array  # (3,) u, v [m/s], r [rad/s] body-fixed, over ground
+    covariance: Array  # (6, 6) of pose and velocity
+    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] that the model leaves out, in its frame
+    last_pose: float  # [s] stamp of the last pose that was used; -inf: none
+    health: Health
+
+    def __post_init__(self) -> None:
+        for name in ("pose", "velocity", "covariance", "disturbance"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+
+class Predictor:
+    """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
+
+    model: a Model or the path of its file. Poses are of the boat's origin and commands as a
+    `Recording` has them: forward-left-up, SI units. Times are seconds by one clock; a stamp is when
+    a thing happened. Inputs up to 0.5 s late are used at their stamp: what follows is, to the last
+    bit, what it would be had they come in time. `disturbance`: the frame that it is constant in.
+    `current`: (2,) earth-fixed [m/s], of the water, if it is known.
+
+    Never raises on data (see `Taken` and `Health`). Raises ModelError where the model can't be
+    used, PredictorError where an input has the wrong shape.
+    """
+
+    def __init__(
+        self,
+        model: Model | str | Path,
+        *,
+        disturbance: Literal["earth", "body"] = "earth",
+        current: Sequence[float] = (0.0, 0.0),
+    ) -> None:
+        self.model = model if isinstance(model, Model) else load(model)
+        if disturbance not in ("earth", "body"):
+            raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
+        water = np.array(current, dtype=float)
+        if water.shape != (2,) or not np.isfinite(water).all():
+            raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
+        vehicle, ranges = self.model.vehicle, self.model.envelope
+        speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
+        forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
+        try:
+            self._core = _core.Predictor(
+                self.model.boat, vehicle.chain, self.model.constants, believed_on_board(self.model),
+                disturbance == "earth", water, vehicle.file.command_timeout,
+                speeds, forces, _first_spread(self.model),
+            )  # fmt: skip
+        except ValueError as error:
+            raise ModelError(f"{self.model.name}: can't be run on board: {error}") from None
+
+    def command(self, t: float, values: ArrayLike) -> Taken:
+        """Commands (inputs,) to all inputs of the vehicle at t [s]; they hold until the next."""
+        names = self.model.vehicle.inputs
+        return Taken(self._core.command(t, _row(values, "command", names)))
+
+    def scale(self, t: float, values: ArrayLike) -> Taken:
+        """Known scale signals (scales,) of the vehicle at t [s], for instance propeller speed."""
+        return Taken(self._core.scale(t, _row(values, "scale", self.model.vehicle.scales)))
+
+    def pose(self, t: float, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
+        """A pose (3,) x, y [m], psi [rad] of time t [s].
+
+        covariance: (3, 3) [m, m, rad] squared; without one the model's pose noise is taken.
+        """
+        pose = _row(eta, "pose", ("x", "y", "psi"))
+        if covariance is None:
+            return Taken(self._core.pose(t, pose))
+        spread = np.ascontiguousarray(covariance, dtype=float)
+        if spread.shape != (3, 3):
+            raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
+        return Taken(self._core.pose(t, pose, spread))
+
+    def at(self, t: float) -> Estimate:
+        """Motion at t [s]: of the last half second, now, or up to 60 s ahead of the newest input."""
+        time, pose, velocity, covariance, disturbance, last, flags = self._core.at(t)
+        seen = last if last > ANYTHING[0] else -np.inf
+        return Estimate(time, pose, velocity, covariance, disturbance, seen, Health(flags))
+
+    def forget(self) -> None:
+        """As at the start: no inputs, no state."""
+        self._core.forget()
+
+
+def _first_spread(model: Model) -> Array:
+    """Standard deviations (3,) of the velocity at the first pose: the boat may be under way."""
+    speeds = model.envelope.speeds
+    most = [max(map(abs, speeds[name])) if name in speeds else 1.0 for name in SYMBOLS]
+    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), VELOCITY_SPREAD))
+
+
+def _row(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
+    row = np.ascontiguousarray(values, dtype=float)
+    if row.shape != (len(names),):
+        raise PredictorError(
+            f"{what} of shape {row.shape}; expected {len(names)} numbers: {', '.join(names) or 'none'}"
+        )
+    return row
