@@ -24,12 +24,14 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
 OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
                           const Vector& noise, bool earth_fixed, const Vector& current,
                           std::optional<double> timeout, const Matrix& speeds, const Matrix& forces,
-                          const Vector& spread) {
+                          const Vector& spread, double window) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   require(noise.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
   require(current.shape(0) == 2 && spread.shape(0) == kAxes, "current: 2, spread: 3");
+  require(window > 0.0 && window <= 5.0, "window: more than 0 s, at most 5 s");
   OnboardModel m;
+  m.window = window;
   m.boat.structure = boat.structure;
   require(add_disturbance(m.boat.structure), "no room for a disturbance: too many terms");
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
@@ -88,12 +90,12 @@ void bind_predictor(nb::module_& m) {
           "__init__",
           [](Predictor* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
              bool earth_fixed, Vector current, std::optional<double> timeout, Matrix speeds,
-             Matrix forces, Vector spread) {
+             Matrix forces, Vector spread, double window) {
             new (self) Predictor(make_onboard(boat, chain, q, noise, earth_fixed, current, timeout,
-                                              speeds, forces, spread));
+                                              speeds, forces, spread, window));
           },
           "boat"_a, "chain"_a, "q"_a, "noise"_a, "earth_fixed"_a, "current"_a, "timeout"_a.none(),
-          "speeds"_a, "forces"_a, "spread"_a)
+          "speeds"_a, "forces"_a, "spread"_a, "window"_a)
       .def(
           "command",
           [](Predictor& self, double t, Vector v) { return give_row(self, t, v, false); }, "t"_a,

@@ -81,7 +81,5 @@ def _acceleration(model: Model, theta: Array, nu: Array, command: Array) -> Arra
     force = np.ascontiguousarray(np.column_stack(curves) @ vehicle.mix.T)
     coefficients = np.ascontiguousarray(theta[:size])
     return np.asarray(
-        _core.accelerations(
-            model.structure.compiled, coefficients, np.ascontiguousarray(nu), force
-        )
+        _core.accelerations(model.structure.compiled, coefficients, np.ascontiguousarray(nu), force)
     )

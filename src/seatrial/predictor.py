@@ -21,6 +21,7 @@ from seatrial.frames import SYMBOLS, Array, frozen_array
 from seatrial.model import Model, load
 
 ANYTHING = (-1e300, 1e300)  # where a model states no range
+LONGEST_WINDOW = 5.0  # [s]
 FIRST_SHARE = 0.5  # of the largest speed: standard deviation of the velocity at the first pose
 
 
@@ -63,10 +64,10 @@ class Taken(enum.IntEnum):
 
     USED = 0  # or will be at its stamp; a pose, if it passes the gate
     NOT_A_NUMBER = 1  # NaN, infinite, absurdly large, or no covariance
-    STALE = 2  # older than what is kept: 0.5 s
+    STALE = 2  # later than `window`
     AHEAD = 3  # its stamp leaps ahead; used when the next one does, too
     TWICE = 4  # the same pose once more
-    NO_ROOM = 5  # more within 0.5 s than is kept
+    NO_ROOM = 5  # more within the window than is kept
 
 
 @dataclass(frozen=True)
@@ -91,9 +92,9 @@ class Predictor:
 
     model: a Model or the path of its file. Poses are of the boat's origin and commands as a
     `Recording` has them: forward-left-up, SI units. Times are seconds by one clock; a stamp is when
-    a thing happened. Inputs up to 0.5 s late are used at their stamp: what follows is, to the last
-    bit, what it would be had they come in time. `disturbance`: the frame that it is constant in.
-    `current`: (2,) earth-fixed [m/s], of the water, if it is known.
+    a thing happened. Inputs up to `window` [s] late are used at their stamp: what follows is, to the
+    last bit, what it would be had they come in time. `disturbance`: the frame that it is constant
+    in. `current`: (2,) earth-fixed [m/s], of the water, if it is known.
 
     Never raises on data (see `Taken` and `Health`). Raises ModelError where the model can't be
     used, PredictorError where an input has the wrong shape.
@@ -105,11 +106,14 @@ class Predictor:
         *,
         disturbance: Literal["earth", "body"] = "earth",
         current: Sequence[float] = (0.0, 0.0),
+        window: float = 0.5,
     ) -> None:
         self.model = model if isinstance(model, Model) else load(model)
         if disturbance not in ("earth", "body"):
             raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
         water = np.array(current, dtype=float)
+        if not 0.0 < window <= LONGEST_WINDOW:
+            raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
         if water.shape != (2,) or not np.isfinite(water).all():
             raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
         vehicle, ranges = self.model.vehicle, self.model.envelope
@@ -119,7 +123,7 @@ class Predictor:
             self._core = _core.Predictor(
                 self.model.boat, vehicle.chain, self.model.constants, believed_on_board(self.model),
                 disturbance == "earth", water, vehicle.file.command_timeout,
-                speeds, forces, _first_spread(self.model),
+                speeds, forces, _first_spread(self.model), window,
             )  # fmt: skip
         except ValueError as error:
             raise ModelError(f"{self.model.name}: can't be run on board: {error}") from None
@@ -147,7 +151,7 @@ class Predictor:
         return Taken(self._core.pose(t, pose, spread))
 
     def at(self, t: float) -> Estimate:
-        """Motion at t [s]: of the last half second, now, or up to 60 s ahead of the newest input."""
+        """Motion at t [s]: within the window, now, or up to 60 s ahead of the newest input."""
         time, pose, velocity, covariance, disturbance, last, flags = self._core.at(t)
         seen = last if last > ANYTHING[0] else -np.inf
         return Estimate(time, pose, velocity, covariance, disturbance, seen, Health(flags))

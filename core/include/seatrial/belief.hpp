@@ -252,4 +252,24 @@ inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief
   }
 }
 
+/// The same with an outlier, which is believed less, as the estimator's filter does: its distance
+/// counts linearly beyond `outlier` standard deviations.
+inline void correct_robustly(const Surprise& by, const double noise[kSeen][kSeen], double outlier,
+                             Belief& b) {
+  const double more = by.square / (outlier * outlier);  // S is taken so many times as large
+  if (!(more > 1.0)) {
+    correct(by, noise, b);
+    return;
+  }
+  Surprise less = by;
+  double larger[kSeen][kSeen];
+  for (int i = 0; i < kSeen; ++i) {
+    for (int j = 0; j < kSeen; ++j) {
+      less.root[i][j] *= std::sqrt(more);
+      larger[i][j] = more * noise[i][j] + (more - 1.0) * b.p[i][j];
+    }
+  }
+  correct(less, larger, b);
+}
+
 }  // namespace seatrial

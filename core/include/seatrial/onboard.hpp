@@ -17,10 +17,12 @@ struct OnboardModel {
   Envelope envelope;
   double command_timeout = std::numeric_limits<double>::infinity();  // [s] then none is in force
 
-  double window = 0.5;     // [s] that an input may be late
-  double gate = 25.0;      // of e' S^-1 e, three degrees of freedom: one in 65 000 by chance
-  int votes = 10;          // agreeing poses that overrule the filter ...
-  double agreement = 0.5;  // [s] ... and at least so long
+  double window = 0.5;            // [s] that an input may be late
+  double gate = 25.0;             // of e' S^-1 e, three degrees of freedom: one in 65 000 by chance
+  double near[2] = {0.02, 0.05};  // [m], [rad] a pose so near to its prediction is no false match
+  double outlier = 4.0;           // [sigma] from where on a pose's error counts linearly
+  int votes = 10;                 // agreeing poses that overrule the filter ...
+  double agreement = 0.5;         // [s] ... and at least so long
   double velocity_spread[kAxes] = {0.5, 0.3, 0.6};  // [m/s, m/s, rad/s] at the first pose
   double doubt[kAxes] = {0.1, 0.1, 0.2};            // [m/s, m/s, rad/s] where the filter was wrong
   double lately = 1.0;                              // [s] that a flag stays
@@ -79,6 +81,14 @@ inline void know_nothing(const OnboardModel& m, Belief& b) {
   for (int i = 0; i < kBelieved; ++i) b.p[i][i] = spread[i] * spread[i];
 }
 
+/// Whether a pose may be of this boat.
+inline bool passes(const OnboardModel& m, const Surprise& found) {
+  if (!std::isfinite(found.square)) return false;
+  const bool near =
+      std::hypot(found.e[0], found.e[1]) <= m.near[0] && std::abs(found.e[2]) <= m.near[1];
+  return near || found.square <= m.gate;
+}
+
 /// A second belief: at the pose, with the first one's velocity, which may be wrong.
 inline void begin_rival(const OnboardModel& m, const PoseSample& pose, Instant& now) {
   now.rival = now.belief;
@@ -96,11 +106,11 @@ inline bool overruled(const OnboardModel& m, const PoseSample& pose, Instant& no
     return false;
   }
   const Surprise found = surprise(now.rival, pose.eta, pose.noise);
-  if (!(found.square <= m.gate)) {
+  if (!passes(m, found)) {
     if (--now.votes == 0) begin_rival(m, pose, now);
     return false;
   }
-  correct(found, pose.noise, now.rival);
+  correct_robustly(found, pose.noise, m.outlier, now.rival);
   return ++now.votes >= m.votes && now.time - now.rival_since >= m.agreement;
 }
 
@@ -128,9 +138,9 @@ inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now
     if (lost) now.reinitialised = now.time;
   } else {
     const Surprise found = surprise(now.belief, pose.eta, pose.noise);
-    used = found.square <= m.gate;
+    used = detail::passes(m, found);
     if (used) {
-      correct(found, pose.noise, now.belief);
+      correct_robustly(found, pose.noise, m.outlier, now.belief);
     } else if (detail::overruled(m, pose, now)) {
       now.belief = now.rival;
       now.reinitialised = now.time;

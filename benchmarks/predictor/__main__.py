@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+"""Command line: print tables, or write them into docs/onboard.md."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
+
+from benchmarks.blocks import fill
+from benchmarks.predictor import accuracy, board, consistency, matches
+
+PAGE = Path(__file__).parents[2] / "docs" / "onboard.md"
+BLOCKS: dict[str, Callable[[], str]] = {
+    "velocity": accuracy.velocity_table,
+    "reckoning": accuracy.reckoning_table,
+    "consistency": consistency.nees_table,
+    "ship": consistency.ship_table,
+    "matches": matches.table,
+    "speed": board.speed,
+    "soak": board.soak,
+}
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Run what is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.predictor", description=__doc__)
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(BLOCKS))
+    parser.add_argument("--soak", action="store_true", help="the soak, too: some minutes")
+    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}, the soak too")
+    given = parser.parse_args(arguments)
+    if odd := set(given.tables) - set(BLOCKS):
+        parser.error(f"no table {', '.join(sorted(odd))}; there are {', '.join(BLOCKS)}")
+    if given.write:
+        fill(PAGE, BLOCKS)
+        return
+    default = [name for name in BLOCKS if name != "soak" or given.soak]
+    for name in given.tables or default:
+        print(f"## {name}\n\n{BLOCKS[name]()}\n", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""The predictor as a C++ program of its own: what a step costs, and what it bears."""
+
+import resource
+import subprocess
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ("onboard.cpp", "heap.cpp")
+FLAGS = ("-std=c++17", "-O3", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra")
+STEPS = 10_000_000
+SEED = 1
+
+
+def build(folder: Path, compiler: str = "c++", *more: str) -> Path:
+    """The program, in `folder`."""
+    made = folder / "onboard"
+    tests = ROOT / "core" / "tests"
+    subprocess.run(
+        [compiler, *FLAGS, *more, f"-I{ROOT / 'core' / 'include'}", f"-I{tests}",
+         *(str(tests / source) for source in SOURCES), "-o", str(made)],
+        check=True,
+    )  # fmt: skip
+    return made
+
+
+def run(*arguments: str) -> str:
+    """What it prints, as a block of a page."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = build(Path(folder))
+        done = subprocess.run(
+            [str(program), *arguments], capture_output=True, text=True, check=False
+        )
+    if done.returncode != 0:
+        raise SystemExit(f"onboard {' '.join(arguments)} failed:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def speed() -> str:
+    """Markdown."""
+    return f"```\n{run('time')}```"
+
+
+def soak() -> str:
+    """Markdown; fails on an estimate that is not sound, or where memory was asked for."""
+    shown = run("soak", str(STEPS), str(SEED))
+    most = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    return f"```\n{shown}```\n\n(with the compiler at most {most:.0f} MB)"

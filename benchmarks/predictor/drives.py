@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: MIT
+"""Drives to follow: simulated ones with their truth, the real ship's, and models of either."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+import seatrial
+from seatrial.faults import FaultKind
+from seatrial.frames import Array
+from seatrial.plan import Unmodelled, load_plan, with_seed
+from seatrial.recording import Recording
+from seatrial.simulate import Trial, simulate
+
+SCENES = {"hard": 0.0, "hard, pushed": 0.04}  # share of full thrust that no model knows of
+LASTS = 2.0  # [s]
+SETTLED = 5.0  # [s] from the start, not counted
+IDENTIFIED = ("S1", "S2", "S3")
+SHIP = Path(__file__).parents[2] / "data" / "cse1"
+RUNS = ("run1", "random_run1", "random_run3")
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a predictor gets."""
+
+    command_t: Array  # (m,) [s]
+    command: Array  # (m, inputs)
+    pose_t: Array  # (n,) [s]
+    pose: Array  # (n, 3) as they come, false matches and all
+    scale_t: Array  # (k,) [s]
+    scale: Array  # (k, scales)
+
+    def events(self, delay: float = 0.0) -> Iterator[tuple[float, str, float, Array]]:
+        """Arrival, kind, stamp, values in the order of arrival; poses arrive `delay` [s] late."""
+        kinds = [
+            (self.scale_t, self.scale_t, "scale", self.scale),
+            (self.command_t, self.command_t, "command", self.command),
+            (self.pose_t + delay, self.pose_t, "pose", self.pose),
+        ]
+        rows = [
+            (arrival, order, kind, stamp, row)
+            for order, (arrivals, stamps, kind, values) in enumerate(kinds)
+            for arrival, stamp, row in zip(arrivals.tolist(), stamps.tolist(), values, strict=True)
+        ]
+        for arrival, _, kind, stamp, row in sorted(rows, key=lambda r: r[:2]):
+            yield arrival, kind, stamp, row
+
+
+def of_recording(recording: Recording) -> Inputs:
+    """A recording's raw signals, without poses that the sensor itself marks as none."""
+    good = np.isfinite(recording.raw).all(axis=1)
+    for fault in recording.faults:
+        if fault.kind is FaultKind.MARKED:
+            good &= (recording.t < fault.start) | (recording.t > fault.end)
+    scales = recording.scales
+    return Inputs(
+        recording.seconds(recording.commands.stamps), recording.commands.values,
+        recording.t[good], recording.raw[good],
+        np.zeros(0) if scales is None else recording.seconds(scales.stamps),
+        np.zeros((0, 0)) if scales is None else scales.values,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Simulated inputs, and the truth at the stamp of every pose."""
+
+    recording: Recording
+    inputs: Inputs
+    truth: Array  # (n, 6) x, y, psi, u, v, r
+
+
+def of_trial(trial: Trial) -> Drive:
+    """By the poses' stamps: what they jitter, the true pose is moved on."""
+    inputs = of_recording(trial.recording)
+    truth = trial.truth[trial.arrived].copy()
+    late = trial.pose_stamps * 1e-9 - trial.truth_t[trial.arrived]
+    c, s = np.cos(truth[:, 2]), np.sin(truth[:, 2])
+    u, v, r = truth[:, 3:].T
+    truth[:, :3] += late[:, None] * np.column_stack([c * u - s * v, s * u + c * v, r])
+    return Drive(trial.recording, inputs, truth)
+
+
+@cache
+def trials(scene: str, seed: int, names: tuple[str, ...]) -> dict[str, Trial]:
+    """Trials by name. The preset's false matches are left out: `matches` has its own."""
+    plan = with_seed(load_plan("hard"), seed)
+    jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
+    push = Unmodelled(SCENES[scene], LASTS) if SCENES[scene] else None
+    plan = msgspec.structs.replace(
+        plan, pose=msgspec.structs.replace(plan.pose, jumps=jumps),
+        plant=msgspec.structs.replace(plan.plant, unmodelled=push),
+        trials={name: plan.trials[name] for name in names},
+    )  # fmt: skip
+    made = simulate(plan, seatrial.load_vehicle("mallard-mp"))
+    return {trial.name.partition("-")[0]: trial for trial in made}
+
+
+@cache
+def drive(scene: str, seed: int) -> Drive:
+    """S7."""
+    return of_trial(trials(scene, seed, ("S7",))["S7"])
+
+
+@cache
+def model(scene: str, seed: int, method: str = "output-error") -> seatrial.Model:
+    """Identified from S1 to S3."""
+    made = trials(scene, seed, IDENTIFIED)
+    recordings = [made[name].recording for name in IDENTIFIED]
+    return seatrial.identify(recordings, made["S1"].vehicle, method=method)
+
+
+@cache
+def ship(vehicle: str) -> dict[str, Recording]:
+    """The real runs."""
+    known = seatrial.load_vehicle(SHIP / f"{vehicle}.yaml")
+    return {n: seatrial.read(SHIP / "csv" / f"CSE1_data_{n}.csv", known) for n in RUNS}
+
+
+@cache
+def ship_model(vehicle: str, left_out: str) -> seatrial.Model:
+    """Identified from the other two runs."""
+    others = [r for name, r in ship(vehicle).items() if name != left_out]
+    return seatrial.identify(others, seatrial.load_vehicle(SHIP / f"{vehicle}.yaml"))
+
+
+@dataclass(frozen=True)
+class Track:
+    """Estimates at the times that were asked for."""
+
+    t: Array  # (n,) [s]
+    state: Array  # (n, 6) pose and velocity
+    covariance: Array  # (n, 6, 6)
+    health: Sequence[seatrial.Health]
+
+    def errors(self, truth: Array) -> Array:
+        """Estimate less truth (n, 6), the heading's in (-pi, pi]."""
+        off = self.state - truth
+        off[:, 2] = (off[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+        return np.asarray(off)
+
+
+def give(predictor: seatrial.Predictor, kind: str, stamp: float, values: Array) -> seatrial.Taken:
+    """One input."""
+    calls = {"pose": predictor.pose, "command": predictor.command, "scale": predictor.scale}
+    return calls[kind](stamp, values)
+
+
+def follow(predictor: seatrial.Predictor, inputs: Inputs, ask: Array, delay: float = 0.0) -> Track:
+    """What the predictor says at rising times (n,) [s], of what has arrived by each."""
+    found = []
+    events = inputs.events(delay)
+    event = next(events, None)
+    for t in ask.tolist():
+        while event is not None and event[0] <= t:
+            give(predictor, *event[1:])
+            event = next(events, None)
+        found.append(predictor.at(t))
+    return Track(
+        ask, np.array([np.concatenate([e.pose, e.velocity]) for e in found]),
+        np.array([e.covariance for e in found]), [e.health for e in found],
+    )  # fmt: skip
