@@ -83,7 +83,7 @@ def ahead(vehicle: str, name: str) -> tuple[Array, Array]:
 
 def ship_table(vehicle: str = "pair") -> str:
     """Markdown: coverage of the real ship's pose one second ahead, model of the other two runs."""
-    rows = ["| CSE1, left out | poses | median error x, mm | y, mm | psi, mrad | inside 95 %, %: x | y | psi | all three |",
+    rows = ["| left out | poses | median error x, mm | y | psi, mrad | within 95 %: x | y | psi | all |",
             "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     found = {name: ahead(vehicle, name) for name in RUNS}
     both = [np.concatenate(parts) for parts in zip(*found.values(), strict=True)]

@@ -136,6 +136,31 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
   CHECK(worst.value() < 1e-14);
 }
 
+TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth as much less") {
+  const Belief before = under_way(7);
+  const double noise[kSeen][kSeen] = {{4e-4, 1e-5, 0.0}, {1e-5, 9e-4, 2e-5}, {0.0, 2e-5, 1e-3}};
+  const auto moved = [&](double far, Belief& b) {
+    b = before;
+    const double eta[kSeen] = {b.x[0] + far, b.x[1] - far, b.x[2] + 0.5 * far};
+    const Surprise found = surprise(b, eta, noise);
+    correct_robustly(found, noise, 4.0, b);
+    return std::sqrt(found.square);
+  };
+  Belief at;
+  Belief beyond;
+  Belief within;
+  const double unit = moved(0.01, within) / 0.01;  // [sigma per m]
+  CHECK(moved(4.0 / unit, at) == doctest::Approx(4.0));
+  CHECK(moved(12.0 / unit, beyond) == doctest::Approx(12.0));
+  for (int i = 0; i < kBelieved; ++i) {  // the gain falls with the square of the distance
+    CHECK(beyond.x[i] - before.x[i] == doctest::Approx((at.x[i] - before.x[i]) / 3.0));
+    CHECK(at.p[i][i] == doctest::Approx(within.p[i][i]));
+    CHECK(before.p[i][i] - beyond.p[i][i] ==
+          doctest::Approx((before.p[i][i] - at.p[i][i]) / 9.0).epsilon(1e-6));
+  }
+  CHECK(onboard::positive(&beyond.p[0][0], kBelieved));
+}
+
 TEST_CASE("a covariance stays one through steps and corrections of very different size") {
   DrivenBoat b = boat(DisturbanceFrame::kEarth);
   b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3};

@@ -113,6 +113,25 @@ TEST_CASE("when all poses move for good it was the filter: it follows, and keeps
   CHECK_FALSE(has(e, kGateRejecting));
 }
 
+TEST_CASE("poses good to 0.1 mm beside a model wrong by a millimetre are no false matches") {
+  OnboardModel m = onboard::model();
+  m.boat.noise = {1e-4, 1e-4, 1e-3, 1e-3, 1e-3, 1e-3, 2.0};
+  auto p = fresh(m);
+  const double little[3] = {0.2, 0.0, 0.0};
+  p->command(0.0, little);  // the model goes, the boat is held
+  int rejected = 0;
+  for (int i = 0; i < 150; ++i) {
+    const double t = 0.05 * i;
+    const double eta[3] = {1.5e-3 * (i % 2), 0.0, 0.0};
+    p->pose(t, eta);
+    rejected += has(p->at(t), kGateRejecting) ? 1 : 0;
+  }
+  CHECK(rejected == 0);
+  const double far[3] = {0.0, 0.3, 0.0};
+  p->pose(7.5, far);
+  CHECK(has(p->at(7.5), kGateRejecting));
+}
+
 TEST_CASE("it recovers through further false matches, and from a false first pose") {
   auto p = fresh();
   Sea sea(22);

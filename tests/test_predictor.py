@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: MIT
+"""The predictor with an identified model on simulated drives: against truth, in any order, on bad input."""
+
+import sys
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import ROOT, make_model
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom, chi2
+from test_docs import blocks
+
+import seatrial
+from seatrial.causal import NOISE_START
+from seatrial.doubt import FLOOR, MEMORY, Doubt, believed_on_board
+from seatrial.errors import ModelError, PredictorError
+from seatrial.predictor import Health, Predictor, Taken
+from seatrial.schema import EnvelopeEntry, NoiseEntry, ProcessEntry
+
+sys.path.insert(0, str(ROOT))
+from benchmarks.predictor import accuracy, board, consistency, drives, matches
+from benchmarks.predictor.drives import SCENES, drive, follow, model
+
+SEED = accuracy.SEED
+EXACT, PUSHED = SCENES
+
+
+@pytest.fixture(scope="module")
+def known() -> seatrial.Model:
+    return model(EXACT, SEED)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_velocity_is_five_times_nearer_to_the_truth_than_the_stencils(scene):
+    stencil, past, ours = (wrong for _, wrong in accuracy.velocity(scene))
+    assert np.all(5.0 * ours < stencil)
+    assert np.all(3.0 * ours < past)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("burst", [1, matches.BURST])
+def test_no_false_match_is_used_and_the_pose_stays_within_three_centimetres(scene, burst):
+    got = matches.outcome(scene, burst)
+    assert got.false > 50
+    assert got.accepted == 0
+    assert got.rejected == 0
+    assert got.errors.max() < 0.03
+
+
+def test_the_covariance_is_right_with_an_identified_model():
+    found = np.concatenate([consistency.nees(PUSHED, seed) for seed in consistency.SEEDS[:3]])
+    n = len(found)
+    low, high = chi2.ppf([0.025, 0.975], consistency.SIZE * n) / n
+    assert low < found.mean() < high
+    inside = np.sum(found < chi2.ppf(consistency.LEVEL, consistency.SIZE))
+    few, many = binom.ppf([0.025, 0.975], n, consistency.LEVEL)
+    assert few <= inside <= many
+
+
+def test_where_only_the_models_own_errors_are_left_the_covariance_is_not_too_small():
+    found = np.concatenate([consistency.nees(EXACT, seed) for seed in consistency.SEEDS[:3]])
+    assert 2.0 < found.mean() < consistency.SIZE
+    assert np.mean(found < chi2.ppf(consistency.LEVEL, consistency.SIZE)) > consistency.LEVEL
+
+
+def test_dead_reckoning_beats_the_papers_model_and_a_constant_velocity():
+    trial = drive(PUSHED, SEED)
+    ours = np.median(accuracy.reckoned(model(PUSHED, SEED), trial), axis=0)
+    paper = np.median(accuracy.reckoned(model(PUSHED, SEED, "equation-error"), trial), axis=0)
+    still = np.median(accuracy.constant(trial), axis=0)
+    assert np.all(ours < paper)
+    assert np.all(ours < still)
+    assert ours[0] < 0.02
+
+
+def test_its_mean_is_the_core_s_own_prediction(known):
+    """Without poses but the first it goes where the library's roll-out of the same model goes."""
+    trial = drive(EXACT, SEED)
+    t = trial.recording.t[:150]
+    constants = known.constants.copy()
+    constants[known.vehicle.constants.names.index("latency")] = 0.03  # no command from the future
+    sure = replace(known, constants=constants)
+    inputs = accuracy.until(trial.inputs, -1.0, t[0], t[-1])
+    track = follow(Predictor(sure), inputs, t)
+    start = np.concatenate([inputs.pose[0], np.zeros(3)])
+    from seatrial import _core
+
+    states, _ = _core.simulate(
+        sure.boat, sure.trace(trial.recording), start, np.ascontiguousarray(t)
+    )
+    np.testing.assert_allclose(track.errors(states), 0.0, atol=1e-6)
+
+
+arrivals = st.lists(st.floats(0.0, 0.5), min_size=1, max_size=40)
+
+
+@settings(max_examples=25)
+@given(delays=arrivals, begin=st.floats(20.0, 300.0), look=st.floats(-0.5, 2.0))
+def test_what_arrives_late_gives_to_the_bit_what_arrives_in_time(delays, begin, look):
+    model_ = model(EXACT, SEED)
+    trial = drive(EXACT, SEED)
+    spoiled, _ = matches.spoiled(trial.inputs, matches.BURST, 3)
+    part = accuracy.until(spoiled, begin, begin + 3.0, begin + 3.0)
+    events = [row[1:] for row in part.events()]
+    late = sorted(enumerate(events), key=lambda e: (e[1][1] + delays[e[0] % len(delays)], e[0]))
+    one, other = Predictor(model_), Predictor(model_)
+    for event in events:
+        assert drives.give(one, *event) is Taken.USED
+    for _, event in late:
+        assert drives.give(other, *event) is Taken.USED
+        other.at(event[1])
+    a, b = one.at(begin + 3.0 + look), other.at(begin + 3.0 + look)
+    for name in ("pose", "velocity", "covariance", "disturbance"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert a.health == b.health
+    assert a.last_pose == b.last_pose
+
+
+def test_what_is_no_number_is_refused_and_nothing_else_ever_comes_out(known):
+    p = Predictor(known)
+    assert p.at(1.0).health & Health.NO_POSE
+    assert p.pose(0.0, [0.0, 0.0, 0.0]) is Taken.USED
+    assert p.pose(0.0, [0.0, 0.0, 0.0]) is Taken.TWICE
+    for odd in (np.nan, np.inf, -np.inf):
+        assert p.pose(0.1, [odd, 0.0, 0.0]) is Taken.NOT_A_NUMBER
+        assert p.pose(odd, [0.0, 0.0, 0.0]) is Taken.NOT_A_NUMBER
+        assert p.command(0.1, [0.0, 0.0, odd]) is Taken.NOT_A_NUMBER
+        assert p.pose(0.1, [0.0, 0.0, 0.0], np.full((3, 3), odd)) is Taken.NOT_A_NUMBER
+        assert np.isfinite(p.at(odd).covariance).all()
+    assert p.pose(0.1, [0.0, 0.0, 0.0], -np.eye(3)) is Taken.NOT_A_NUMBER
+    assert p.pose(-1.0, [0.0, 0.0, 0.0]) is Taken.STALE
+    assert p.pose(99.0, [0.0, 0.0, 0.0]) is Taken.AHEAD
+    now = p.at(0.05)
+    assert Health.BAD_INPUT in now.health
+    assert any("refused" in words for words in now.health.advice)
+    assert np.isfinite(now.velocity).all()
+    with pytest.raises(ValueError, match="read-only"):
+        now.pose[0] = 1.0
+    p.forget()
+    assert Health.NO_POSE in p.at(0.0).health
+    assert p.at(0.0).last_pose == -np.inf
+
+
+def test_a_poses_own_covariance_counts(known):
+    p, q = Predictor(known), Predictor(known)
+    for t in np.arange(0.0, 2.0, 0.1):
+        p.pose(t, [0.0, 0.0, 0.0], np.diag([1e-6, 4.0, 1e-6]))
+        q.pose(t, [0.0, 0.0, 0.0])
+    sure, unsure, usual = *np.diag(p.at(1.9).covariance)[:2], q.at(1.9).covariance[0, 0]
+    assert sure < usual < unsure
+
+
+def test_health_knows_where_the_model_was_identified(known):
+    narrow = replace(known, envelope=EnvelopeEntry({"u": (-0.01, 0.01)}, {"F_u": (-0.1, 0.1)}))
+    p = Predictor(narrow)
+    p.pose(0.0, [0.0, 0.0, 0.0])
+    p.command(0.0, [1.0, 0.0, 0.0])
+    far = p.at(2.0).health
+    assert Health.OUTSIDE_SPEEDS in far
+    assert Health.OUTSIDE_COMMANDS in far
+    assert Health.DEAD_RECKONING in far
+    near = Predictor(known)
+    near.pose(0.0, [0.0, 0.0, 0.0])
+    near.command(0.0, [0.1, 0.0, 0.0])
+    assert near.at(0.2).health == Health(0)
+    assert near.at(0.2).health.advice == ()
+
+
+def test_commands_time_out_as_the_vehicle_file_says(known):
+    file = msgspec.structs.replace(known.vehicle.file, command_timeout=0.3)
+    p = Predictor(replace(known, vehicle=replace(known.vehicle, file=file)))
+    p.pose(0.0, [0.0, 0.0, 0.0])
+    p.command(0.0, [1.0, 0.0, 0.0])
+    assert Health.COMMAND_SILENCE not in p.at(0.2).health
+    assert Health.COMMAND_SILENCE in p.at(0.4).health
+
+
+def test_a_model_by_its_file_is_the_same(known, tmp_path):
+    seatrial.save(known, tmp_path / "model.yaml")
+    found = []
+    for given_ in (known, tmp_path / "model.yaml", str(tmp_path / "model.yaml")):
+        p = Predictor(given_)
+        p.pose(0.0, [1.0, 2.0, 0.3])
+        p.command(0.0, [0.5, 0.0, 0.5])
+        found.append(p.at(1.0).velocity)
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-9)
+
+
+def test_the_documented_lines_run(known, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    seatrial.save(known, "model.yaml")
+    here: dict[str, object] = {}
+    exec(compile(blocks(ROOT / "docs" / "onboard.md", "python")[0], "onboard", "exec"), here)
+    now = here["now"]
+    assert isinstance(now, seatrial.Estimate)
+    assert now.health == Health(0)
+    assert 0.0 < now.velocity[0] < 0.01
+
+
+def test_what_does_not_fit_is_told_in_a_line(known, mp):
+    p = Predictor(known)
+    with pytest.raises(PredictorError, match=r"command of shape \(2,\); expected 3 numbers: F_u"):
+        p.command(0.0, [0.0, 0.0])
+    with pytest.raises(PredictorError, match=r"pose of shape \(4,\)"):
+        p.pose(0.0, [0.0] * 4)
+    with pytest.raises(PredictorError, match=r"covariance of shape \(2, 2\)"):
+        p.pose(0.0, [0.0] * 3, np.eye(2))
+    with pytest.raises(PredictorError, match="expected 0 numbers: none"):
+        p.scale(0.0, [1.0])
+    with pytest.raises(PredictorError, match="'earth' or 'body'"):
+        Predictor(known, disturbance="wind")
+    with pytest.raises(PredictorError, match="two numbers"):
+        Predictor(known, current=(np.nan, 0.0))
+    with pytest.raises(PredictorError, match="window"):
+        Predictor(known, window=0.0)
+    lines = {"surge": [f"X_{i} * u" for i in range(38)], "sway": ["Y_v * v"], "yaw": ["N_r * r"]}
+    file = msgspec.structs.replace(mp.file, structure=lines)
+    crowded = replace(mp, file=file)
+    values = dict.fromkeys(crowded.structure.coefficients, -0.1)
+    with pytest.raises(ModelError, match="no room for a disturbance"):
+        Predictor(make_model(crowded, values))
+
+
+def test_the_scale_signal_drives_the_thrust(cse1_vehicle):
+    values = {name: (0.5 if "F" in name else -0.5) for name in cse1_vehicle.structure.coefficients}
+    p = Predictor(make_model(cse1_vehicle, values))
+    p.pose(0.0, [0.0, 0.0, 0.0])
+    p.command(0.0, [0.5, 0.0, 0.5, 0.0, 0.0])
+    p.scale(0.0, [0.4])
+    full = p.at(1.0).velocity[0]
+    p.scale(0.01, [0.2])
+    assert p.at(1.0).velocity[0] == pytest.approx(full / 4.0, rel=0.05)
+
+
+def test_the_noise_is_the_models_with_what_its_errors_do(known):
+    process = ProcessEntry(0.01, 0.02, 0.03, 0.04, 5.0)
+    certain = replace(
+        known, noise=NoiseEntry(0.002, 0.003, process), covariance=np.zeros_like(known.covariance)
+    )
+    assert believed_on_board(certain).tolist() == [0.002, 0.003, 0.01, 0.02, 0.03, 0.04, 5.0]
+    unknown = replace(certain, noise=NoiseEntry(0.002, 0.003))
+    assert believed_on_board(unknown).tolist() == [0.002, 0.003, *NOISE_START[2:]]
+    exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
+    assert believed_on_board(exact).tolist() == FLOOR.tolist()
+    doubt = Doubt(known)
+    doubted = believed_on_board(known)
+    np.testing.assert_allclose(doubted[2], np.sqrt(np.mean(doubt.walk[:2] ** 2)))
+    np.testing.assert_allclose(doubted[5], doubt.disturbance[2])
+    assert doubted[6] == pytest.approx(MEMORY)
+
+
+def test_the_doubt_about_one_coefficient_is_its_terms_size(known):
+    """Of X_u alone: standard error times the RMS of the speed; of the yaw term N_ud u_dot, its share."""
+    k = known.structure.coefficients.index("X_u")
+    covariance = np.zeros_like(known.covariance)
+    covariance[k, k] = 0.01**2
+    surge, sway, yaw = Doubt(replace(known, covariance=covariance)).disturbance
+    low, high = known.envelope.speeds["u"]
+    typical = np.sqrt((low**2 + low * high + high**2) / 3.0)  # uniform
+    assert surge == pytest.approx(0.01 * typical, rel=0.1)
+    assert sway == 0.0
+    assert yaw == pytest.approx(abs(known.values["N_ud"]) * surge, rel=1e-3)
+
+
+def test_an_error_of_the_latency_kicks_at_every_change(known):
+    """X_F times the RMS difference of two commands, times the error; lag and latency may cancel."""
+    names, n = known.vehicle.constants.names, len(known.coefficients)
+    latency, lag = n + names.index("latency"), n + names.index("lag")
+    covariance = np.zeros_like(known.covariance)
+    covariance[latency, latency] = 0.002**2
+    moved = Doubt(replace(known, covariance=covariance)).walk
+    assert moved[0] == pytest.approx(0.14 * np.sqrt(2.0 / 3.0) * 0.002, rel=0.3)
+    covariance[lag, lag] = 0.002**2
+    covariance[lag, latency] = covariance[latency, lag] = -(0.002**2)
+    np.testing.assert_allclose(Doubt(replace(known, covariance=covariance)).walk, 0.0, atol=1e-9)
+
+
+def test_the_benchmark_prints_its_tables():
+    table = matches.table().splitlines()
+    assert len(table) == 2 + 2 * len(SCENES)
+    assert all(row.split("|")[3].strip() == "0" for row in table[2:])
+    assert board.FLAGS[0] == "-std=c++17"

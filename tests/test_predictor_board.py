@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""The predictor as a program: without exceptions, under the sanitizers, and on another machine."""
+
+import shutil
+import sys
+
+import pytest
+from conftest import ROOT
+from test_core_cpp import run
+from test_docs import blocks
+
+sys.path.insert(0, str(ROOT))
+from benchmarks.predictor.board import build
+
+ESTIMATES = 2001  # of the script
+NUMBERS = 44  # of an estimate: time, health, pose, velocity, covariance
+EXACT = "-ffp-contract=off"  # no fused multiply-add: the same rounding everywhere
+
+
+def needed(*programs: str) -> None:
+    for program in programs:
+        if shutil.which(program) is None:
+            pytest.skip(f"no {program}")
+
+
+def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers(tmp_path):
+    needed("c++")
+    program = build(
+        tmp_path,
+        "c++",
+        "-Werror",
+        "-g",
+        "-fsanitize=address,undefined",
+        "-fno-sanitize-recover=all",
+    )
+    shown = run(str(program), "soak", "20000", "1")
+    assert "20000 steps, 0 estimates that are not sound, 0 allocations" in shown
+
+
+def test_the_documented_lines_compile(tmp_path):
+    needed("c++")
+    source = tmp_path / "documented.cpp"
+    source.write_text(blocks(ROOT / "docs" / "onboard.md", "cpp")[0])
+    strict = ("-std=c++17", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror")
+    run("c++", *strict, "-fsyntax-only", f"-I{ROOT / 'core' / 'include'}", str(source))
+
+
+def test_on_aarch64_it_says_the_same(tmp_path):
+    needed("c++", "aarch64-linux-gnu-g++", "qemu-aarch64")
+    (tmp_path / "here").mkdir()
+    (tmp_path / "there").mkdir()
+    here = run(str(build(tmp_path / "here", "c++", "-Werror", EXACT)), "script")
+    program = build(tmp_path / "there", "aarch64-linux-gnu-g++", "-Werror", "-static", EXACT)
+    there = run("qemu-aarch64", str(program), "script")
+    assert len(here.splitlines()) == ESTIMATES
+    assert {len(row.split()) for row in here.splitlines()} == {NUMBERS}
+    assert there == here
