@@ -3,6 +3,8 @@
 // its noisy poses. Same numbers on every machine but for the last bits of sin, cos and exp.
 #pragma once
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "boats.hpp"
@@ -128,6 +130,18 @@ inline bool positive(const double* p, int n) {
       if (i == j && !(sum > 0.0)) return false;
       l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
     }
+  }
+  return true;
+}
+
+/// Whether numbers are the same to the last bit.
+inline bool same_bits(const double* a, const double* b, int n) {
+  for (int i = 0; i < n; ++i) {
+    std::uint64_t x = 0;
+    std::uint64_t y = 0;
+    std::memcpy(&x, a + i, sizeof(x));
+    std::memcpy(&y, b + i, sizeof(y));
+    if (x != y) return false;
   }
   return true;
 }

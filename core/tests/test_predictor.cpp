@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
-#include <cstring>
 #include <memory>
 
 #include "heap.hpp"
@@ -53,12 +52,12 @@ std::vector<Input> late(const std::vector<Input>& inputs, std::uint64_t seed, do
 }
 
 bool same(const Estimate& a, const Estimate& b) {
-  const auto equal = [](const auto& x, const auto& y) {
-    return std::memcmp(&x, &y, sizeof(x)) == 0;
-  };
-  return equal(a.time, b.time) && equal(a.pose, b.pose) && equal(a.velocity, b.velocity) &&
-         equal(a.covariance, b.covariance) && equal(a.disturbance, b.disturbance) &&
-         equal(a.last_pose, b.last_pose) && a.health == b.health;
+  using onboard::same_bits;
+  return same_bits(&a.time, &b.time, 1) && same_bits(a.pose, b.pose, kSeen) &&
+         same_bits(a.velocity, b.velocity, kAxes) &&
+         same_bits(&a.covariance[0][0], &b.covariance[0][0], kStates * kStates) &&
+         same_bits(a.disturbance, b.disturbance, kAxes) &&
+         same_bits(&a.last_pose, &b.last_pose, 1) && a.health == b.health;
 }
 
 /// Estimates of the last half second and of what follows; each must be sound.
@@ -216,7 +215,7 @@ TEST_CASE("a current moves the boat over ground, and is in its velocity") {
   m.boat.current[1] = -0.1;
   auto p = fresh(m);
   const double start[kSeen] = {1.0, 2.0, kPi / 2.0};
-  const double still[3] = {0.0, 0.0, 0.0};
+  const double still[kMaxCommands] = {};
   p->command(0.0, still);
   REQUIRE(p->pose(0.0, start) == Taken::kUsed);
   const Estimate e = p->at(5.0);

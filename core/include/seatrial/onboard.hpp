@@ -203,8 +203,8 @@ inline void add_current(const DrivenBoat& boat, Estimate& out) {
     out.velocity[i] += body[i];
     for (int j = 0; j < kStates; ++j) p[3 + i][j] += slope[i] * p[2][j];
   }
-  for (int j = 0; j < kStates; ++j) {  // columns after rows
-    for (int i = 0; i < 2; ++i) p[j][3 + i] += slope[i] * p[j][2];
+  for (double(&row)[kStates] : p) {  // columns after rows
+    for (int i = 0; i < 2; ++i) row[3 + i] += slope[i] * row[2];
   }
   for (int i = 0; i < kStates; ++i) {
     for (int j = 0; j < i; ++j) p[i][j] = p[j][i];

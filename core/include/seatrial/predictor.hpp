@@ -86,7 +86,10 @@ class BasicPredictor {
   static_assert(kMaxScales <= kMaxCommands, "one kind of row for both");
 
   static bool numbers(const double* values, int n, double most) {
-    return std::all_of(values, values + n, [most](double x) { return std::abs(x) <= most; });
+    for (int i = 0; i < n; ++i) {
+      if (!(std::abs(values[i]) <= most)) return false;
+    }
+    return true;
   }
 
   /// False where it is no covariance.

@@ -62,7 +62,8 @@ class Timeline {
   /// more are forgotten.
   void extend(double t) {
     newest_ = std::max(newest_, t);
-    for (double next = grid_after(last()); next <= newest_; next += kGrid) {
+    double next = grid_after(last());
+    while (next <= newest_) {
       if (marks_ == kMarks) drop();
       Instant now = latest(next);
       run(now, next, false);
@@ -70,6 +71,7 @@ class Timeline {
       instant(marks_) = now;
       ++marks_;
       while (marks_ > 1 && mark(1).time <= newest_ - window()) drop();
+      next += kGrid;
     }
   }
 
@@ -130,7 +132,8 @@ class Timeline {
 
   static bool same(const PoseSample& a, const PoseSample& b) {
     return std::equal(a.eta, a.eta + kSeen, b.eta) &&
-           std::equal(&a.noise[0][0], &a.noise[0][0] + kSeen * kSeen, &b.noise[0][0]);
+           std::equal(&a.noise[0][0], &a.noise[0][0] + std::ptrdiff_t{kSeen} * kSeen,
+                      &b.noise[0][0]);
   }
 
   static double grid_after(double t) { return (std::floor(t / kGrid) + 1.0) * kGrid; }
