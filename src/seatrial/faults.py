@@ -72,11 +72,14 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     good = _left(name, bad, t)
     whole = np.array(eta, dtype=float)
     whole[good, 2] = np.unwrap(whole[good, 2])
-    jumps = _jumps(t[good], whole[good])
-    away, lasting = _excursions(t[good], whole[good], jumps)
-    bad[FaultKind.EXCURSION] = _at(len(t), good[away])
+    bad[FaultKind.EXCURSION] = np.zeros(len(t), dtype=bool)
+    while True:  # a false match is seen better without another beside it
+        away, lasting = _excursions(t[good], whole[good], _jumps(t[good], whole[good]))
+        if not away.any():
+            break
+        bad[FaultKind.EXCURSION][good[away]] = True
+        good = _left(name, bad, t)
     breaks = t[good[np.array(lasting, dtype=int) + 1]]  # [s] where a jump for good leads to
-    good = _left(name, bad, t)
     stretch, gaps = _stretches(t[good], breaks)
     island, breaks = _islands(t[good], stretch, breaks)
     bad[FaultKind.EXCURSION][good[island]] = True
