@@ -76,6 +76,16 @@ def test_a_false_match_beside_a_gap_is_no_jump_for_good(samples, before):
     assert record.valid.sum() == keep.sum() - samples
 
 
+def test_a_false_match_after_a_gap_is_not_taken_together_with_the_next():
+    stamps, eta = poses(noise=0.0007)
+    keep = np.ones(len(stamps), dtype=bool)
+    keep[300:345] = False
+    eta[345] += [-0.2, 0.97, -0.1]
+    eta[353] += [-0.18, 0.56, 0.57]
+    record = make_recording("gap", stamps[keep], eta[keep], COMMANDS)
+    assert np.flatnonzero(~record.valid).tolist() == [300, 308]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_many_false_matches_and_drop_outs_are_found_and_nothing_else(seed):
     stamps, eta = poses(n=6000, noise=0.004, seed=seed)

@@ -211,6 +211,14 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
   CHECK(std::abs(pass.innovation[153]) < 0.05);
 }
 
+TEST_CASE("whole turns of the heading in a gap change nothing") {
+  Run run = mallard_run();
+  const double whole = run.pass(kBelieved).cost;
+  for (std::size_t k = 60; k < run.problem.time.size(); ++k)
+    run.eta[3 * k + 2] += 2.0 * detail::kTurn;
+  CHECK(run.pass(kBelieved).cost == doctest::Approx(whole).epsilon(1e-9));
+}
+
 TEST_CASE("a boat that diverges is said to") {
   Run run = mallard_run();
   run.problem.boat.coefficient[boats::kXu] = 4000.0;

@@ -23,6 +23,7 @@ JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
+UNDONE = 0.2  # of what is called undone at all: well undone
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -271,21 +272,22 @@ def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[
     padded = np.pad(rate, ((3, 3), (0, 0)), mode="edge")
     usual = np.median(np.stack([padded[k : k + len(rate)] for k in range(7)]), axis=0)
     shift = (rate - usual) * steps * [1.0, 1.0, LEVER]  # [m] beyond the boat's own motion
-    lasting: list[int] = []
-    done = -1
+    spans = []  # jumps that undo each other: badly?, how many, what is left, first and last
     for i, first in enumerate(jumps):
-        if first <= done:
-            continue
-        left = shift[first].copy()
-        for j in (j for j in jumps[i + 1 :] if t[j + 1] - t[first] <= EXCURSION):
-            left += shift[j]
-            if float(np.linalg.norm(left)) < 0.5 * float(np.linalg.norm(shift[first])):
-                away[first + 1 : j + 1] = True
-                done = j
+        left, most = shift[first].copy(), 0.5 * float(np.linalg.norm(shift[first]))
+        for j in range(i + 1, len(jumps)):
+            if t[jumps[j] + 1] - t[first] > EXCURSION:
                 break
-        else:
-            lasting.append(first)
-    return away, lasting
+            left += shift[jumps[j]]
+            rest = float(np.linalg.norm(left))
+            if rest < most:
+                spans.append((rest > UNDONE * most, j - i, rest, i, j))
+    free = np.ones(len(jumps), dtype=bool)
+    for *_, i, j in sorted(spans):  # what undoes each other well, then what does so soon
+        if free[i : j + 1].all():
+            free[i : j + 1] = False
+            away[jumps[i] + 1 : jumps[j] + 1] = True
+    return away, [jump for jump, lasts in zip(jumps, free, strict=True) if lasts]
 
 
 def _runs(mask: Mask) -> list[tuple[int, int]]:

@@ -15,6 +15,7 @@
 namespace seatrial::detail {
 
 inline constexpr int kMaxParameters = kMaxColumns + kEffects;
+inline constexpr double kTurn = 6.283185307179586;  // [rad]
 inline constexpr int kColouredStates = kFilterStates + kPose;
 
 /// Inverse of a symmetric 3 x 3, and its determinant.
@@ -148,6 +149,7 @@ class Filter {
         for (int j = 0; j < N; ++j) hp[i][j] += p_[kFilterStates + i][j];
       }
     }
+    e[2] = std::remainder(e[2], kTurn);  // whole turns in a gap are nobody's
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j < kPose; ++j) {
         s[i][j] = hp[i][j] + hp[i][2] * turn[j];
