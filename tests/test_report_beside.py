@@ -89,7 +89,7 @@ def test_what_changed_is_said_first_and_names_stay_text(text):
     said = re.search(r'<div class="said">(.*?)</div>', text, re.DOTALL)[1]
     assert "A is old.yaml (mallard, output-error" in said
     assert "&lt;b&gt;new" in said
-    assert "X_F" in said
+    assert "<i>X</i><sub>F</sub>" in said
     assert "17 %" in said or "20 %" in said  # less force a mass: as a fifth more mass
     assert "A is better in surge" in said
     assert "<b>new" not in text

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.cells import Cell, Interval, latex_text
+from seatrial.report.cells import Cell, Interval
+from seatrial.report.latex import latex_text
 
 
 @dataclass(frozen=True)

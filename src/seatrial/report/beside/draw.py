@@ -24,12 +24,12 @@ from seatrial.report.draw.base import (
     line,
     marks,
     speed,
-    subscripted,
     upright,
     whiskers,
 )
 from seatrial.report.draw.known import LEAST, MOST
 from seatrial.report.draw.prediction import above_commands
+from seatrial.report.names import plotly_symbol
 from seatrial.report.pool import Pooled
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
@@ -53,7 +53,7 @@ class Rows(NamedTuple):
     @property
     def axis(self) -> Figure:
         """For the layout."""
-        ticks = [subscripted(name) for name in self.names]
+        ticks = [plotly_symbol(name) for name in self.names]
         return {
             "tickvals": self.place.tolist(),
             "ticktext": ticks,

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What two models are: verdict, what is known, parameters, actuators, boat, provenance."""
 
-from html import escape
 from itertools import zip_longest
 
 from seatrial.compare.parameters import Pair
@@ -16,7 +15,10 @@ from seatrial.report.beside.both import LETTERS, Both
 from seatrial.report.cells import NOTHING, Cell, Name, Number, Text, Unit, between
 from seatrial.report.cells import known as told
 from seatrial.report.draw.base import Figure
-from seatrial.report.markup import equation, listing
+from seatrial.report.equations import equations
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import listing
+from seatrial.report.names import names_in, sentence
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import said
 from seatrial.report.sections.provenance import facts_of
@@ -37,8 +39,9 @@ def verdict(pair: Both) -> Section:
         lines += [f"{name} s ahead {matters(found, name)}." for name in found.better]
     else:
         lines.append("Next: give recordings, to see whether it matters for prediction.")
-    text = "".join(f"<p>{escape(line)}</p>" for line in lines)
-    notes = "".join(f'<p class="sanity">{escape(note)}</p>' for note in found.notes)
+    names = names_in(*pair.models)
+    text = "".join(f"<p>{sentence(line, names)}</p>" for line in lines)
+    notes = "".join(f'<p class="sanity">{sentence(note, names)}</p>' for note in found.notes)
     html = f"""<header><h1>A and B</h1>
 <p class="subtitle">Two dynamic models side by side</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
@@ -79,8 +82,7 @@ def parameters(pair: Both) -> Section:
     """Every parameter of both, the difference, and the equations."""
     table = differences(pair)
     numbers = "".join(
-        f"<h3>{letter}</h3>"
-        + listing([equation(m.structure, i, m.values) for i in range(3)], "equations")
+        f"<h3>{letter}</h3>{equations(m.structure, m.values)}"
         for letter, m in zip(LETTERS, pair.models, strict=True)
     )
     tested = [p for p in pair.found.pairs if p.z is not None]
@@ -186,13 +188,18 @@ def advised(pair: Both) -> Section | None:
     if pair.evidence is None:
         return None
     parts = "".join(
-        f"<div><h3>{letter}</h3>{listing(map(escape, advice(one)), 'advice') or prose.ALL_WELL}</div>"
+        f"<div><h3>{letter}</h3>{_todo(one)}</div>"
         for letter, one in zip(LETTERS, pair.evidence, strict=True)
     )
     html = (
         f'<section id="advice"><h2>The next drive</h2>\n<div class="pair">{parts}</div></section>'
     )
     return Section("advice", "Next drive", html)
+
+
+def _todo(one: Evidence) -> str:
+    found = [sentence(text, names_in(one.model)) for text in advice(one)]
+    return listing(found, "advice") if found else prose.ALL_WELL
 
 
 def provenance(pair: Both) -> Section:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.advice import Gain
-from seatrial.report.draw.base import BLUE, ORANGE, Figure, figure, marks, subscripted
+from seatrial.report.draw.base import BLUE, ORANGE, Figure, figure, marks
+from seatrial.report.names import plotly_symbol
 
 LEAST, MOST = 1.0, 36000.0  # [s] that are shown
 
@@ -26,7 +27,7 @@ def halving(found: Sequence[Gain]) -> Figure:
         traces, "driving more [s]", "",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": text, "range": [0.0, 4.7]},
         yaxis={
-            "tickvals": place.tolist(), "ticktext": [subscripted(g.parameter) for g in found],
+            "tickvals": place.tolist(), "ticktext": [plotly_symbol(g.parameter) for g in found],
             "range": [-len(found) + 0.4, 0.6],
         },
         showlegend=True,

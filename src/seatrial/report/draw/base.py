@@ -9,6 +9,7 @@ import numpy as np
 
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
+from seatrial.report.names import plotly_symbol
 
 Figure = dict[str, Any]
 
@@ -99,15 +100,7 @@ def colour_of(place: int) -> tuple[str, str]:
 
 def force_name(model: Model, place: int) -> str:
     """A force's name with Plotly's subscripts; what the user wrote stays text."""
-    return subscripted(model.structure.forces[place].name)
-
-
-def subscripted(name: str) -> str:
-    """A name with Plotly's subscripts."""
-    head, _, tail = name.partition("_")
-    if len(head) > 1 or "." in name:  # a constant of the chain
-        return escape(name)
-    return escape(head) + (f"<sub>{escape(tail)}</sub>" if tail else "")
+    return plotly_symbol(model.structure.forces[place].name)
 
 
 def shortened(name: str, most: int = 26) -> str:

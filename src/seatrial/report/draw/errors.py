@@ -21,10 +21,10 @@ from seatrial.report.draw.base import (
     forces_in,
     level,
     line,
-    subscripted,
     upright,
     whiskers,
 )
+from seatrial.report.names import plotly_symbol
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
 from seatrial.residuals import REACH
@@ -105,7 +105,7 @@ def followed(run: Run, axis: int) -> Figure:
         values = np.array(found.values)
         lag = found.step * np.arange(-(len(values) // 2), len(values) // 2 + 1.0)
         colour = FORCE_COLOURS[i % len(FORCE_COLOURS)]
-        traces.append(line("", lag, values, colour) | {"name": subscripted(found.force)})
+        traces.append(line("", lag, values, colour) | {"name": plotly_symbol(found.force)})
     if own:
         limit = max(c.limit for c in own)
         shapes = [level(side * limit, BLACK, "dash") for side in (1.0, -1.0)]

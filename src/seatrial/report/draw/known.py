@@ -15,9 +15,9 @@ from seatrial.report.draw.base import (
     Figure,
     figure,
     marks,
-    subscripted,
     upright,
 )
+from seatrial.report.names import plotly_symbol
 
 LOOKS = {  # of a verdict
     Verdict.SHARP: (BLUE, "circle"),
@@ -40,7 +40,7 @@ def errors(found: Identifiability) -> Figure:
         if mine.any():
             points = np.column_stack([share[mine], place[mine]])
             traces.append(marks(verdict.value, points, colour, sign, size=10) | {"opacity": 1.0})
-    names = [subscripted(f.name) for f in rows]
+    names = [plotly_symbol(f.name) for f in rows]
     low = np.log10(max(LEAST, 0.5 * float(share.min()))) if rows else 0.0
     high = np.log10(max(40.0, 1.6 * float(share.max()))) if rows else 2.0
     return figure(

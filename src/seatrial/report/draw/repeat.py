@@ -15,10 +15,10 @@ from seatrial.report.draw.base import (
     level,
     marks,
     shortened,
-    subscripted,
     upright,
     whiskers,
 )
+from seatrial.report.names import plotly_symbol
 from seatrial.report.repeat import Repeat
 from seatrial.report.runs import Run
 
@@ -68,7 +68,7 @@ def parameters(found: Repeat) -> Figure:
         traces, "away from the model's value [%]", "",
         yaxis={
             "tickvals": [-float(k) for k in range(len(names))],
-            "ticktext": [subscripted(name) for name in names], "range": [-len(names) + 0.4, 0.6],
+            "ticktext": [plotly_symbol(name) for name in names], "range": [-len(names) + 0.4, 0.6],
         },
         shapes=[upright(0.0, BLACK, "dash")], showlegend=True,
     )  # fmt: skip

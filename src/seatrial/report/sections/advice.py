@@ -13,6 +13,7 @@ from seatrial.report.cells import Cell, Name, Number, Said, Text
 from seatrial.report.draw import advice as draw
 from seatrial.report.evidence import Evidence
 from seatrial.report.markup import listing
+from seatrial.report.names import names_in, sentence
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.table import Table
 from seatrial.statistics import NORMAL_95
@@ -20,7 +21,7 @@ from seatrial.statistics import NORMAL_95
 
 def section(evidence: Evidence) -> Section:
     """Sentences, then the expected gain by parameter."""
-    todo = [escape(text) for text in advice(evidence)]
+    todo = [sentence(text, names_in(evidence.model)) for text in advice(evidence)]
     said = listing(todo, "advice") if todo else prose.ALL_WELL
     if not evidence.gains:
         why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.silent)}</p>"
