@@ -113,6 +113,7 @@ class Said(Cell):
 
     value: float
     words: str
+    unit: str = ""  # of the number
 
     def html(self) -> str:
         """The words, with the number for machines."""

@@ -19,6 +19,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 SHADE = "rgba(0,114,178,0.15)"
 WARM = "rgba(230,159,0,0.18)"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+FEW_DECADES = 2.6  # of a logarithmic axis: there is room for 2 and 5, too
 DASHES = ("solid", "dash", "dot")  # once round the colours, the next dash
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY)
@@ -91,6 +92,32 @@ def figure(traces: Sequence[Figure], x: str, y: str, **layout: Any) -> Figure:  
     for name, value in layout.items():
         whole[name] = whole[name] | value if name in whole else value
     return {"data": list(traces), "layout": whole}
+
+
+def logarithmic(low: float, high: float) -> Figure:
+    """A logarithmic axis from `low` to `high` with ticks that are whole numbers: 0.1, 0.2, 0.5, 1."""
+    begin, end = float(np.log10(low)), float(np.log10(high))
+    factors = (1.0, 2.0, 5.0) if end - begin < FEW_DECADES else (1.0,)
+    powers = range(int(np.floor(begin)) - 1, int(np.ceil(end)) + 2)
+    ticks = [f * 10.0**p for p in powers for f in factors]
+    text = [f"{t:.6g}" for t in ticks]
+    return {"type": "log", "range": [begin, end], "tickvals": ticks, "ticktext": text}
+
+
+def room_for(traces: Sequence[Figure]) -> Figure:
+    """`logarithmic` over the positive heights of some traces, and the ends of their intervals."""
+    parts = [np.ones(0)]
+    for trace in traces:
+        y = np.asarray(trace["y"], dtype=float)
+        ends = trace.get("error_y", {"array": 0.0, "arrayminus": 0.0})
+        parts += [y, y + np.asarray(ends["array"]), y - np.asarray(ends["arrayminus"])]
+    every = np.concatenate(parts)
+    every = every[np.isfinite(every) & (every > 0)]
+    if not len(every):
+        return {"type": "log"}
+    return logarithmic(
+        0.9 * max(float(every.min()), 1e-3 * float(every.max())), 1.1 * float(every.max())
+    )
 
 
 def colour_of(place: int) -> tuple[str, str]:

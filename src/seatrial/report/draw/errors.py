@@ -85,12 +85,12 @@ def correlation(run: Run, axis: int) -> Figure:
     band = moving_average_band(rho, steps, samples)
     white = np.full(2, white_band(samples))
     ends = lag[[0, -1]]
-    upper = line("white", ends, white, GREEN, dash="dash") | {"legendgroup": "white"}
+    upper = line("95 %, white", ends, white, GREEN, dash="dash") | {"legendgroup": "white"}
     lower = upper | {"y": -white, "showlegend": False}
     reach = upright(steps * run.recording.period, ORANGE)
     traces = [
         line("errors", lag, rho, RED),
-        area("overlapping", lag, -band, band, BLUE),
+        area("95 %, overlapping", lag, -band, band, BLUE),
         upper,
         lower,
     ]
@@ -111,7 +111,7 @@ def followed(run: Run, axis: int) -> Figure:
         shapes = [level(side * limit, BLACK, "dash") for side in (1.0, -1.0)]
         shapes += [level(side * max(c.band for c in own), GREEN) for side in (1.0, -1.0)]
     return figure(
-        traces, f"{SYMBOLS[axis]} residual after the force by [s]", "correlation [–]",
+        traces, "lag behind the force [s]", f"correlation of {SYMBOLS[axis]} residual [–]",
         xaxis={"range": [-REACH, REACH]}, shapes=shapes, showlegend=True,
     )  # fmt: skip
 

@@ -42,13 +42,13 @@ def section(evidence: Evidence) -> Section:
 
 def gained(evidence: Evidence) -> Table:
     """For every parameter the best manoeuvre."""
-    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after [s]", "of")
+    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after", "of")
     rows: list[list[Cell]] = [
         [
             Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
             Number(NORMAL_95 * g.after, 2),
-            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never"),
- Text(g.manoeuvre),
+            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
+            Text(g.manoeuvre),
         ]
         for g in evidence.gains
     ]  # fmt: skip

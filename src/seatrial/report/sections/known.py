@@ -82,6 +82,11 @@ def correlation_map(found: Identifiability) -> str:
     )
 
 
+def share(found: Finding) -> Cell:
+    """Standard error over value [%]."""
+    return Number(found.relative, 2, 100.0, " %") if found.relative < 1.0 else Text("> 100 %")
+
+
 def said(found: Finding) -> str:
     """The verdict, and how much there may be of what is not told from zero."""
     text = found.verdict.value
@@ -95,7 +100,4 @@ def _row(found: Finding) -> list[Cell]:
     if found.partners:
         name, rho = found.partners[0]
         partner = Name(name, f" ({number(rho, 2)})")
-    share: Cell = Number(found.relative, 2, 100.0, " %")
-    if not found.relative < 1.0:
-        share = Text("> 100 %")
-    return [Name(found.name), share, Text(said(found)), partner]
+    return [Name(found.name), share(found), Text(said(found)), partner]
