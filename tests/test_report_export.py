@@ -141,7 +141,7 @@ def test_short_faults_can_be_seen_on_the_timeline(clean_mp):
     ]
     figure = timeline(runs)
     x = np.asarray(figure["data"][1]["x"])
-    assert np.diff(x)[[0, 3]] == pytest.approx(long.duration / 300, abs=1e-9)
+    assert np.diff(x)[[0, 3]] == pytest.approx(long.duration / 150, abs=1e-9)
 
 
 def test_names_in_figures_cannot_become_markup():

@@ -85,12 +85,12 @@ def correlation(run: Run, axis: int) -> Figure:
     band = moving_average_band(rho, steps, samples)
     white = np.full(2, white_band(samples))
     ends = lag[[0, -1]]
-    upper = line("95 %, white", ends, white, GREEN, dash="dash") | {"legendgroup": "white"}
+    upper = line("white", ends, white, GREEN, dash="dash") | {"legendgroup": "white"}
     lower = upper | {"y": -white, "showlegend": False}
     reach = upright(steps * run.recording.period, ORANGE)
     traces = [
         line("errors", lag, rho, RED),
-        area("95 %, overlapping", lag, -band, band, BLUE),
+        area("overlap", lag, -band, band, BLUE),
         upper,
         lower,
     ]

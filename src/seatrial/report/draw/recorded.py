@@ -31,7 +31,7 @@ from seatrial.report.draw.base import (
 from seatrial.report.runs import Run
 
 SCATTER = 1000  # points of a scatter at most
-SLIVER = 300.0  # of the longest recording: shorter gaps would not be seen
+SLIVER = 150.0  # of the longest recording: shorter gaps would not be seen
 MARGIN = 0.05  # of the tracks, left and right of them
 TRACKS = 6000  # points of all tracks together
 CELLS = 12  # of the coverage, each way
@@ -107,8 +107,10 @@ def timeline(runs: Sequence[Run]) -> Figure:
         if found:
             x = np.array([[a, b, np.nan] for a, b, _ in found]).ravel()
             y = np.array([[p, p, np.nan] for _, _, p in found]).ravel()
-            traces.append(line(name, x, y, colour, width=14.0))
-    ticks = {"tickvals": places.tolist(), "ticktext": [shortened(run.name) for run in runs]}
+            trace = line(name, x, y, colour, width=14.0)
+            trace["line"]["simplify"] = False  # Plotly would drop the short ones
+            traces.append(trace)
+    ticks = {"tickvals": places.tolist(), "ticktext": [shortened(run.name, 18) for run in runs]}
     return figure(
         traces, "time [s]", "recording []",
         yaxis={**ticks, "range": [-len(runs) + 0.4, 0.6], "zeroline": False, "title": {"text": ""}},
