@@ -12,10 +12,10 @@ import seatrial
 ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
-    {"bootstrap", "distributions", "files", "frames", "progress", "schema", "statistics"},
+    {"bootstrap", "distributions", "files", "frames", "parallel", "progress", "schema", "statistics"},
     {"faults", "streams"},
     {"allocation", "chain", "plan", "recording", "structure"},
-    {"noise", "vehicle", "velocity"},
+    {"filter_noise", "noise", "vehicle", "velocity"},
     {"model"},
     {"causal", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "simulate", "validate"},

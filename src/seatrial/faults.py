@@ -72,13 +72,16 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     good = _left(name, bad, t)
     whole = np.array(eta, dtype=float)
     whole[good, 2] = np.unwrap(whole[good, 2])
-    jumps = _jumps(t[good], whole[good])
-    away, lasting = _excursions(t[good], whole[good], jumps)
-    bad[FaultKind.EXCURSION] = _at(len(t), good[away])
+    bad[FaultKind.EXCURSION] = np.zeros(len(t), dtype=bool)
+    while True:  # a false match is seen better without another beside it
+        away, lasting = _excursions(t[good], whole[good], _jumps(t[good], whole[good]))
+        if not away.any():
+            break
+        bad[FaultKind.EXCURSION][good[away]] = True
+        good = _left(name, bad, t)
     breaks = t[good[np.array(lasting, dtype=int) + 1]]  # [s] where a jump for good leads to
-    good = _left(name, bad, t)
     stretch, gaps = _stretches(t[good], breaks)
-    island = _islands(t[good], stretch, breaks)
+    island, breaks = _islands(t[good], stretch, breaks)
     bad[FaultKind.EXCURSION][good[island]] = True
     segment = np.zeros(len(t), dtype=np.int64)
     segment[good] = stretch
@@ -173,13 +176,23 @@ def _stretches(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[f
     return np.concatenate([[0], np.cumsum(ends)]), list(zip(t[:-1][gap], t[1:][gap], strict=True))
 
 
-def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> Mask:
-    """Samples of stretches too short to be trusted after or before a jump."""
+def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> tuple[Mask, Array]:
+    """Samples of stretches too short to be trusted after or before a jump; the jumps that remain.
+
+    A false match beside a gap jumps once: what undoes it is in the gap. Only between two stretches
+    that are trusted did the poses jump for good.
+    """
     first = np.searchsorted(stretch, np.arange(stretch[-1] + 1))
     last = np.append(first[1:], len(t)) - 1
     begins = np.isin(t[first], breaks)
-    jumped = begins | np.append(begins[1:], False)
-    return np.asarray((jumped & (t[last] - t[first] < ISLAND))[stretch])
+    ends = np.append(begins[1:], False)
+    short = (begins | ends) & (t[last] - t[first] < ISLAND)
+    lasting = begins & ~short
+    for a, b in _runs(short):
+        lasting[a : b + 1] = False
+        if b + 1 < len(first):
+            lasting[b + 1] = begins[a : b + 2].all()
+    return np.asarray(short[stretch]), t[first[lasting]]
 
 
 def _refuse_two_places(name: str, eta: Array) -> None:

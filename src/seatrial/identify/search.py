@@ -10,14 +10,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.causal import NOISE_LEAST, NOISE_SETTLED, NOISE_STEP, PROCESS, likelier_noise
+from seatrial import _core
 from seatrial.errors import IdentificationError
+from seatrial.filter_noise import (
+    COLOUR,
+    NOISE_LEAST,
+    NOISE_SETTLED,
+    NOISE_STEP,
+    PROCESS,
+    likelier_noise,
+    repeated_cost,
+)
 from seatrial.frames import Array
 from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 TINY = 1e-12
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
+HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
 ITERATIONS = 40
 TRIALS = 6
 
@@ -39,11 +49,35 @@ def search(
     hold: bool = False,
     least: Array = NOISE_LEAST,
 ) -> Point:
-    """The most likely parameters and, unless they are held, noise levels, not below `least` (7,).
+    """The most likely parameters and, unless they are held, noise levels, not below `least` (10,).
 
+    Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
-    noise = np.maximum(noise, least)
+    at = _descent(problem, theta, np.maximum(noise, least), hold, least)
+    while not hold:
+        white = _whiter(at, least)
+        if white is None:
+            return at
+        at = _descent(problem, at.theta, white, hold, least)
+    return at
+
+
+def _whiter(at: Point, least: Array) -> Array | None:
+    """The noise (10,) without errors that hang together but make little likelier; None: all do."""
+    problem, passes = at.passes.problem, at.passes.each
+    here = sum(p.cost for p in passes)
+    for i in COLOUR:
+        without = at.noise.copy()
+        without[i] = least[i]
+        if at.noise[i] > _core.NO_COLOUR and (
+            repeated_cost(passes, problem.series, without, problem.outlier) < here + HANGING
+        ):
+            return without
+    return None
+
+
+def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Array) -> Point:
     at = Point(theta, noise, problem.passes(theta, noise))
     if not np.isfinite(at.passes.cost):
         raise IdentificationError(
