@@ -15,7 +15,7 @@ from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 5.0])
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
 # where what was at its least is tried
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
 PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
@@ -25,7 +25,7 @@ FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
 CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
 NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
 NOISE_TRIALS = 6
-LATE = 1.0  # of the cost: when less is gained, the search is near its end
+LATE = 10.0  # of the cost: when less is gained, the search is near its end
 OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
 
 
