@@ -29,7 +29,18 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"cli"},
 ]  # fmt: skip
 LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}
-EDGES = {"plotly", "rosbags", "lz4", "apsw", "backports", "casadi", "scipy", "matplotlib", "pandas"}
+EDGES = {
+    "plotly",
+    "resvg_py",
+    "rosbags",
+    "lz4",
+    "apsw",
+    "backports",
+    "casadi",
+    "scipy",
+    "matplotlib",
+    "pandas",
+}
 
 
 def _imports(path: Path):

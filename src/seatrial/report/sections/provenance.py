@@ -37,7 +37,8 @@ def facts(evidence: Evidence) -> list[tuple[str, str]]:
 def facts_of(model: Model) -> list[tuple[str, str]]:
     """Names and values of what a model is."""
     noise, step, process = model.noise, model.integration, model.noise.process
-    chosen = ", ".join(f"{k} = {v}" for k, v in model.estimator.settings.items()) or "none"
+    settings = {k: v for k, v in model.estimator.settings.items() if f"{v}"}
+    chosen = ", ".join(f"{k} = {v}" for k, v in settings.items()) or "none"
     position, heading = number(1e3 * noise.position, 2), number(1e3 * noise.heading, 2)
     found = [
         ("seatrial", version("seatrial")),
