@@ -52,6 +52,15 @@ def test_a_false_match_is_masked_exactly(length, size):
     assert kinds(record) == {FaultKind.EXCURSION} | ({FaultKind.GAP} if length > 1 else set())
 
 
+def test_a_small_false_match_beside_a_large_one_is_masked_too():
+    stamps, eta = poses(noise=0.004)
+    eta[300, :2] += [0.1, 0.07]
+    eta[301, :2] += [0.5, -0.3]
+    record = make_recording("two", stamps, eta, COMMANDS)
+    assert np.flatnonzero(~record.valid).tolist() == [300, 301]
+    assert FaultKind.JUMP not in kinds(record)
+
+
 @pytest.mark.parametrize("between", [1, 2, 3, 4])
 @pytest.mark.parametrize("second", [0.15, 0.8])
 def test_false_matches_close_together_are_masked_exactly(between, second):

@@ -23,7 +23,7 @@ JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
-UNDONE = 0.2  # of what is called undone at all: well undone
+UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -274,14 +274,16 @@ def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[
     shift = (rate - usual) * steps * [1.0, 1.0, LEVER]  # [m] beyond the boat's own motion
     spans = []  # jumps that undo each other: badly?, how many, what is left, first and last
     for i, first in enumerate(jumps):
-        left, most = shift[first].copy(), 0.5 * float(np.linalg.norm(shift[first]))
+        left, size = shift[first].copy(), float(np.linalg.norm(shift[first]))
+        largest = size
         for j in range(i + 1, len(jumps)):
             if t[jumps[j] + 1] - t[first] > EXCURSION:
                 break
             left += shift[jumps[j]]
+            largest = max(largest, float(np.linalg.norm(shift[jumps[j]])))
             rest = float(np.linalg.norm(left))
-            if rest < most:
-                spans.append((rest > UNDONE * most, j - i, rest, i, j))
+            if rest < 0.5 * size:
+                spans.append((rest > UNDONE * largest, j - i, rest, i, j))
     free = np.ones(len(jumps), dtype=bool)
     for *_, i, j in sorted(spans):  # what undoes each other well, then what does so soon
         if free[i : j + 1].all():
