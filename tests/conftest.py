@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: MIT
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
+import json
 import os
 from pathlib import Path
 
+import bag_tools
+import logs
 import numpy as np
 import pytest
+from bag_tools import Sent
 from hypothesis import HealthCheck, settings
 
 import seatrial
+from seatrial.cli import main
 from seatrial.plan import load_plan
 from seatrial.simulate import Trial, simulate
 
@@ -101,3 +106,59 @@ def make_model(
         vehicle, theta, np.diag((0.1 * theta) ** 2), vehicle.constants.values,
         Integration(scheme, step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
     )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def sent() -> list[Sent]:
+    """Three seconds of messages, for bags."""
+    return bag_tools.drive(3.0)
+
+
+@pytest.fixture(scope="module")
+def log() -> logs.Log:
+    """A drive whose sticks never ask for more than the thrusters can."""
+    return logs.drive(sticks=logs.half)
+
+
+@pytest.fixture
+def propose(tmp_path, capsys):
+    """`seatrial init` by the command line: the vehicle that its file describes, and the text."""
+
+    def run(recording, *more):
+        out = tmp_path / f"{recording.name}.yaml"
+        code = main(["init", str(recording), "-o", str(out), "-q", *map(str, more)])
+        shown = capsys.readouterr()
+        assert (code, shown.err) == (0, "")
+        text = out.read_text()
+        assert text in shown.out
+        assert f"wrote {out}; next: seatrial inspect {recording} --vehicle {out}" in shown.out
+        return seatrial.load_vehicle(out), text
+
+    return run
+
+
+@pytest.fixture
+def look(tmp_path, capsys):
+    """`seatrial inspect` by the command line: what is shown, and the JSON beside."""
+
+    def run(*recordings, vehicle=None, more=()):
+        out = tmp_path / "inspect.json"
+        extra = [] if vehicle is None else ["--vehicle", str(vehicle)]
+        code = main(["inspect", *map(str, recordings), *extra, *more, "--json", str(out)])
+        shown = capsys.readouterr()
+        assert (code, shown.err) == (0, "")
+        return shown.out, json.loads(out.read_text(), parse_constant=pytest.fail)
+
+    return run
+
+
+@pytest.fixture
+def inspected(look, tmp_path):
+    """Write a log, inspect it with the mallard's file: the text, and the only recording's JSON."""
+
+    def run(log, vehicle="mallard-mp", more=(), **types):
+        text, found = look(log.write(tmp_path / "log.bag", **types), vehicle=vehicle, more=more)
+        (recording,) = found["recordings"]
+        return text, recording
+
+    return run

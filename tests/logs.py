@@ -70,6 +70,11 @@ def wave(t, seed=0):
     return 0.55 * np.sin(slow * t + phase) + 0.4 * np.sin(fast * t + 2 * phase)
 
 
+def half(t, seed=0):
+    """Sticks that never ask for more than the thrusters can."""
+    return 0.6 * wave(t, seed)
+
+
 @lru_cache(maxsize=8)
 def drive(
     seconds: float = 90.0, *, rate: float = 15.0, joypad: float = 50.0, seed: int = 0,

@@ -7,11 +7,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.causal import believed_noise, causal, noise_vector
+from seatrial.causal import believed_noise, causal
 from seatrial.errors import ModelError
+from seatrial.filter_noise import NOISE_LEAST, noise_entry, noise_vector
 from seatrial.plan import load_plan
 from seatrial.recording import make_recording
-from seatrial.schema import Integration, NoiseEntry, ProcessEntry
+from seatrial.schema import CorrelatedEntry, Integration, NoiseEntry, ProcessEntry
 from seatrial.simulate import plant_model, simulate
 from seatrial.velocity import motion
 
@@ -83,7 +84,15 @@ def test_a_models_own_process_noise_is_believed(truth, trial):
     model = replace(truth, noise=NoiseEntry(0.002, 0.003, process))
     assert noise_vector(truth.noise) is None
     own = [0.002, 0.003, 0.01, 0.02, 0.03, 0.04, 5.0]
-    assert believed_noise(model, [trial.recording]).tolist() == own
+    white = believed_noise(model, [trial.recording])
+    assert white.tolist() == [*own, *NOISE_LEAST[7:]]
+    assert noise_entry(white) == model.noise
+    hangs = replace(
+        model, noise=NoiseEntry(0.002, 0.003, process, CorrelatedEntry(0.004, 0.005, 0.3))
+    )
+    noise = believed_noise(hangs, [trial.recording])
+    assert noise.tolist() == [*own, 0.004, 0.005, 0.3]
+    assert noise_entry(noise) == hangs.noise
 
 
 def test_a_model_that_diverges_is_refused(truth, trial, noise):

@@ -64,13 +64,14 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys):
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
     code, out, err = run(
         capsys, "report", model, trials[6], "-o", tmp_path / "report.html",
-        "--figures", tmp_path / "figures", "--tables", tmp_path / "tables",
+        "--figures", tmp_path / "figures", "--png", "--tables", tmp_path / "tables",
     )  # fmt: skip
     assert (code, err) == (0, "")
     assert out.split()[1:] == [
         f"{tmp_path / 'report.html'},", f"{tmp_path / 'figures'},", f"{tmp_path / 'tables'}",
     ]  # fmt: skip
     assert (tmp_path / "figures" / "known.svg").is_file()
+    assert (tmp_path / "figures" / "known.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "tables" / "coefficients.csv").is_file()
     code, out, err = run(capsys, "compare", model, model, trials[6], "-o", tmp_path / "both.html")
     assert (code, err) == (0, "")
@@ -210,6 +211,7 @@ BAD = {
     "horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "0.001", "--json", "{o}"], "longer one"),
     "endless horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "nan", "--json", "{o}"], "horizon"),
     "figures without a page": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--figures", "{o}"], "say where with -o"),
+    "pictures without figures": (["report", "{p}/model.yaml", "{p}/S7-AF", "--png", "-o", "{o}"], "--figures FOLDER"),
     "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
     "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
     "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),

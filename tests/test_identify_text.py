@@ -11,7 +11,14 @@ from seatrial.identify import summary
 from seatrial.identify.output_error import METHOD
 from seatrial.identify.text import correlation_text, minutes, plus_minus, table
 from seatrial.plan import load_plan
-from seatrial.schema import ChainGroup, EnvelopeEntry, EstimatorEntry, NoiseEntry, ProcessEntry
+from seatrial.schema import (
+    ChainGroup,
+    CorrelatedEntry,
+    EnvelopeEntry,
+    EstimatorEntry,
+    NoiseEntry,
+    ProcessEntry,
+)
 from seatrial.schema import RecordingEntry as Entry
 from seatrial.simulate import plant_model
 
@@ -73,6 +80,11 @@ def test_noise_in_words(model):
     assert (
         "no unmodelled force to be seen; besides, the velocity wanders by 2 mm/s and 9 mrad/s in a "
         "second." in summary(quiet)
+    )
+    hangs = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(4e-3, 5e-3, 0.3)))
+    assert (
+        "Pose noise 1 mm and 2 mrad from pose to pose, 4 mm and 5 mrad that hang together over 0.3 s."
+        in summary(hangs)
     )
 
 

@@ -12,10 +12,10 @@ import seatrial
 ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
-    {"bootstrap", "distributions", "files", "frames", "progress", "schema", "statistics"},
+    {"bootstrap", "distributions", "files", "frames", "parallel", "progress", "schema", "statistics"},
     {"faults", "streams"},
     {"allocation", "chain", "plan", "recording", "structure"},
-    {"noise", "vehicle", "velocity"},
+    {"filter_noise", "noise", "vehicle", "velocity"},
     {"model"},
     {"causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "predictor", "simulate", "validate"},
@@ -29,7 +29,18 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"cli"},
 ]  # fmt: skip
 LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}
-EDGES = {"plotly", "rosbags", "lz4", "apsw", "backports", "casadi", "scipy", "matplotlib", "pandas"}
+EDGES = {
+    "plotly",
+    "resvg_py",
+    "rosbags",
+    "lz4",
+    "apsw",
+    "backports",
+    "casadi",
+    "scipy",
+    "matplotlib",
+    "pandas",
+}
 
 
 def _imports(path: Path):

@@ -4,6 +4,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -19,12 +20,13 @@ from seatrial.simulate import simulate
 from seatrial.vehicle import vehicle_from
 
 DRAG = -0.7  # [1/s]
-# position, heading, walks, disturbances, memory
-NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5])
+# position, heading, walks, disturbances, memory; errors that hang together, their memory
+NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3])
+HANGING = np.array([*NOISE[:7], 3e-3, 0.0, 0.3])
 START_SPREAD = np.array([0.05, 1e-9, 1e-9])
 
 
-def straight_cost(t, x):
+def straight_cost(t, x, noise):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
@@ -35,26 +37,26 @@ def straight_cost(t, x):
     eta = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     start = np.array([0.0, 0.0, 0.0, 0.2, 0.0, 0.0])
     series = _core.Series(t, eta, np.ones(len(t), dtype=np.int8), start, START_SPREAD)
-    return _core.innovations(boat, trace, series, NOISE, 1e9).cost
+    return _core.innovations(boat, trace, series, noise, 1e9).cost
 
 
-def dense_square(t, x):
+def dense_square(t, x, noise):
     """e' C^-1 e of the same positions, C built whole from the state's covariances."""
-    sigma, walk, disturbance, memory = NOISE[[0, 2, 4, 6]]
+    sigma, walk, disturbance, memory, hangs, together = noise[[0, 2, 4, 6, 7, 9]]
     n = len(t)
     state = np.array([0.0, 0.2, 0.0])
-    spread = np.diag([(3 * sigma) ** 2, START_SPREAD[0] ** 2, disturbance**2])
+    spread = np.diag([9 * (sigma**2 + hangs**2), START_SPREAD[0] ** 2, disturbance**2])
     means, states, steps = [state], [spread], []
     for a, b in pairwise(t):
         dt = b - a
         move = expm(np.array([[0.0, 1.0, 0.0], [0.0, DRAG, 1.0], [0.0, 0.0, 0.0]]) * dt)
         move[2, 2] = np.exp(-dt / memory)
-        noise = np.zeros((3, 3))
-        noise[:2, :2] = walk**2 * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
-        noise[2, 2] = disturbance**2 * (1 - move[2, 2] ** 2)
+        renewed = np.zeros((3, 3))
+        renewed[:2, :2] = walk**2 * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
+        renewed[2, 2] = disturbance**2 * (1 - move[2, 2] ** 2)
         steps.append(move)
         means.append(move @ means[-1])
-        states.append(move @ states[-1] @ move.T + noise)
+        states.append(move @ states[-1] @ move.T + renewed)
     C = np.zeros((n, n))
     for i in range(n):
         across = states[i]
@@ -62,16 +64,19 @@ def dense_square(t, x):
             C[i, j] = C[j, i] = across[0, 0]
             across = steps[j] @ across if j < n - 1 else across
     e = x - np.array([m[0] for m in means])
-    return float(e @ np.linalg.solve(C + sigma**2 * np.eye(n), e))
+    C += sigma**2 * np.eye(n) + hangs**2 * np.exp(-np.abs(t[:, None] - t) / together)
+    return float(e @ np.linalg.solve(C, e))
 
 
-def test_the_filters_likelihood_is_the_dense_one():
+@pytest.mark.parametrize("noise", [NOISE, HANGING])
+def test_the_filters_likelihood_is_the_dense_one(noise):
     """Of two recordings the likelihoods differ as those of one joint normal distribution do."""
     rng = np.random.default_rng(3)
     t = np.cumsum(rng.uniform(0.04, 0.12, 60))
     first, second = (np.cumsum(rng.normal(0.01, 0.01, 60)) for _ in range(2))
-    got = straight_cost(t, first) - straight_cost(t, second)
-    assert got == pytest.approx(dense_square(t, first) - dense_square(t, second), rel=1e-6)
+    got = straight_cost(t, first, noise) - straight_cost(t, second, noise)
+    want = dense_square(t, first, noise) - dense_square(t, second, noise)
+    assert got == pytest.approx(want, rel=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +107,28 @@ def test_boat_and_thrusters_of_a_simulated_trial_are_found_whatever_the_noise(pl
     assert model.noise.position == pytest.approx(pose.position_noise, rel=0.1)
     assert model.noise.heading == pytest.approx(pose.heading_noise, rel=0.1)
     assert model.noise.process.walk_linear < 1e-3  # the plant has no process noise
+    assert model.noise.correlated is None
+
+
+@pytest.mark.parametrize("sigma", [0.5e-3, 8e-3])
+def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
+    vehicle, plan = seatrial.load_vehicle("mallard-mp"), load_plan("paper-like")
+    pose = msgspec.structs.replace(
+        plan.pose, position_noise=sigma, heading_noise=sigma, noise_correlation=0.3
+    )
+    plan = with_seed(msgspec.structs.replace(plan, pose=pose), 5)
+    chosen = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
+    found = simulate(msgspec.structs.replace(plan, trials=chosen), vehicle)
+    model = output_error([t.recording for t in found], vehicle)
+    for name, value in model.values.items():
+        error = model.standard_errors[name]
+        assert value == pytest.approx(plan.plant.coefficients[name], abs=4.5 * error), name
+        assert error < 0.05 * max(abs(value), 0.2), name
+    hangs = model.noise.correlated
+    assert hangs.position == pytest.approx(sigma, rel=0.1)
+    assert hangs.heading == pytest.approx(sigma, rel=0.1)
+    assert hangs.memory == pytest.approx(0.3, rel=0.1)
+    assert model.noise.position < 0.2 * sigma
 
 
 def test_under_always_forward_the_gain_past_the_dead_zones_edge_is_found(trials):

@@ -14,11 +14,11 @@ from scipy.stats import binom, chi2
 from test_docs import blocks
 
 import seatrial
-from seatrial.causal import NOISE_START
 from seatrial.doubt import FLOOR, MEMORY, Doubt, believed_on_board
 from seatrial.errors import ModelError, PredictorError
+from seatrial.filter_noise import NOISE_START
 from seatrial.predictor import Health, Predictor, Taken
-from seatrial.schema import EnvelopeEntry, NoiseEntry, ProcessEntry
+from seatrial.schema import CorrelatedEntry, EnvelopeEntry, NoiseEntry, ProcessEntry
 
 sys.path.insert(0, str(ROOT))
 from benchmarks.predictor import accuracy, board, consistency, drives, matches
@@ -242,7 +242,9 @@ def test_the_noise_is_the_models_with_what_its_errors_do(known):
     )
     assert believed_on_board(certain).tolist() == [0.002, 0.003, 0.01, 0.02, 0.03, 0.04, 5.0]
     unknown = replace(certain, noise=NoiseEntry(0.002, 0.003))
-    assert believed_on_board(unknown).tolist() == [0.002, 0.003, *NOISE_START[2:]]
+    assert believed_on_board(unknown).tolist() == [0.002, 0.003, *NOISE_START[2:7]]
+    hangs = replace(certain, noise=NoiseEntry(0.003, 0.0, process, CorrelatedEntry(0.004, 0.01, 0.2)))
+    np.testing.assert_allclose(believed_on_board(hangs)[:2], [0.005, 0.01])
     exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
     assert believed_on_board(exact).tolist() == FLOOR.tolist()
     doubt = Doubt(known)

@@ -52,6 +52,65 @@ def test_a_false_match_is_masked_exactly(length, size):
     assert kinds(record) == {FaultKind.EXCURSION} | ({FaultKind.GAP} if length > 1 else set())
 
 
+def test_a_small_false_match_beside_a_large_one_is_masked_too():
+    stamps, eta = poses(noise=0.004)
+    eta[300, :2] += [0.1, 0.07]
+    eta[301, :2] += [0.5, -0.3]
+    record = make_recording("two", stamps, eta, COMMANDS)
+    assert np.flatnonzero(~record.valid).tolist() == [300, 301]
+    assert FaultKind.JUMP not in kinds(record)
+
+
+@pytest.mark.parametrize("between", [1, 2, 3, 4])
+@pytest.mark.parametrize("second", [0.15, 0.8])
+def test_false_matches_close_together_are_masked_exactly(between, second):
+    stamps, eta = poses(noise=0.004)
+    wrong = [300, 301 + between]
+    eta[wrong] += [[0.7, 0.4, 0.5], [0.1, -second, 0.0]]
+    record = make_recording("two", stamps, eta, COMMANDS)
+    assert np.flatnonzero(~record.valid).tolist() == wrong
+    assert FaultKind.JUMP not in kinds(record)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5])
+@pytest.mark.parametrize("before", [True, False])
+def test_a_false_match_beside_a_gap_is_no_jump_for_good(samples, before):
+    stamps, eta = poses(noise=0.004)
+    keep = np.ones(len(stamps), dtype=bool)
+    keep[300:345] = False
+    wrong = slice(300 - samples, 300) if before else slice(345, 345 + samples)
+    eta[wrong, :2] += [0.4, -0.5]
+    record = make_recording("gap", stamps[keep], eta[keep], COMMANDS)
+    assert kinds(record) == {FaultKind.EXCURSION, FaultKind.GAP}
+    assert record.valid.sum() == keep.sum() - samples
+
+
+def test_a_false_match_after_a_gap_is_not_taken_together_with_the_next():
+    stamps, eta = poses(noise=0.0007)
+    keep = np.ones(len(stamps), dtype=bool)
+    keep[300:345] = False
+    eta[345] += [-0.2, 0.97, -0.1]
+    eta[353] += [-0.18, 0.56, 0.57]
+    record = make_recording("gap", stamps[keep], eta[keep], COMMANDS)
+    assert np.flatnonzero(~record.valid).tolist() == [300, 308]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_many_false_matches_and_drop_outs_are_found_and_nothing_else(seed):
+    stamps, eta = poses(n=6000, noise=0.004, seed=seed)
+    rng = np.random.default_rng(seed)
+    wrong = rng.random(len(eta)) < 0.02
+    course = rng.uniform(-np.pi, np.pi, (wrong.sum(), 1))
+    far = rng.uniform(0.1, 1.0, (wrong.sum(), 1))
+    eta[wrong, :2] += far * np.hstack([np.cos(course), np.sin(course)])
+    keep = np.ones(len(stamps), dtype=bool)
+    for start in rng.integers(0, len(stamps), 7):
+        keep[start : start + 45] = False
+    record = make_recording("many", stamps[keep], eta[keep], COMMANDS)
+    assert kinds(record) == {FaultKind.EXCURSION, FaultKind.GAP}
+    assert np.mean(record.valid == ~wrong[keep]) > 0.999
+
+
 def test_a_jump_for_good_is_not_differentiated_over():
     stamps, eta = poses()
     eta[300:, 1] += 0.4

@@ -89,9 +89,10 @@ def test_what_changed_is_said_first_and_names_stay_text(text):
     said = re.search(r'<div class="said">(.*?)</div>', text, re.DOTALL)[1]
     assert "A is old.yaml (mallard, output-error" in said
     assert "&lt;b&gt;new" in said
-    assert "X_F" in said
-    assert "17 %" in said or "20 %" in said  # less force a mass: as a fifth more mass
-    assert "A is better in surge" in said
+    assert "<i>X</i><sub>F</sub>" in said
+    assert "17\u00a0%" in said or "20\u00a0%" in said  # less force a mass: as a fifth more mass
+    assert "1 s ahead, the change matters for prediction: A is better in surge" in said
+    assert "(*)" not in said
     assert "<b>new" not in text
 
 

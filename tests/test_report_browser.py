@@ -196,6 +196,34 @@ def test_a_phone_has_no_horizontal_scroll(visit, touch):
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 390
     assert one.page.evaluate("document.documentElement.scrollWidth") == 390
+    rows = "[...document.querySelectorAll('tbody tr')].map(d => d.clientHeight)"
+    assert max(one.page.evaluate(rows)) < 150  # [px] no cell is squeezed to a word a line
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_equations_are_drawn_as_mathematics(visit, cse1_vehicle, width):
+    """MathML, with indices below and dots above; lines break between terms on a phone."""
+    page = visit(width=width).page
+    drawn = page.evaluate("""() => [...document.querySelectorAll('.equation math')].map(d => {
+        const box = d.getBoundingClientRect();
+        return [d.namespaceURI, box.height, box.left, box.right]; })""")
+    assert len(drawn) == 2 * (3 + len(cse1_vehicle.structure.terms))
+    for space, height, left, right in drawn:
+        assert space.endswith("MathML")
+        assert height > 6  # [px]
+        assert 0 < left < right < width
+    ends = """name => [...document.querySelectorAll(name)].map(d =>
+        [...d.children].map(c => c.getBoundingClientRect()).flatMap(b => [b.top, b.bottom]))"""
+    for _, bottom, _, below in (found := page.evaluate(ends, ".equation msub")):
+        assert below > bottom + 1
+    assert len(found) > 20
+    for top, _, above, under in (found := page.evaluate(ends, ".equation mover")):
+        assert above < under <= top + 1
+    assert len(found) >= 6
+    tall = page.evaluate("[...document.querySelectorAll('.equation')].at(-1).clientHeight")
+    assert (tall > 60) == (width == 390)  # several lines
+    copied = page.locator(".equations pre").first.text_content()
+    assert copied.startswith("u_dot = v r + X_u u")
 
 
 def test_dark_follows_the_system_and_back(visit):

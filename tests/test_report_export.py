@@ -3,16 +3,30 @@
 
 import csv
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import seatrial
+from seatrial.faults import Fault, FaultKind
 from seatrial.plan import load_plan
 from seatrial.report import write_report
 from seatrial.report.cells import Interval, Name, Number, Said, Text, Unit, between, known
-from seatrial.report.draw.base import area, figure, level, line, marks, upright, whiskers
+from seatrial.report.draw.base import (
+    area,
+    figure,
+    level,
+    line,
+    logarithmic,
+    marks,
+    room_for,
+    upright,
+    whiskers,
+)
+from seatrial.report.draw.recorded import timeline
 from seatrial.report.svg import svg
 from seatrial.report.svg_axes import Axis
 from seatrial.report.table import Table
@@ -106,6 +120,30 @@ def test_logarithms_and_given_ticks_stand_where_they_belong():
     assert given.ticks() == [(50.0, "half")]
 
 
+def test_ticks_of_a_logarithmic_axis_are_numbers_that_people_read():
+    for low, high, least in ((0.3, 12.0, 4), (0.011, 0.9, 5), (1e-3, 1e3, 6)):
+        axis = logarithmic(low, high)
+        shown = [t for t in axis["tickvals"] if low <= t <= high]
+        assert least <= len(shown) <= 8
+        assert [float(t) for t in axis["ticktext"]] == pytest.approx(axis["tickvals"])
+        assert axis["range"] == pytest.approx([np.log10(low), np.log10(high)])
+    bars = {"y": np.array([1.0, np.nan]), "error_y": {"array": [9.0, 0], "arrayminus": [0.5, 0]}}
+    begin, end = room_for([bars, {"y": np.array([0.0, 3.0])}])["range"]
+    assert 10.0**begin < 0.5 and 10.0**end > 10.0
+    assert "range" not in room_for([{"y": np.zeros(2)}])
+
+
+def test_short_faults_can_be_seen_on_the_timeline(clean_mp):
+    long, short = clean_mp["S7"].recording, clean_mp["S1"].recording.cut(0.0, 60.0)
+    fault = Fault(FaultKind.GAP, 10.0, 10.1, 0)
+    runs = [
+        SimpleNamespace(recording=replace(r, faults=(fault,)), name=r.name) for r in (long, short)
+    ]
+    figure = timeline(runs)
+    x = np.asarray(figure["data"][1]["x"])
+    assert np.diff(x)[[0, 3]] == pytest.approx(long.duration / 150, abs=1e-9)
+
+
 def test_names_in_figures_cannot_become_markup():
     text = svg(
         figure([line("</svg><script>", np.arange(2.0), np.arange(2.0), "#000")] * 2, "x", "y")
@@ -129,6 +167,9 @@ def test_csv_has_the_models_numbers_in_full(written):
         rows = list(csv.DictReader(file))
     assert [row["group"] for row in rows] == ["S4-MP"] * 3 + ["S1-MP (seen)"] * 3
     assert rows[0]["unit"] == "cm/s"
+    with (out / "tables" / "gains.csv").open() as file:
+        seconds = [row["halved after [s]"] for row in csv.DictReader(file)]
+        assert len(seconds) > 5 and all(not s or float(s) > 0 for s in seconds)
 
 
 def test_latex_rows_are_as_long_as_their_head(written):

@@ -60,7 +60,8 @@ def test_the_table_has_a_verdict_for_every_parameter_and_marks_the_loose_ones(ev
     assert len(re.findall(r'<tr class="marked">', text)) == 1  # X_u; X_uu is known to 16 %
     for word, count in {"sharp": 9, "usable": 1, "weak": 1}.items():
         assert text.count(f"<td>{word}</td>") == count
-    assert "X_u and X_uu can&#x27;t be told apart (-0.99): the drag at 0.25 m/s" in text
+    both = "<i>X</i><sub>u</sub> and <i>X</i><sub>uu</sub> can&#x27;t be told apart (−0.99)"
+    assert f"{both}: the drag at 0.25 m/s" in text
 
 
 def test_the_plot_has_the_relative_error_of_every_parameter(evidence, model):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, write."""
+"""Command line: run, write, figures."""
 
 import argparse
 import json
@@ -13,7 +13,7 @@ from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
-from benchmarks.paper import page
+from benchmarks.paper import figures, page
 from benchmarks.paper.trials import FIRST
 from benchmarks.paper.work import FINDINGS, one
 
@@ -58,7 +58,7 @@ def _worked(items: Sequence[tuple[str, tuple[Any, ...]]]) -> Iterator[dict[str, 
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=__doc__)
-    parser.add_argument("verb", choices=("run", "write"))
+    parser.add_argument("verb", choices=("run", "write", "figures"))
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--seeds", type=int, default=4, help=f"how many, from {FIRST} on")
     parser.add_argument("--only", nargs="+", choices=FINDINGS, default=list(FINDINGS))
@@ -66,8 +66,14 @@ def main(arguments: Sequence[str]) -> None:
     given = parser.parse_args(arguments)
     if given.verb == "run":
         run(given.results, given.only, range(FIRST, FIRST + given.seeds))
+    elif given.verb == "figures":
+        figures.write(given.page.parent / "images")
     else:
-        page.write(read(given.results), given.page)
+        records = read(given.results)
+        failed = [r for r in records if "failed" in r]
+        for record in failed:
+            print(f"left out: {record['finding']} {record['key']}: {record['failed']}")
+        page.write([r for r in records if "found" in r], given.page)
 
 
 if __name__ == "__main__":

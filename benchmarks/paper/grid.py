@@ -54,7 +54,7 @@ def _panel(grid: Grid, x0: int) -> str:
             )
             out.append(
                 f'<text x="{x + CELL[0] / 2:.0f}" y="{y + 21}" text-anchor="middle" fill="{ink}">'
-                f"{value:.2f}</text>"
+                f"{f'{value:.2f}' if np.isfinite(value) else 'no model'}</text>"
             )
     bottom = TOP + len(grid.rows) * CELL[1] + 20
     out.append(f'<text x="{x0}" y="{bottom}">dead zone (rows) by size of the commands</text>')

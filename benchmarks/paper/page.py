@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blocks import fill
-from benchmarks.paper import coupling, maps, minutes, open_points, tables
+from benchmarks.paper import cost, coupling, maps, minutes, open_points, tables
 from benchmarks.paper.grid import Grid, draw
 from benchmarks.paper.trials import ALLOCATIONS
 from benchmarks.recovery.tables import table
@@ -290,4 +290,5 @@ def left_open(records: Sequence[Mapping[str, Any]]) -> str:
 BLOCKS: dict[str, Callable[[Sequence[Mapping[str, Any]]], str]] = {
     "table-two": table_two, "table-three": table_three, "unseen": unseen, "nearest": nearest,
     "identified": identified, "driven": driven, "coupled": coupled, "left-open": left_open,
+    "cost": lambda _: cost.page_table(),
 }  # fmt: skip

@@ -4,6 +4,7 @@
 from typing import Any
 
 from benchmarks.paper import coupling, maps, minutes, open_points, tables
+from seatrial.errors import SeatrialError
 
 FINDINGS = {
     "tables": tables, "coupling": coupling, "open": open_points, "minutes": minutes, "maps": maps,
@@ -11,5 +12,10 @@ FINDINGS = {
 
 
 def one(name: str, key: tuple[Any, ...]) -> dict[str, Any]:
-    """The record of a finding at a key."""
-    return {"finding": name, "key": list(key), "found": FINDINGS[name].work(*key)}
+    """The record of a finding at a key: what was found, or why nothing was."""
+    record: dict[str, Any] = {"finding": name, "key": list(key)}
+    try:
+        record["found"] = FINDINGS[name].work(*key)
+    except SeatrialError as failure:
+        record["failed"] = str(failure)
+    return record

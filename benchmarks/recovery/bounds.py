@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import NOISE_LEAST
+from seatrial.filter_noise import NOISE_LEAST
 from seatrial.frames import Array
 from seatrial.identify.output_error import OutputErrorSettings
 from seatrial.identify.problem import Problem

@@ -20,6 +20,7 @@ from benchmarks.recovery.scenes import (
     without_faults,
 )
 from seatrial.errors import SeatrialError
+from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
 from seatrial.identify.equation_error import equation_error
 from seatrial.identify.output_error import OutputErrorSettings
@@ -114,13 +115,10 @@ def noise(scene: Scene, seed: int) -> Record:
 
 def _noise_of(model: Model) -> Array:
     """The filter's noise as the model states it."""
-    process = model.noise.process
-    if process is None:
+    noise = noise_vector(model.noise)
+    if noise is None:
         raise SeatrialError("the model states no process noise")
-    return np.array([
-        model.noise.position, model.noise.heading, process.walk_linear, process.walk_yaw,
-        process.disturbance_linear, process.disturbance_yaw, process.memory,
-    ])  # fmt: skip
+    return noise
 
 
 def causal(model: Model, recording: Recording) -> Motion:

@@ -42,7 +42,7 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
 
 FilterNoise make_noise(const Vector& noise, double outlier) {
   require(noise.shape(0) == kNoiseParameters,
-          "noise: position, heading, walks, disturbances, memory");
+          "noise: position, heading, walks, disturbances, memory, coloured errors, their memory");
   FilterNoise believed{};
   for (int i = 0; i < kNoiseParameters; ++i) {
     believed.parameter(i) = noise(static_cast<std::size_t>(i));
@@ -185,6 +185,7 @@ void bind_filter(nb::module_& m) {
       .def(nb::init<Vector, Matrix, Flags, Vector, Vector>(), "time"_a, "eta"_a, "use"_a, "start"_a,
            "velocity"_a);
   m.attr("EFFECTS") = kEffects;
+  m.attr("NO_COLOUR") = kNoColour;
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
         "repeatable"_a = true);

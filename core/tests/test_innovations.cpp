@@ -12,10 +12,14 @@ using problems::Problem;
 
 namespace {
 
-constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 1e9};
+constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 1e9};
+/// With errors of the poses that hang together.
+constexpr FilterNoise kHanging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 1e9};
 constexpr double kNever = 1e9;  // [sigma] of an outlier
 /// The same where the heading is known, so that the spread does not depend on the way gone.
-constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 1e9};
+constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 1e9};
+constexpr FilterNoise kStraightHanging{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
+                                       2.0,  3e-3, 1e-6, 0.3,  1e9};
 
 /// The three disturbances that the filter adds, as the last coefficients.
 Structure disturbed(Structure s) {
@@ -85,26 +89,39 @@ Run mallard_run() {
 }  // namespace
 
 TEST_CASE("where all is linear the cost is the parabola that gradient and information say") {
-  Run run = linear_run();
-  run.problem.boat.coefficient[1] = 0.45;
-  const FilterPass at = run.pass(kStraight);
-  REQUIRE(at.good);
-  for (const double step : {-0.1, 0.03, 0.2}) {
-    run.problem.boat.coefficient[1] = 0.45 + step;
-    const double want = at.cost - 2.0 * step * at.gradient[0] + step * step * at.information[0];
-    CHECK(run.pass(kStraight).cost == doctest::Approx(want).epsilon(1e-7));
+  for (const FilterNoise& noise : {kStraight, kStraightHanging}) {
+    Run run = linear_run();
+    run.problem.boat.coefficient[1] = 0.45;
+    const FilterPass at = run.pass(noise);
+    REQUIRE(at.good);
+    for (const double step : {-0.1, 0.03, 0.2}) {
+      run.problem.boat.coefficient[1] = 0.45 + step;
+      const double want = at.cost - 2.0 * step * at.gradient[0] + step * step * at.information[0];
+      CHECK(run.pass(noise).cost == doctest::Approx(want).epsilon(1e-7));
+    }
+    CHECK(std::abs(at.gradient[0]) > 1.0);  // it was not the minimum
   }
-  CHECK(std::abs(at.gradient[0]) > 1.0);  // it was not the minimum
+}
+
+TEST_CASE("errors that hang together by next to nothing cost what none do") {
+  FilterNoise noise = kBelieved;
+  const double none = mallard_run().pass(noise).cost;
+  noise.colour_position = noise.colour_heading = 1.001 * kNoColour;
+  const double hardly = mallard_run().pass(noise).cost;
+  CHECK(hardly == doctest::Approx(none).epsilon(1e-9));
+  CHECK(hardly != none);  // another filter
 }
 
 TEST_CASE("the gradient is the sum of its terms, pose by pose") {
-  const FilterPass pass = mallard_run().pass(kBelieved);
-  const auto p = static_cast<std::size_t>(pass.parameters);
-  std::vector<double> sum(p, 0.0);
-  for (std::size_t i = 0; i < pass.score.size(); ++i) sum[i % p] += pass.score[i];
-  Worst worst;
-  for (std::size_t i = 0; i < p; ++i) worst.see(sum[i], pass.gradient[i]);
-  CHECK(worst.value() < 1e-6);
+  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+    const FilterPass pass = mallard_run().pass(noise);
+    const auto p = static_cast<std::size_t>(pass.parameters);
+    std::vector<double> sum(p, 0.0);
+    for (std::size_t i = 0; i < pass.score.size(); ++i) sum[i % p] += pass.score[i];
+    Worst worst;
+    for (std::size_t i = 0; i < p; ++i) worst.see(sum[i], pass.gradient[i]);
+    CHECK(worst.value() < 1e-6);
+  }
 }
 
 TEST_CASE("the score of a block is the sum of its poses'") {
@@ -129,16 +146,18 @@ TEST_CASE("the score of a block is the sum of its poses'") {
 
 TEST_CASE("a pass that is repeated with the same noise is the same") {
   const Run run = mallard_run();
-  const FilterPass first = run.pass(kBelieved);
-  const double again = repeated(first, run.poses(), kBelieved, run.start);
-  CHECK(again == doctest::Approx(first.cost).epsilon(1e-9));  // its slopes are stored short
+  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+    const FilterPass first = run.pass(noise);
+    const double again = repeated(first, run.poses(), noise, run.start);
+    CHECK(again == doctest::Approx(first.cost).epsilon(1e-9));  // its slopes are stored short
+  }
 }
 
 TEST_CASE("with other noise the repeated pass is a full one's where all is linear") {
   const Run run = linear_run();
   const FilterPass first = run.pass(kStraight);
-  for (const int i : {0, 2, 4, 6}) {  // the others are of the heading
-    FilterNoise other = kStraight;
+  for (const int i : {0, 2, 4, 6, 7, 9}) {  // the others are of the heading
+    FilterNoise other = i < 7 ? kStraight : kStraightHanging;
     other.parameter(i) *= 3.0;
     const double again = repeated(first, run.poses(), other, run.start);
     CHECK(again == doctest::Approx(run.pass(other).cost).epsilon(1e-9));
@@ -148,21 +167,23 @@ TEST_CASE("with other noise the repeated pass is a full one's where all is linea
 
 TEST_CASE("slopes to the noise are the cost's differences") {
   const Run run = mallard_run();
-  const FilterPass first = run.pass(kBelieved);
-  const NoisePass slopes = noise_slopes(first, run.poses(), kBelieved, run.start);
-  const auto cost = [&](int i, double logarithm) {
-    FilterNoise moved = kBelieved;
-    moved.parameter(i) *= std::exp(logarithm);
-    return repeated(first, run.poses(), moved, run.start);
-  };
-  const double here = cost(0, 0.0);
-  for (int i = 0; i < kNoiseParameters; ++i) {
-    const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
-    const double bend = (cost(i, 0.05) - 2.0 * here + cost(i, -0.05)) / (0.05 * 0.05);
-    // a forward quotient over 0.05 with its second-order share taken off as it is expected to be
-    const double want = 0.5 * slope + 0.5 * 0.05 * (0.5 * bend - slopes.information[i][i]);
-    CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
-    CHECK(slopes.information[i][i] >= 0.0);
+  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+    const FilterPass first = run.pass(noise);
+    const NoisePass slopes = noise_slopes(first, run.poses(), noise, run.start);
+    const auto cost = [&](int i, double logarithm) {
+      FilterNoise moved = noise;
+      moved.parameter(i) *= std::exp(logarithm);
+      return repeated(first, run.poses(), moved, run.start);
+    };
+    const double here = cost(0, 0.0);
+    for (int i = 0; i < kNoiseParameters; ++i) {
+      const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
+      const double bend = (cost(i, 0.05) - 2.0 * here + cost(i, -0.05)) / (0.05 * 0.05);
+      // a forward quotient over 0.05 with its second-order share taken off as it is expected to be
+      const double want = 0.5 * slope + 0.5 * 0.05 * (0.5 * bend - slopes.information[i][i]);
+      CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
+      CHECK(slopes.information[i][i] >= 0.0);
+    }
   }
 }
 
@@ -188,6 +209,14 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
   CHECK(pass.weight[50] == 1.0);
   CHECK(std::abs(pass.state[450] - run.eta[150]) < 1e-4);
   CHECK(std::abs(pass.innovation[153]) < 0.05);
+}
+
+TEST_CASE("whole turns of the heading in a gap change nothing") {
+  Run run = mallard_run();
+  const double whole = run.pass(kBelieved).cost;
+  for (std::size_t k = 60; k < run.problem.time.size(); ++k)
+    run.eta[3 * k + 2] += 2.0 * detail::kTurn;
+  CHECK(run.pass(kBelieved).cost == doctest::Approx(whole).epsilon(1e-9));
 }
 
 TEST_CASE("a boat that diverges is said to") {

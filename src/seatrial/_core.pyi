@@ -111,6 +111,8 @@ class Series:
 
 EFFECTS: int = 9
 
+NO_COLOUR: float = 1e-08
+
 def innovations(boat: Boat, trace: Trace, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, effects: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, counts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, blocks: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, repeatable: bool = True) -> FilterPass: ...
 
 def noise_slopes(first: FilterPass, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, active: int = 4294967295) -> tuple[float, Annotated[NDArray[numpy.float64], dict(shape=(None,))], Annotated[NDArray[numpy.float64], dict(shape=(None, None))]]: ...

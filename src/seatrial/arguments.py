@@ -4,11 +4,15 @@
 import argparse
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial import commands
 from seatrial.identify import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
 from seatrial.io.write_bag import FORMATS
 from seatrial.predict import DEFAULT_HORIZON
+
+if TYPE_CHECKING:
+    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -31,7 +35,7 @@ def make_parser() -> argparse.ArgumentParser:
         "rates, gaps, faults, clocks, excitation, signs; without --vehicle the topics or columns",
     )
     _recordings(inspect, vehicle_required=False)
-    inspect.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
+    _json(inspect)
 
     init = _add(
         verbs,
@@ -53,7 +57,7 @@ def make_parser() -> argparse.ArgumentParser:
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
     )
     init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
-    init.add_argument("--salvage", action="store_true", help="read what is left of a damaged bag")
+    _salvage(init)
     init.add_argument("--force", action="store_true", help="write over an existing file")
 
     simulate = _add(
@@ -69,6 +73,14 @@ def make_parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
+    _add_identify(verbs)
+    _add_scored(verbs)
+    _add_compare(verbs)
+    _add_select(verbs)
+    return parser
+
+
+def _add_identify(verbs: "Verbs") -> None:
     identify = _add(verbs, "identify", commands.identify_command, "a model from recordings")
     _recordings(identify, vehicle_required=True)
     identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
@@ -110,20 +122,8 @@ def make_parser() -> argparse.ArgumentParser:
         help="by how much its parameters may have changed (default: %(default)g)",
     )  # fmt: skip
 
-    _add_scored(verbs)
-    _add_compare(verbs)
-    _add_select(verbs)
-    return parser
 
-
-def _exports(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
-    command.add_argument(
-        "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
-    )
-
-
-def _add_scored(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_scored(verbs: "Verbs") -> None:
     for name, run, text in (
         ("validate", commands.validate_command, "how well a model predicts recordings"),
         ("report", commands.report_command, "one offline HTML file with the evidence"),
@@ -131,15 +131,9 @@ def _add_scored(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         command = _add(verbs, name, run, text)
         command.add_argument("model", type=Path, metavar="MODEL")
         _recordings(command, vehicle_required=False)
-        command.add_argument(
-            "--horizon",
-            type=float,
-            default=DEFAULT_HORIZON,
-            metavar="S",
-            help="how far ahead [s] (default: %(default)g)",
-        )
+        _horizon(command, "how far ahead [s] (default: %(default)g)")
         if name == "validate":
-            command.add_argument("--json", type=Path, metavar="FILE", help="also write scores.json")
+            _json(command, "also write scores.json")
             command.add_argument(
                 "--against",
                 type=Path,
@@ -151,7 +145,7 @@ def _add_scored(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
             _exports(command)
 
 
-def _add_compare(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_compare(verbs: "Verbs") -> None:
     compare = _add(
         verbs,
         "compare",
@@ -161,21 +155,15 @@ def _add_compare(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     compare.add_argument("a", type=Path, metavar="A", help="model from before")
     compare.add_argument("b", type=Path, metavar="B", help="model from after")
     _recordings(compare, vehicle_required=False, count="*")
-    compare.add_argument(
-        "--horizon",
-        type=float,
-        default=DEFAULT_HORIZON,
-        metavar="S",
-        help=f"how far ahead [s], besides {DEFAULT_HORIZON:g} s",
-    )
-    compare.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
+    _horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
+    _json(compare)
     compare.add_argument(
         "-o", "--out", type=Path, metavar="HTML", help="also one offline HTML file with both"
     )
     _exports(compare)
 
 
-def _add_select(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_select(verbs: "Verbs") -> None:
     select = _add(
         verbs, "select", commands.select_command, "which terms recordings ask for, and which repeat"
     )
@@ -184,16 +172,13 @@ def _add_select(verbs: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
         help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",
     )  # fmt: skip
-    select.add_argument(
-        "--horizon", type=float, default=DEFAULT_HORIZON, metavar="S",
-        help="how far ahead held-out recordings are predicted [s] (default: %(default)g)",
-    )  # fmt: skip
+    _horizon(select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)")
     select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
-    select.add_argument("--json", type=Path, metavar="FILE", help="also write it for programs")
+    _json(select)
 
 
 def _add(
-    verbs: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    verbs: "Verbs",
     name: str,
     run: commands.Command,
     text: str,
@@ -217,7 +202,28 @@ def _recordings(
     command.add_argument(
         "--start", type=float, metavar="S", help="use each recording from here [s]"
     )
-    command.add_argument(
-        "--salvage", action="store_true", help="read what is left of a damaged bag"
-    )
+    _salvage(command)
     command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
+
+
+def _horizon(command: argparse.ArgumentParser, text: str) -> None:
+    command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
+
+
+def _json(command: argparse.ArgumentParser, text: str = "also write it for programs") -> None:
+    command.add_argument("--json", type=Path, metavar="FILE", help=text)
+
+
+def _salvage(command: argparse.ArgumentParser) -> None:
+    text = "read what is left of a damaged bag"
+    command.add_argument("--salvage", action="store_true", help=text)
+
+
+def _exports(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
+    command.add_argument(
+        "--png", action="store_true", help="the figures as PNG, too (pip install 'seatrial[png]')"
+    )
+    command.add_argument(
+        "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )

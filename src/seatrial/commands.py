@@ -238,6 +238,7 @@ def compare_command(args: argparse.Namespace, progress: Progress) -> None:
     _guard(args.out, "<!doctype html", *inputs)
     if args.out is None and (args.figures or args.tables):
         raise FileError("--figures and --tables belong to the HTML file: say where with -o")
+    _check_png(args)
     a, b = load(args.a), load(args.b)
     recordings: list[Recording] = []
     if args.recordings:
@@ -255,7 +256,7 @@ def compare_command(args: argparse.Namespace, progress: Progress) -> None:
         progress.say("drawing")
         write_comparison(
             a, b, recordings, found, args.out,
-            horizon=args.horizon, figures=args.figures, tables=args.tables,
+            horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
         )  # fmt: skip
     progress.clear()
     print(comparison_text(found))
@@ -292,13 +293,25 @@ def report_command(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.report import write_report
 
     _guard(args.out, "<!doctype html", args.model, args.vehicle, *args.recordings)
+    _check_png(args)
     model = _load(args)
     recordings = _read(args, model.vehicle, progress)
     progress.say("drawing")
     write_report(
         model, recordings, args.out,
-        horizon=args.horizon, figures=args.figures, tables=args.tables,
+        horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
     )  # fmt: skip
     progress.clear()
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
     print(f"wrote {', '.join(map(str, written))}")
+
+
+def _check_png(args: argparse.Namespace) -> None:
+    """Before the work of minutes: where to, and whether it can be done."""
+    from seatrial.errors import FileError
+    from seatrial.report.png import check
+
+    if args.png and args.figures is None:
+        raise FileError("--png belongs to the figures: say where with --figures FOLDER")
+    if args.png:
+        check()

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import NOISE_START
 from seatrial.chain import STAGES
+from seatrial.filter_noise import NOISE_START
 from seatrial.frames import SYMBOLS, Array
 from seatrial.model import Model
 
@@ -32,10 +32,14 @@ def believed_on_board(model: Model) -> Array:
     """Noise (7,) of poses and motion: position, heading, walks, disturbances, memory.
 
     A model without process noise (the paper's method finds none) gets what the estimator starts
-    from. The doubt about the model's parameters is added in squares; the memory is in proportion.
+    from. Pose errors that hang together count as white ones of their size: the gate is right, what
+    many poses tell is taken for more than it is. The doubt about the model's parameters is added
+    in squares; the memory is in proportion.
     """
-    own, noise = model.noise, NOISE_START.copy()
+    own, noise = model.noise, NOISE_START[: len(FLOOR)].copy()
     noise[:2] = own.position, own.heading
+    if own.correlated is not None:
+        noise[:2] = np.hypot(noise[:2], [own.correlated.position, own.correlated.heading])
     if own.process is not None:
         p = own.process
         noise[2:6] = p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw

@@ -23,6 +23,7 @@ JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
+UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -72,13 +73,16 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     good = _left(name, bad, t)
     whole = np.array(eta, dtype=float)
     whole[good, 2] = np.unwrap(whole[good, 2])
-    jumps = _jumps(t[good], whole[good])
-    away, lasting = _excursions(t[good], whole[good], jumps)
-    bad[FaultKind.EXCURSION] = _at(len(t), good[away])
+    bad[FaultKind.EXCURSION] = np.zeros(len(t), dtype=bool)
+    while True:  # a false match is seen better without another beside it
+        away, lasting = _excursions(t[good], whole[good], _jumps(t[good], whole[good]))
+        if not away.any():
+            break
+        bad[FaultKind.EXCURSION][good[away]] = True
+        good = _left(name, bad, t)
     breaks = t[good[np.array(lasting, dtype=int) + 1]]  # [s] where a jump for good leads to
-    good = _left(name, bad, t)
     stretch, gaps = _stretches(t[good], breaks)
-    island = _islands(t[good], stretch, breaks)
+    island, breaks = _islands(t[good], stretch, breaks)
     bad[FaultKind.EXCURSION][good[island]] = True
     segment = np.zeros(len(t), dtype=np.int64)
     segment[good] = stretch
@@ -173,13 +177,23 @@ def _stretches(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[f
     return np.concatenate([[0], np.cumsum(ends)]), list(zip(t[:-1][gap], t[1:][gap], strict=True))
 
 
-def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> Mask:
-    """Samples of stretches too short to be trusted after or before a jump."""
+def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> tuple[Mask, Array]:
+    """Samples of stretches too short to be trusted after or before a jump; the jumps that remain.
+
+    A false match beside a gap jumps once: what undoes it is in the gap. Only between two stretches
+    that are trusted did the poses jump for good.
+    """
     first = np.searchsorted(stretch, np.arange(stretch[-1] + 1))
     last = np.append(first[1:], len(t)) - 1
     begins = np.isin(t[first], breaks)
-    jumped = begins | np.append(begins[1:], False)
-    return np.asarray((jumped & (t[last] - t[first] < ISLAND))[stretch])
+    ends = np.append(begins[1:], False)
+    short = (begins | ends) & (t[last] - t[first] < ISLAND)
+    lasting = begins & ~short
+    for a, b in _runs(short):
+        lasting[a : b + 1] = False
+        if b + 1 < len(first):
+            lasting[b + 1] = begins[a : b + 2].all()
+    return np.asarray(short[stretch]), t[first[lasting]]
 
 
 def _refuse_two_places(name: str, eta: Array) -> None:
@@ -258,21 +272,24 @@ def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[
     padded = np.pad(rate, ((3, 3), (0, 0)), mode="edge")
     usual = np.median(np.stack([padded[k : k + len(rate)] for k in range(7)]), axis=0)
     shift = (rate - usual) * steps * [1.0, 1.0, LEVER]  # [m] beyond the boat's own motion
-    lasting: list[int] = []
-    done = -1
+    spans = []  # jumps that undo each other: badly?, how many, what is left, first and last
     for i, first in enumerate(jumps):
-        if first <= done:
-            continue
-        left = shift[first].copy()
-        for j in (j for j in jumps[i + 1 :] if t[j + 1] - t[first] <= EXCURSION):
-            left += shift[j]
-            if float(np.linalg.norm(left)) < 0.5 * float(np.linalg.norm(shift[first])):
-                away[first + 1 : j + 1] = True
-                done = j
+        left, size = shift[first].copy(), float(np.linalg.norm(shift[first]))
+        largest = size
+        for j in range(i + 1, len(jumps)):
+            if t[jumps[j] + 1] - t[first] > EXCURSION:
                 break
-        else:
-            lasting.append(first)
-    return away, lasting
+            left += shift[jumps[j]]
+            largest = max(largest, float(np.linalg.norm(shift[jumps[j]])))
+            rest = float(np.linalg.norm(left))
+            if rest < 0.5 * size:
+                spans.append((rest > UNDONE * largest, j - i, rest, i, j))
+    free = np.ones(len(jumps), dtype=bool)
+    for *_, i, j in sorted(spans):  # what undoes each other well, then what does so soon
+        if free[i : j + 1].all():
+            free[i : j + 1] = False
+            away[jumps[i] + 1 : jumps[j] + 1] = True
+    return away, [jump for jump, lasts in zip(jumps, free, strict=True) if lasts]
 
 
 def _runs(mask: Mask) -> list[tuple[int, int]]:

@@ -130,6 +130,11 @@ def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
 
 
 def write_text(path: Path, text: str) -> None:
+    """`write_bytes` of text."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
     """Write whole or not at all: to a temporary file beside it, then moved into place.
 
     A link is followed; a device or pipe (/dev/stdout) is written to as it is.
@@ -138,21 +143,21 @@ def write_text(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not path.is_file() and not path.is_dir():
-            path.write_text(text, encoding="utf-8")
+            path.write_bytes(content)
             return
         if path.is_dir():
             raise FileError(f"{path}: is a folder; give a file name")
-        _replace(path, text)
+        _replace(path, content)
     except OSError as error:
         raise FileError(f"{path}: can't be written ({error.strerror})") from None
 
 
-def _replace(path: Path, text: str) -> None:
+def _replace(path: Path, content: bytes) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)

@@ -185,12 +185,21 @@ class ProcessEntry(Strict, frozen=True):
     memory: Positive  # [s] time constant of the disturbance
 
 
+class CorrelatedEntry(Strict, frozen=True):
+    """Errors of the poses that hang together from one pose to the next, beside the white ones."""
+
+    position: NotNegative  # [m] standard deviation
+    heading: NotNegative  # [rad]
+    memory: Positive  # [s] time constant
+
+
 class NoiseEntry(Strict, frozen=True):
-    """Standard deviations of the pose noise, and the process noise where it was estimated."""
+    """Standard deviations of the poses' white noise; what else was estimated of noise."""
 
     position: NotNegative  # [m]
     heading: NotNegative  # [rad]
     process: ProcessEntry | None = None
+    correlated: CorrelatedEntry | None = None
 
 
 class EnvelopeEntry(Strict, frozen=True):

@@ -182,7 +182,7 @@ class Structure:
             size = [] if abs(number) == 1.0 and tail else [f"{abs(number):.4g}"]
             sign = " - " if number < 0 else " + "
             right += sign + " ".join([*size, *tail])
-        return f"{SYMBOLS[axis]}_dot ={right}".replace("= + ", "= ").replace("= - ", "= -")
+        return f"{SYMBOLS[axis]}_dot ={right or ' 0'}".replace("= + ", "= ").replace("= - ", "= -")
 
 
 def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]) -> Structure:

@@ -2,8 +2,9 @@
 // The extended Kalman filter whose prediction errors the estimator looks at, with its
 // sensitivities.
 //
-// The state is the boat's (6) and a disturbance (3): body-fixed accelerations that come and go with
-// a time constant. Host side: uses heap.
+// The state is the boat's (6), a disturbance (3): body-fixed accelerations that come and go with a
+// time constant, and, where the noise has any, errors of the poses that hang together (3), which a
+// filter that takes all noise for white would take for the boat's motion. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,8 @@
 namespace seatrial::detail {
 
 inline constexpr int kMaxParameters = kMaxColumns + kEffects;
-using Covariance = double[kFilterStates][kFilterStates];
+inline constexpr double kTurn = 6.283185307179586;  // [rad]
+inline constexpr int kColouredStates = kFilterStates + kPose;
 
 /// Inverse of a symmetric 3 x 3, and its determinant.
 inline double inverse3(const double s[3][3], double inverse[3][3]) {
@@ -32,8 +34,12 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
   return determinant;
 }
 
-/// The filter between two poses.
+/// The filter between two poses. N: its states, kFilterStates or kColouredStates.
+template <int N>
 class Filter {
+  static constexpr bool kColoured = N == kColouredStates;
+  static_assert(N == kFilterStates || kColoured);
+
  public:
   Filter(const Columns& columns, const FilterNoise& noise, const FilterStart& start,
          const Effects& effects, bool slopes)
@@ -43,12 +49,13 @@ class Filter {
         own_(columns.size() - kStates - kAxes),
         parameters_(own_ + (slopes ? kEffects : 0)) {
     std::copy(start.state, start.state + kStates, x_);
-    std::fill(x_ + kStates, x_ + kFilterStates, 0.0);
-    for (int i = 0; i < kFilterStates; ++i) {
-      const double sigma = i < kPose     ? kPoseSpread * noise.pose(i)
-                           : i < kStates ? start.velocity[i - kPose]
-                                         : noise.disturbance(i - kStates);
-      std::fill(p_[i], p_[i] + kFilterStates, 0.0);
+    std::fill(x_ + kStates, x_ + N, 0.0);
+    for (int i = 0; i < N; ++i) {
+      const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
+                           : i < kStates       ? start.velocity[i - kPose]
+                           : i < kFilterStates ? noise.disturbance(i - kStates)
+                                               : noise.colour(i - kFilterStates);
+      std::fill(p_[i], p_[i] + N, 0.0);
       p_[i][i] = sigma * sigma;
       std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
     }
@@ -81,15 +88,15 @@ class Filter {
       f_[i][0] += push[0] * wind[1] - push[1] * wind[0];  // a turn of the boat turns the wind on it
     }
     std::copy(x_, x_ + kStates, way.to);
-    const double stays = std::exp(-length / noise_.memory);
-    for (int i = kStates; i < kFilterStates; ++i) x_[i] *= stays;
-    carry_sensitivity(dx, stays, c, s);
+    let_fade(length);
+    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
+    carry_sensitivity(dx, c, s);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
       for (int j = 0; j < kMoving; ++j) way.slope[i][j] = static_cast<float>(f_[i][j]);
     }
-    carry_covariance(stays);
-    add_process_noise(psi, length, stays);
+    carry_covariance();
+    add_process_noise(psi, length);
     return true;
   }
 
@@ -105,16 +112,16 @@ class Filter {
       }
       x_[i] = sum;
     }
-    const double stays = std::exp(-length / noise_.memory);
-    for (int i = kStates; i < kFilterStates; ++i) x_[i] *= stays;
-    carry_covariance(stays);
-    add_process_noise(from[2], length, stays);
+    let_fade(length);
+    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
+    carry_covariance();
+    add_process_noise(from[2], length);
   }
 
   /// The pose may be anywhere: it jumped.
   void loosen(double position, double heading) {
     for (int i = 0; i < kPose; ++i) {
-      for (int j = 0; j < kFilterStates; ++j) p_[i][j] = p_[j][i] = 0.0;
+      for (int j = 0; j < N; ++j) p_[i][j] = p_[j][i] = 0.0;
       p_[i][i] = i < 2 ? position * position : heading * heading;
     }
   }
@@ -128,7 +135,7 @@ class Filter {
     const double* l = effects_.lever;
     const double arm[2] = {cp * l[0] - sp * l[1], sp * l[0] + cp * l[1]};
     const double turn[kPose] = {-arm[1], arm[0], 0.0};  // d measured / d psi, beyond the state's
-    double hp[kPose][kFilterStates];
+    double hp[kPose][N];
     double inverse[kPose][kPose];
     Innovation out{};
     double(&e)[kPose] = out.e;
@@ -136,10 +143,18 @@ class Filter {
     for (int i = 0; i < kPose; ++i) {
       const double moved = i < 2 ? arm[i] + effects_.current[i] * t : 0.0;
       e[i] = eta[i] - x_[i] - moved;
-      for (int j = 0; j < kFilterStates; ++j) hp[i][j] = p_[i][j] + turn[i] * p_[2][j];
+      for (int j = 0; j < N; ++j) hp[i][j] = p_[i][j] + turn[i] * p_[2][j];
+      if constexpr (kColoured) {
+        e[i] -= x_[kFilterStates + i];
+        for (int j = 0; j < N; ++j) hp[i][j] += p_[kFilterStates + i][j];
+      }
     }
+    e[2] = std::remainder(e[2], kTurn);  // whole turns in a gap are nobody's
     for (int i = 0; i < kPose; ++i) {
-      for (int j = 0; j < kPose; ++j) s[i][j] = hp[i][j] + hp[i][2] * turn[j];
+      for (int j = 0; j < kPose; ++j) {
+        s[i][j] = hp[i][j] + hp[i][2] * turn[j];
+        if constexpr (kColoured) s[i][j] += hp[i][kFilterStates + j];
+      }
       s[i][i] += noise_.pose(i) * noise_.pose(i);
     }
     const double determinant = inverse3(s, inverse);
@@ -182,6 +197,20 @@ class Filter {
     d_[1][own_ + kLever] = -s;
   }
 
+  /// What one pose is worth alone [m, m, rad].
+  double first_pose(int i) const {
+    return kColoured ? std::hypot(noise_.pose(i), noise_.colour(i)) : noise_.pose(i);
+  }
+
+  /// How much of disturbance and coloured error is left after `length` [s].
+  void let_fade(double length) {
+    const double stays = std::exp(-length / noise_.memory);
+    std::fill(stays_, stays_ + kAxes, stays);
+    if constexpr (kColoured) {
+      std::fill(stays_ + kAxes, stays_ + kAxes + kPose, std::exp(-length / noise_.colour_memory));
+    }
+  }
+
   static std::size_t row(int k, int width) {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }
@@ -192,7 +221,7 @@ class Filter {
     return kStates + (c < own ? c : c + kAxes);
   }
 
-  void carry_sensitivity(const StateTangent& dx, double stays, double cp, double sp) {
+  void carry_sensitivity(const StateTangent& dx, double cp, double sp) {
     for (int i = 0; i < kStates; ++i) {
       std::fill(next_[i], next_[i] + parameters_, 0.0);
       for (int c = 0; c < own_; ++c) next_[i][c] = dx.row[i][column(c)];
@@ -212,8 +241,8 @@ class Filter {
       }
     }
     for (int i = 0; i < kStates; ++i) std::copy(next_[i], next_[i] + parameters_, d_[i]);
-    for (int i = kStates; i < kFilterStates; ++i) {
-      for (int c = 0; c < parameters_; ++c) d_[i][c] *= stays;
+    for (int i = kStates; i < N; ++i) {
+      for (int c = 0; c < parameters_; ++c) d_[i][c] *= stays_[i - kStates];
     }
   }
 
@@ -222,6 +251,9 @@ class Filter {
                       double slope[kPose][kMaxParameters]) const {
     for (int i = 0; i < kPose; ++i) {
       for (int c = 0; c < parameters_; ++c) slope[i][c] = d_[i][c] + turn[i] * d_[2][c];
+      if constexpr (kColoured) {
+        for (int c = 0; c < parameters_; ++c) slope[i][c] += d_[kFilterStates + i][c];
+      }
     }
     if (parameters_ == own_) return;
     slope[0][own_ + kLever] += cp;
@@ -233,12 +265,12 @@ class Filter {
   }
 
   /// F P F', with the boat's slopes less the identity.
-  void carry_covariance(double stays) {
-    double fp[kStates][kFilterStates];
+  void carry_covariance() {
+    double fp[kStates][N];
     for (int i = 0; i < kStates; ++i) {
-      std::copy(p_[i], p_[i] + kFilterStates, fp[i]);
+      std::copy(p_[i], p_[i] + N, fp[i]);
       for (int m = 0; m < kMoving; ++m) {
-        for (int j = 0; j < kFilterStates; ++j) fp[i][j] += f_[i][m] * p_[m + 2][j];
+        for (int j = 0; j < N; ++j) fp[i][j] += f_[i][m] * p_[m + 2][j];
       }
     }
     for (int i = 0; i < kStates; ++i) {
@@ -247,15 +279,15 @@ class Filter {
         for (int m = 0; m < kMoving; ++m) sum += fp[i][m + 2] * f_[j][m];
         p_[i][j] = p_[j][i] = sum;
       }
-      for (int j = kStates; j < kFilterStates; ++j) p_[i][j] = p_[j][i] = stays * fp[i][j];
+      for (int j = kStates; j < N; ++j) p_[i][j] = p_[j][i] = stays_[j - kStates] * fp[i][j];
     }
-    for (int i = kStates; i < kFilterStates; ++i) {
-      for (int j = kStates; j < kFilterStates; ++j) p_[i][j] *= stays * stays;
+    for (int i = kStates; i < N; ++i) {
+      for (int j = kStates; j < N; ++j) p_[i][j] *= stays_[i - kStates] * stays_[j - kStates];
     }
   }
 
-  /// Random walk of the velocity, integrated into the pose; renewal of the disturbance.
-  void add_process_noise(double psi, double length, double stays) {
+  /// Random walk of the velocity, integrated into the pose; renewal of what fades.
+  void add_process_noise(double psi, double length) {
     const double c = std::cos(psi);
     const double s = std::sin(psi);
     const double turn[3][3] = {{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
@@ -270,9 +302,14 @@ class Filter {
           p_[i][j] += turn[i][a] * turn[j][a] * q * length * length * length / 3.0;
         }
       }
-      const double renewed = noise_.disturbance(a) * noise_.disturbance(a) * (1.0 - stays * stays);
-      p_[kStates + a][kStates + a] += renewed;
+      renew(kStates + a, noise_.disturbance(a));
+      if constexpr (kColoured) renew(kFilterStates + a, noise_.colour(a));
     }
+  }
+
+  void renew(int i, double sigma) {
+    const double stays = stays_[i - kStates];
+    p_[i][i] += sigma * sigma * (1.0 - stays * stays);
   }
 
   void accumulate(const double* z, const double inverse[kPose][kPose],
@@ -298,20 +335,20 @@ class Filter {
   }
 
   /// x += K e, P -= K H P, and so for the sensitivities: the gain is held.
-  void correct(const double* e, const double inverse[kPose][kPose],
-               const double hp[kPose][kFilterStates], const double slope[kPose][kMaxParameters]) {
-    double gain[kFilterStates][kPose];
-    for (int i = 0; i < kFilterStates; ++i) {
+  void correct(const double* e, const double inverse[kPose][kPose], const double hp[kPose][N],
+               const double slope[kPose][kMaxParameters]) {
+    double gain[N][kPose];
+    for (int i = 0; i < N; ++i) {
       for (int j = 0; j < kPose; ++j) {
         gain[i][j] = hp[0][i] * inverse[0][j] + hp[1][i] * inverse[1][j] + hp[2][i] * inverse[2][j];
       }
     }
-    for (int i = 0; i < kFilterStates; ++i) {
+    for (int i = 0; i < N; ++i) {
       for (int m = 0; m < kPose; ++m) x_[i] += gain[i][m] * e[m];
       for (int c = 0; c < parameters_; ++c) {
         d_[i][c] -= gain[i][0] * slope[0][c] + gain[i][1] * slope[1][c] + gain[i][2] * slope[2][c];
       }
-      for (int j = i; j < kFilterStates; ++j) {
+      for (int j = i; j < N; ++j) {
         const double less = gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j];
         p_[i][j] = p_[j][i] = p_[i][j] - less;
       }
@@ -323,9 +360,10 @@ class Filter {
   const Effects& effects_;
   int own_;  // chosen coefficients and constants
   int parameters_;
-  double x_[kFilterStates] = {};
-  Covariance p_ = {};
-  double d_[kFilterStates][kMaxParameters] = {};  // d state / d parameters
+  double x_[N] = {};
+  double p_[N][N] = {};
+  double stays_[N - kStates] = {};    // what is left of each after an interval
+  double d_[N][kMaxParameters] = {};  // d state / d parameters
   double next_[kStates][kMaxParameters] = {};
   double f_[kStates][kMoving] = {};  // d state / d what the motion depends on; less 1 once carried
 };

@@ -29,7 +29,8 @@ inline void keep(const Innovation& seen, int k, FilterPass& pass) {
 }
 
 /// What is kept of the filter once it has used a pose.
-inline void keep(const Filter& filter, int k, FilterPass& pass) {
+template <int N>
+void keep(const Filter<N>& filter, int k, FilterPass& pass) {
   const auto at = static_cast<std::size_t>(k);
   std::copy(filter.state(), filter.state() + kFilterStates, &pass.state[at * kFilterStates]);
   for (int i = 0; i < kAxes; ++i) {
@@ -41,18 +42,13 @@ inline void keep(const Filter& filter, int k, FilterPass& pass) {
 
 }  // namespace detail
 
-/// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
-/// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
-/// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
-/// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
-/// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
-/// `repeatable`: the way is kept, for other noise to be tried on it.
-inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start,
-                              const Effects& effects = {}, bool slopes = false,
-                              const double* counts = nullptr, const int* block = nullptr,
-                              bool repeatable = true) {
-  detail::Filter filter(trace.columns(), noise, start, effects, slopes);
+namespace detail {
+
+template <int N>
+FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
+                       const FilterNoise& noise, const FilterStart& start, const Effects& effects,
+                       bool slopes, const double* counts, const int* block, bool repeatable) {
+  Filter<N> filter(trace.columns(), noise, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
   FilterPass pass;
@@ -80,9 +76,9 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
             filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
                           counted, &pass, block == nullptr ? k : block[k]);
         pass.cost += counted * seen.cost;
-        detail::keep(seen, k, pass);
+        keep(seen, k, pass);
       }
-      detail::keep(filter, k, pass);
+      keep(filter, k, pass);
       if (k == poses.n - 1) break;
       if (repeatable) pass.way.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
@@ -101,6 +97,24 @@ inline FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& p
   return pass;
 }
 
+}  // namespace detail
+
+/// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
+/// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
+/// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
+/// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
+/// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
+/// `repeatable`: the way is kept, for other noise to be tried on it.
+inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSeries& poses,
+                              const FilterNoise& noise, const FilterStart& start,
+                              const Effects& effects = {}, bool slopes = false,
+                              const double* counts = nullptr, const int* block = nullptr,
+                              bool repeatable = true) {
+  const auto run = noise.coloured() ? detail::innovations<detail::kColouredStates>
+                                    : detail::innovations<kFilterStates>;
+  return run(boat, trace, poses, noise, start, effects, slopes, counts, block, repeatable);
+}
+
 namespace detail {
 
 /// Columns of a filter that repeats a pass: no parameters.
@@ -112,13 +126,15 @@ inline Columns no_parameters() {
 }
 
 /// Uses pose k, which is to be used.
-inline Innovation use_pose(Filter& filter, const PoseSeries& poses, int k) {
+template <int N>
+Innovation use_pose(Filter<N>& filter, const PoseSeries& poses, int k) {
   if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
   return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
 }
 
 /// From pose k to the next, if there is one, as the first pass went, linearised about it.
-inline void follow(Filter& filter, const FilterPass& first, const PoseSeries& poses, int k) {
+template <int N>
+void follow(Filter<N>& filter, const FilterPass& first, const PoseSeries& poses, int k) {
   if (k == poses.n - 1) return;
   const auto at = static_cast<std::size_t>(k);
   filter.repeat(first.way[at], &first.state[at * kFilterStates], poses.time[k + 1] - poses.time[k]);
@@ -126,17 +142,29 @@ inline void follow(Filter& filter, const FilterPass& first, const PoseSeries& po
 
 }  // namespace detail
 
+namespace detail {
+
+template <int N>
+double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
+                const FilterStart& start) {
+  const Columns none = no_parameters();
+  Filter<N> again(none, noise, start, first.effects, false);
+  double cost = 0.0;
+  for (int k = 0; k < poses.n; ++k) {
+    if (poses.use[k] != 0) cost += use_pose(again, poses, k).cost;
+    follow(again, first, poses, k);
+  }
+  return cost;
+}
+
+}  // namespace detail
+
 /// The cost of a pass that is repeated with other noise, linearised about the first.
 inline double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
                        const FilterStart& start) {
-  const Columns none = detail::no_parameters();
-  detail::Filter again(none, noise, start, first.effects, false);
-  double cost = 0.0;
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != 0) cost += detail::use_pose(again, poses, k).cost;
-    detail::follow(again, first, poses, k);
-  }
-  return cost;
+  const auto run = noise.coloured() ? detail::repeated<detail::kColouredStates>
+                                    : detail::repeated<kFilterStates>;
+  return run(first, poses, noise, start);
 }
 
 /// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
@@ -180,13 +208,9 @@ inline double informed(const Change& a, const Change& b) {
   return sum;
 }
 
-}  // namespace detail
-
-/// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
-/// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
-inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start,
-                              unsigned active = ~0U) {
+template <int N>
+NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
+                       const FilterStart& start, unsigned active) {
   constexpr double kStep = 0.05;  // of a logarithm
   NoisePass out;
   const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
@@ -195,10 +219,10 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
   for (int i = 0; i < kNoiseParameters; ++i) {
     if (looked_at(i)) place[m++] = i;
   }
-  const Columns none = detail::no_parameters();
-  detail::Filter base(none, noise, start, first.effects, false);
+  const Columns none = no_parameters();
+  Filter<N> base(none, noise, start, first.effects, false);
   std::vector<FilterNoise> up(static_cast<std::size_t>(m), noise);
-  std::vector<detail::Filter> moved;
+  std::vector<Filter<N>> moved;
   moved.reserve(up.size());
   std::vector<double> cost(up.size(), 0.0);
   for (std::size_t i = 0; i < up.size(); ++i) {
@@ -207,22 +231,22 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
   }
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != 0) {
-      const Innovation here = detail::use_pose(base, poses, k);
+      const Innovation here = use_pose(base, poses, k);
       out.cost += here.cost;
       double inverse[kPose][kPose];
-      detail::inverse3(here.s, inverse);
-      detail::Change change[kNoiseParameters];
+      inverse3(here.s, inverse);
+      Change change[kNoiseParameters];
       for (std::size_t i = 0; i < moved.size(); ++i) {
-        const Innovation there = detail::use_pose(moved[i], poses, k);
+        const Innovation there = use_pose(moved[i], poses, k);
         cost[i] += there.cost;
-        change[i] = detail::changed(here, there, inverse, kStep);
+        change[i] = changed(here, there, inverse, kStep);
         for (std::size_t j = 0; j <= i; ++j) {
-          out.information[place[i]][place[j]] += detail::informed(change[i], change[j]);
+          out.information[place[i]][place[j]] += informed(change[i], change[j]);
         }
       }
     }
-    detail::follow(base, first, poses, k);
-    for (detail::Filter& one : moved) detail::follow(one, first, poses, k);
+    follow(base, first, poses, k);
+    for (Filter<N>& one : moved) follow(one, first, poses, k);
   }
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const int a = place[i];
@@ -233,6 +257,18 @@ inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
     out.gradient[a] = 0.5 * (cost[i] - out.cost) / kStep - 0.5 * kStep * out.information[a][a];
   }
   return out;
+}
+
+}  // namespace detail
+
+/// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
+/// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
+inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
+                              const FilterNoise& noise, const FilterStart& start,
+                              unsigned active = ~0U) {
+  const auto run = noise.coloured() ? detail::noise_slopes<detail::kColouredStates>
+                                    : detail::noise_slopes<kFilterStates>;
+  return run(first, poses, noise, start, active);
 }
 
 }  // namespace seatrial

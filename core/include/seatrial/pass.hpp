@@ -12,7 +12,8 @@ inline constexpr int kFilterStates = kStates + kAxes;  // x, y, psi, u, v, r, d_
 inline constexpr int kPose = 3;                        // x, y [m], psi [rad] are measured
 inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
 
-inline constexpr int kNoiseParameters = 7;
+inline constexpr int kNoiseParameters = 10;
+inline constexpr double kNoColour = 1e-8;  // [m, rad] errors that hang together below this: none
 
 /// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
 /// are their logarithms, in this order.
@@ -24,15 +25,20 @@ struct FilterNoise {
   double disturbance_linear;  // [m/s^2] that comes and goes, in surge and sway
   double disturbance_yaw;     // [rad/s^2]
   double memory;              // [s] time constant of the disturbance
+  double colour_position;     // [m] errors of the poses that hang together, beside the white ones
+  double colour_heading;      // [rad]
+  double colour_memory;       // [s] time constant of these
   double outlier;             // innovations beyond so many sigma count linearly; infinity: never
 
+  bool coloured() const { return colour_position > kNoColour || colour_heading > kNoColour; }
   double pose(int i) const { return i < 2 ? position : heading; }
+  double colour(int i) const { return i < 2 ? colour_position : colour_heading; }
   double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
   double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
   double& parameter(int i) {
     double* const all[kNoiseParameters] = {
-        &position,           &heading,         &walk_linear, &walk_yaw,
-        &disturbance_linear, &disturbance_yaw, &memory};
+        &position,        &heading, &walk_linear,     &walk_yaw,       &disturbance_linear,
+        &disturbance_yaw, &memory,  &colour_position, &colour_heading, &colour_memory};
     return *all[i];
   }
 };

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.causal import OUTLIER, believed_noise, spread
+from seatrial.causal import believed_noise
 from seatrial.errors import ModelError
+from seatrial.filter_noise import OUTLIER
 from seatrial.frames import Array
 from seatrial.identifiability.verdict import TYPICAL
 from seatrial.identify.belief import least_noise
 from seatrial.identify.problem import Passes, Problem
 from seatrial.model import Model
+from seatrial.parallel import spread
 from seatrial.recording import Recording
 
 BLOCK = 10.0  # [s] over which errors may hang together
@@ -35,7 +37,7 @@ class Around:
     model: Model
     names: tuple[str, ...]  # (p,) of what was estimated
     theta: Array  # (p,) their values
-    noise: Array  # (7,) what the filter believes
+    noise: Array  # (10,) what the filter believes
 
     def problem(self, recordings: Sequence[Recording]) -> Problem:
         """The likelihood of some recordings."""
@@ -60,7 +62,7 @@ class Alone:
 
 
 def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
-    """The model's estimated parameters, and the noise (7,) that it was believed with.
+    """The model's estimated parameters, and the noise (10,) that it was believed with.
 
     A model without process noise gets `noise`, or that under which `recordings` are most likely.
     Raises ModelError where nothing was estimated, or where the model diverges.

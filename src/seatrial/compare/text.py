@@ -8,6 +8,7 @@ from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
 from seatrial.compare.prediction import Ahead, AxisDifference
 from seatrial.frames import AXES, SYMBOLS, Axes
 from seatrial.identify.text import plus_minus
+from seatrial.schema import CorrelatedEntry
 
 TOLD = (
     2.4  # standard errors: by chance one of three axes is that far from 1 in one comparison of 20
@@ -149,6 +150,8 @@ def _noise(found: Comparison) -> Iterator[str]:
         f"pose noise: {1e3 * one.position:.2g} → {1e3 * two.position:.2g} mm, "
         f"{1e3 * one.heading:.2g} → {1e3 * two.heading:.2g} mrad"
     )
+    if one.correlated is not None or two.correlated is not None:
+        yield f"of it hangs together: {_hanging(one.correlated)} → {_hanging(two.correlated)}"
     p, q = one.process, two.process
     if p is None or q is None:
         return
@@ -161,6 +164,14 @@ def _noise(found: Comparison) -> Iterator[str]:
             f"{1e3 * q.disturbance_linear:.2g} mm/s^2, {1e3 * p.disturbance_yaw:.2g} → "
             f"{1e3 * q.disturbance_yaw:.2g} mrad/s^2, over {p.memory:.2g} → {q.memory:.2g} s"
         )
+
+
+def _hanging(entry: CorrelatedEntry | None) -> str:
+    if entry is None:
+        return "nothing"
+    return (
+        f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.memory:.2g} s"
+    )
 
 
 def _prediction(found: Comparison) -> Iterator[str]:

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.causal import NOISE_LEAST, OUTLIER, PROCESS, fitted_noise, likelier_noise
 from seatrial.errors import IdentificationError, ModelError, RecordingError
+from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS, fitted_noise, likelier_noise
 from seatrial.frames import AXES, Array
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, search
@@ -43,7 +43,7 @@ class Ahead:
 
 
 def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
-    """The likelihood's noise (7,), the solution that predicts best, and the share it was believed to.
+    """The likelihood's noise (10,), the solution that predicts best, and the share it was believed to.
 
     A looser belief has fewer local optima, too: where the likelihood is higher there, it is followed
     from there.
@@ -130,7 +130,7 @@ def _closer(at: Point, found: Point) -> Point:
 
 
 def least_noise(problem: Problem, share: float) -> Array:
-    """The noise (7,) below which the filter does not go."""
+    """The noise (10,) below which the filter does not go."""
     least = NOISE_LEAST.copy()
     if share > 0.0:
         nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
@@ -141,7 +141,7 @@ def least_noise(problem: Problem, share: float) -> Array:
 
 
 def plain_noise(at: Point, noise: Array) -> Array:
-    """The likeliest noise (7,) with the parameters as they are: what a filter is to believe.
+    """The likeliest noise (10,) with the parameters as they are: what a filter is to believe.
 
     `noise`: what the likelihood found before the model was believed less closely.
     """

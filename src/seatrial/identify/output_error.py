@@ -16,8 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial import _core
-from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
+from seatrial.filter_noise import NOISE_FIRST, noise_vector
 from seatrial.frames import Array
 from seatrial.identify.belief import believed, worth
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
@@ -39,7 +39,8 @@ PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
 LONGEST = 0.3  # step times rate of the boat's quickest motion
 SHORTEST_STEP = 1 / 480  # [s]
 MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
-NOISE_START = np.array([2e-3, 4e-3, *PROCESS_START])  # with pose noise in [m] and [rad]
+COLOUR_START = 0.5  # errors of the poses that hang together over the white ones,
+COLOUR_MEMORY_START = 0.3  # [s] and for how long
 
 
 __all__ = ["METHOD", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -210,4 +211,5 @@ def _first(
     position, heading = (
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
     )
-    return theta, np.array([max(position, 1e-5), max(heading, 1e-5), *PROCESS_START])
+    white = np.maximum([position, heading], NOISE_FIRST)
+    return theta, np.array([*white, *PROCESS_START, *(COLOUR_START * white), COLOUR_MEMORY_START])

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import disturbed, series, spread
+from seatrial.causal import disturbed, series
 from seatrial.frames import Array
 from seatrial.model import thrust_trace
+from seatrial.parallel import spread
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.causal import spread
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
 from seatrial.identify.covariance import sandwich
 from seatrial.identify.search import Point, search
 from seatrial.identify.solution import Fit
+from seatrial.parallel import spread
 from seatrial.statistics import NORMAL_95
 
 CLOSE = 0.02  # of a standard deviation: the end is found

@@ -10,14 +10,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.causal import NOISE_LEAST, NOISE_SETTLED, NOISE_STEP, PROCESS, likelier_noise
+from seatrial import _core
 from seatrial.errors import IdentificationError
+from seatrial.filter_noise import (
+    COLOUR,
+    COLOUR_MEMORY,
+    NOISE_LEAST,
+    NOISE_MOST,
+    NOISE_SETTLED,
+    NOISE_STEP,
+    PROCESS,
+    likelier_noise,
+    repeated_cost,
+)
 from seatrial.frames import Array
 from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 TINY = 1e-12
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
+HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
+DRIFTS = 8  # steps in a row with hanging errors as long as they may get, that are no errors then
 ITERATIONS = 40
 TRIALS = 6
 
@@ -39,23 +52,63 @@ def search(
     hold: bool = False,
     least: Array = NOISE_LEAST,
 ) -> Point:
-    """The most likely parameters and, unless they are held, noise levels, not below `least` (7,).
+    """The most likely parameters and, unless they are held, noise levels, not below `least` (10,).
 
+    Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     noise = np.maximum(noise, least)
+    if hold:
+        return _descent(problem, theta, noise, hold, least)
+    try:
+        at = _descent(problem, theta, noise, hold, least)
+    except IdentificationError:
+        white = noise.copy()
+        white[COLOUR] = least[COLOUR]
+        if not _hangs(noise):
+            raise
+        at = _descent(problem, theta, white, hold, least)
+    while (whiter := _whiter(at, least)) is not None:
+        at = _descent(problem, at.theta, whiter, hold, least)
+    return at
+
+
+def _hangs(noise: Array) -> bool:
+    return bool((noise[COLOUR] > _core.NO_COLOUR).any())
+
+
+def _whiter(at: Point, least: Array) -> Array | None:
+    """The noise (10,) without errors that hang together but make little likelier; None: all do."""
+    problem, passes = at.passes.problem, at.passes.each
+    here = sum(p.cost for p in passes)
+    for i in COLOUR:
+        without = at.noise.copy()
+        without[i] = least[i]
+        if at.noise[i] > _core.NO_COLOUR and (
+            repeated_cost(passes, problem.series, without, problem.outlier) < here + HANGING
+        ):
+            return without
+    return None
+
+
+def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Array) -> Point:
     at = Point(theta, noise, problem.passes(theta, noise))
     if not np.isfinite(at.passes.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping, flat = 1e-4, 0
+    damping, flat, drifts = 1e-4, 0, 0
     for _ in range(ITERATIONS):
         better, gain = (
             (at.noise, 0.0)
             if hold
             else likelier_noise(at.passes.each, problem.series, at.noise, problem.outlier, least)
         )
+        lasting = better[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
+        lasting &= (better[COLOUR] > better[:2]).any()
+        drifts = drifts + 1 if lasting else 0
+        if drifts == DRIFTS:
+            raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
             if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:

@@ -7,13 +7,14 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
+from seatrial.filter_noise import noise_entry
 from seatrial.frames import Array, Axes
 from seatrial.identify.belief import plain_noise
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.search import Point
 from seatrial.model import Model
-from seatrial.schema import EstimatorEntry, Integration, NoiseEntry, ProcessEntry, RecordingEntry
+from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -40,13 +41,13 @@ class Fit:
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
-    noise: Array  # (7,) position, heading, walks, disturbances, memory
+    noise: Array  # (10,) as the filter believes it
     passes: Passes
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
     share: float = 0.0  # how closely the model was believed, see belief.py
-    plain: Array | None = None  # (7,) the noise when it was believed as the likelihood has it
+    plain: Array | None = None  # (10,) the noise when it was believed as the likelihood has it
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,14 +74,13 @@ class Fit:
         noise = self.noise
         if self.share and self.plain is not None:
             noise = plain_noise(Point(theta, noise, self.passes), self.plain)
-        position, heading, *process = noise.tolist()
         recordings = problem.recordings
         constants = theta[n:size]
         lever = theta[problem.effects(0)[: len(LEVER)]]
         return Model(
             with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
-            NoiseEntry(position, heading, ProcessEntry(*process)),
+            noise_entry(noise),
             envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
             tuple(self._entry(i) for i in range(len(recordings))),
             EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),

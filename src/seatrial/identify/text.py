@@ -146,6 +146,12 @@ def _noise(model: Model) -> str:
     """Pose noise and process noise in words."""
     noise, process = model.noise, model.noise.process
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
+    if noise.correlated is not None:
+        c = noise.correlated
+        said += (
+            f" from pose to pose, {1e3 * c.position:.2g} mm and {1e3 * c.heading:.2g} mrad that "
+            f"hang together over {c.memory:.2g} s"
+        )
     if process is None:
         return f"{said}."
     linear = [full_thrust(model, axis) for axis in (0, 1)]

@@ -11,6 +11,7 @@ from seatrial.recording import Recording
 from seatrial.report.evidence import collect
 from seatrial.report.export import write_figures, write_tables
 from seatrial.report.page import page
+from seatrial.report.png import check
 from seatrial.report.sections import Section, sections
 from seatrial.report.sections.base import store_of
 
@@ -36,17 +37,21 @@ def write_report(
     *,
     horizon: float = DEFAULT_HORIZON,
     figures: str | Path | None = None,
+    raster: bool = False,
     tables: str | Path | None = None,
 ) -> None:
     """Write `report` to a file, whole or not at all. `horizon` in s.
 
-    `figures`: a folder for every plot as SVG; `tables`: one for every table as CSV and LaTeX.
+    `figures`: a folder for every plot as SVG, and with `raster` as PNG, which needs `seatrial[png]`;
+    `tables`: one for every table as CSV and LaTeX.
     """
+    if raster:
+        check()
     found = sections(collect(model, recordings, horizon))
     write_text(Path(path), _page(model, found))
     if figures is not None:
         names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
-        write_figures(found, names, Path(figures))
+        write_figures(found, names, Path(figures), raster=raster)
     if tables is not None:
         write_tables(found, Path(tables))
 

@@ -29,9 +29,9 @@ class Curve:
     @property
     def label(self) -> str:
         """Whose, in short."""
-        return (
-            ", ".join(self.names) if len(self.names) <= 3 else f"{self.names[0]} … {self.names[-1]}"
-        )
+        if len(self.names) <= 3:
+            return ", ".join(self.names)
+        return f"{self.names[0]} … {self.names[-1]}, {len(self.names)} alike"
 
 
 def curves(model: Model) -> list[Curve]:

@@ -9,15 +9,9 @@ from html import escape
 
 import numpy as np
 
-from seatrial.report.markup import NOT_A_NUMBER, data, number, symbol, unit
-from seatrial.structure import ACCELERATIONS
-
-_LATEX = {
-    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
-    "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-    "−": "$-$", "–": "--", "±": r"$\pm$", "²": "$^2$", "·": r"$\cdot$", "√": r"$\surd$",
-    "<": "$<$", ">": "$>$", "|": "$|$", "×": r"$\times$",
-}  # fmt: skip
+from seatrial.report.latex import latex_number, latex_text
+from seatrial.report.markup import NOT_A_NUMBER, data, unit
+from seatrial.report.names import html_symbol, latex_symbol
 
 
 class Cell(ABC):
@@ -119,6 +113,7 @@ class Said(Cell):
 
     value: float
     words: str
+    unit: str = ""  # of the number
 
     def html(self) -> str:
         """The words, with the number for machines."""
@@ -142,7 +137,7 @@ class Name(Cell):
 
     def html(self) -> str:
         """With subscripts."""
-        return ", ".join(symbol(n) for n in self.name.split(", ")) + escape(self.more)
+        return ", ".join(html_symbol(n) for n in self.name.split(", ")) + escape(self.more)
 
     def plain(self) -> str:
         """As files have it."""
@@ -204,36 +199,3 @@ def between(pair: Sequence[float] | None, digits: int = 3, scale: float = 1.0) -
     if pair is None or not np.isfinite(pair).all():
         return NOTHING
     return Interval(float(pair[0]), float(pair[1]), digits, scale)
-
-
-def latex_text(text: str) -> str:
-    """Text that means the same to LaTeX."""
-    return "".join(_LATEX.get(letter, letter) for letter in text)
-
-
-def latex_number(value: float, digits: int) -> str:
-    """A number as `number` writes it, in mathematics."""
-    if not np.isfinite(value):
-        return "--"
-    text = f"{value:#.{digits}g}"
-    mantissa, _, exponent = text.partition("e")
-    power = rf" \cdot 10^{{{int(exponent)}}}" if exponent else ""
-    return f"${mantissa.rstrip('.')}{power}$"
-
-
-def latex_symbol(name: str) -> str:
-    """A coefficient, velocity, acceleration or force in mathematics."""
-    if name in ACCELERATIONS:
-        return rf"$\dot {name[0]}$"
-    if name.startswith("|") and name.endswith("|"):
-        return f"$|{name[1:-1]}|$"
-    head, _, tail = name.partition("_")
-    if len(head) > 1:  # a constant of the chain: a word
-        return latex_text(name)
-    sub = rf"_{{\mathrm{{{latex_text(tail)}}}}}" if tail else ""
-    return f"${latex_text(head)}{sub}$"
-
-
-def shown(value: float, digits: int, scale: float = 1.0) -> str:
-    """A number for a sentence."""
-    return number(value * scale, digits)

@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""The report's figures as SVG files, and its tables as CSV and LaTeX, for papers and slides."""
+"""The report's figures as SVG and PNG files, and its tables as CSV and LaTeX, for papers and slides."""
 
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from seatrial.files import write_text
+from seatrial.files import write_bytes, write_text
 from seatrial.report.page import stores
+from seatrial.report.png import png
 from seatrial.report.sections.base import ALL, Section
 from seatrial.report.svg import svg
 
 
-def write_figures(found: Sequence[Section], names: Mapping[str, str], folder: Path) -> list[Path]:
+def write_figures(
+    found: Sequence[Section], names: Mapping[str, str], folder: Path, *, raster: bool = False
+) -> list[Path]:
     """Every figure as `NAME.svg`, those of a recording as `RECORDING-NAME.svg`; the paths written.
 
-    `names`: the recording of every store.
+    `names`: the recording of every store; `raster`: each also as `.png`, see there.
     """
     written = []
     taken: set[str] = set()
@@ -22,8 +25,12 @@ def write_figures(found: Sequence[Section], names: Mapping[str, str], folder: Pa
         head = "" if store == ALL else f"{_safe(names[store], store, taken)}-"
         for name, figure in figures.items():
             path = folder / f"{head}{name}.svg"
-            write_text(path, svg(figure))
+            drawn = svg(figure)
+            write_text(path, drawn)
             written.append(path)
+            if raster:
+                written.append(folder / f"{head}{name}.png")
+                write_bytes(written[-1], png(drawn))
     return written
 
 

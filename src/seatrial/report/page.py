@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The page: sections in their order, and everything that they need inside the file."""
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from html import escape
@@ -19,7 +20,7 @@ POLICY = (
 
 def page(title: str, found: Sequence[Section]) -> str:
     """The whole HTML text of some sections."""
-    body = "\n".join(section.html for section in found)
+    body = _kept_together("\n".join(section.html for section in found))
     figure_data = "\n".join(
         f'<script type="application/json" id="{store}">{pack(figures)}</script>'
         for store, figures in stores(found).items()
@@ -61,6 +62,11 @@ def stores(found: Sequence[Section]) -> dict[str, dict[str, Figure]]:
         for store, figures in section.figures.items():
             out.setdefault(store, {}).update(figures)
     return out
+
+
+def _kept_together(html: str) -> str:
+    """No line breaks before a per cent sign, or around ±."""
+    return re.sub(r"(?<=\d) (?=%)|(?<=\d) (?=± )|(?<=±) (?=\d)", "\u00a0", html)
 
 
 @cache

@@ -63,6 +63,8 @@ NO_INFORMATION = "What each recording says of the parameters is not known:"
 PHYSICS = """One axis at a time, the others held still, at the largest recorded command, then without any until
 2 % of the speed is left. Intervals: coefficients drawn from their covariance."""
 
+RISE = "Upright dotted line: 63 % of the top speed is reached."
+
 GAINS = """Expected information: each manoeuvre is simulated with this model for a minute, with its own noise of
 poses and motion, and added to what is known already. Given is the one that halves the interval soonest, or a
 simpler one that is nearly as soon. In a small pool drive it in several legs. Where the model is wrong, so is

@@ -128,6 +128,12 @@
     }
   }, { rootMargin: "300px" });
 
+  const index = document.querySelector(".equation msub"); // without a font for mathematics it is not lowered
+  if (index) {
+    const [letter, below] = [...index.children].map((part) => part.getBoundingClientRect());
+    document.body.classList.toggle("flat", below.bottom < letter.bottom + 0.1 * letter.height);
+  }
+
   const redraw = () => plots().filter(drawn).forEach(draw);
   let opened = [];
   addEventListener("beforeprint", () => {

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.cells import Cell, Interval, latex_text
+from seatrial.report.cells import Cell, Interval, Said
+from seatrial.report.latex import latex_text
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,8 @@ class Table:
         columns = [[row[k] for row in self.rows if len(row) > 1] for k in range(len(self.head))]
         wide = [any(isinstance(cell, Interval) for cell in column) for column in columns]
         head = ["group"] if self.grouped else []
-        for name, two in zip(self.head, wide, strict=True):
-            head += [f"{name} from", f"{name} to"] if two else [name]
+        for name, two, column in zip(self.head, wide, columns, strict=True):
+            head += [f"{name} from", f"{name} to"] if two else [name + _unit(column)]
         writer.writerow(head)
         group = ""
         for row in self.rows:
@@ -88,3 +89,9 @@ class Table:
             else:
                 lines.append(" & ".join(cells) + r" \\")
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def _unit(column: Sequence[Cell]) -> str:
+    """What a column of words is in as numbers."""
+    units = {cell.unit for cell in column if isinstance(cell, Said) and cell.unit}
+    return f" [{', '.join(sorted(units))}]" if units else ""

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.causal import noise_vector
 from seatrial.errors import IdentificationError
+from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
 from seatrial.identify.output_error import OutputErrorSettings
 from seatrial.identify.problem import Problem

@@ -13,6 +13,7 @@ from seatrial.report.beside import errors, models, prediction
 from seatrial.report.beside.both import both
 from seatrial.report.export import write_figures, write_tables
 from seatrial.report.page import page
+from seatrial.report.png import check
 from seatrial.report.sections.base import Section, store_of
 
 __all__ = ["comparison_report", "write_comparison"]
@@ -42,14 +43,17 @@ def write_comparison(
     *,
     horizon: float = DEFAULT_HORIZON,
     figures: str | Path | None = None,
+    raster: bool = False,
     tables: str | Path | None = None,
 ) -> None:
-    """Write `comparison_report` to a file; `figures` and `tables` as in `write_report`."""
+    """Write `comparison_report` to a file; `figures`, `raster` and `tables` as in `write_report`."""
+    if raster:
+        check()
     told = _sections(a, b, recordings, found, horizon)
     write_text(Path(path), page(_title(a, b), told))
     if figures is not None:
         names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
-        write_figures(told, names, Path(figures))
+        write_figures(told, names, Path(figures), raster=raster)
     if tables is not None:
         write_tables(told, Path(tables))
 

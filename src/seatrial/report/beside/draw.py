@@ -22,14 +22,16 @@ from seatrial.report.draw.base import (
     area,
     figure,
     line,
+    logarithmic,
     marks,
+    room_for,
     speed,
-    subscripted,
     upright,
     whiskers,
 )
-from seatrial.report.draw.known import LEAST, MOST
+from seatrial.report.draw.known import LEAST, MOST, reach
 from seatrial.report.draw.prediction import above_commands
+from seatrial.report.names import plotly_symbol
 from seatrial.report.pool import Pooled
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
@@ -53,7 +55,7 @@ class Rows(NamedTuple):
     @property
     def axis(self) -> Figure:
         """For the layout."""
-        ticks = [subscripted(name) for name in self.names]
+        ticks = [plotly_symbol(name) for name in self.names]
         return {
             "tickvals": self.place.tolist(),
             "ticktext": ticks,
@@ -69,7 +71,7 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
         )
     )
     rows = Rows(names)
-    traces = []
+    traces, shares = [], [np.zeros(0)]
     for one, letter, colour, sign in zip(known, LETTERS, COLOURS, SIGNS, strict=True):
         own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict is not Verdict.GIVEN}
         points = [
@@ -78,10 +80,11 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
             if n in own
         ]
         if points:
+            shares.append(np.array(points)[:, 0])
             traces.append(marks(letter, np.array(points), colour, sign, size=9) | {"opacity": 1.0})
     return figure(
         traces, "relative error [%]", "",
-        xaxis={"type": "log"}, yaxis=rows.axis, showlegend=True,
+        xaxis=logarithmic(*reach(np.concatenate(shares))), yaxis=rows.axis, showlegend=True,
         shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
     )  # fmt: skip
 
@@ -147,7 +150,7 @@ def horizons(rows: tuple[Sequence[Pooled], Sequence[Pooled]], axis: int) -> Figu
     return figure(
         traces, "looking ahead [s]", f"RMS error of {symbol} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
-        yaxis={"type": "log"}, showlegend=True,
+        yaxis=room_for(traces), showlegend=True,
     )  # fmt: skip
 
 

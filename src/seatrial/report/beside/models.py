@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What two models are: verdict, what is known, parameters, actuators, boat, provenance."""
 
-from html import escape
 from itertools import zip_longest
 
 from seatrial.compare.parameters import Pair
@@ -16,9 +15,12 @@ from seatrial.report.beside.both import LETTERS, Both
 from seatrial.report.cells import NOTHING, Cell, Name, Number, Text, Unit, between
 from seatrial.report.cells import known as told
 from seatrial.report.draw.base import Figure
-from seatrial.report.markup import equation, listing
+from seatrial.report.equations import equations
+from seatrial.report.evidence import Evidence
+from seatrial.report.markup import listing
+from seatrial.report.names import names_in, sentence
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.sections.known import said
+from seatrial.report.sections.known import said, share
 from seatrial.report.sections.provenance import facts_of
 from seatrial.report.table import Table
 from seatrial.report.words import minutes
@@ -32,13 +34,16 @@ def verdict(pair: Both) -> Section:
         + (f", {minutes(side.length)})" if side.recordings else ")")
         for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
     )
-    lines = [f"{sides}.", " ".join(changed(found))]
+    lines = [f"{sides}.", " ".join(map(_opened, changed(found))).replace(" (*)", "")]
     if found.better:
-        lines += [f"{name} s ahead {matters(found, name)}." for name in found.better]
+        lines += [f"{name} s ahead, {matters(found, name)}." for name in found.better]
     else:
         lines.append("Next: give recordings, to see whether it matters for prediction.")
-    text = "".join(f"<p>{escape(line)}</p>" for line in lines)
-    notes = "".join(f'<p class="sanity">{escape(note)}</p>' for note in found.notes)
+    names = names_in(*pair.models)
+    text = "".join(f"<p>{sentence(line, names)}</p>" for line in lines)
+    notes = "".join(
+        f'<p class="sanity">{sentence(_opened(note), names)}</p>' for note in found.notes
+    )
     html = f"""<header><h1>A and B</h1>
 <p class="subtitle">Two dynamic models side by side</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
@@ -61,7 +66,7 @@ def known(pair: Both) -> Section:
             own = {f.name: f for f in one.findings}.get(name)
             given = own is None or own.verdict is Verdict.GIVEN
             row += [NOTHING, NOTHING] if own is None or given else [
-                Number(own.relative, 2, 100.0, " %"), Text(said(own))
+                share(own), Text(said(own))
             ]  # fmt: skip
         rows.append(row)
     head = ("parameter", "relative error A", "verdict A", "relative error B", "verdict B")
@@ -79,8 +84,7 @@ def parameters(pair: Both) -> Section:
     """Every parameter of both, the difference, and the equations."""
     table = differences(pair)
     numbers = "".join(
-        f"<h3>{letter}</h3>"
-        + listing([equation(m.structure, i, m.values) for i in range(3)], "equations")
+        f"<h3>{letter}</h3>{equations(m.structure, m.values)}"
         for letter, m in zip(LETTERS, pair.models, strict=True)
     )
     tested = [p for p in pair.found.pairs if p.z is not None]
@@ -156,8 +160,8 @@ def boat(pair: Both) -> Section:
         for one in pair.physics[0].axes
         if one.axis in {o.axis for o in pair.physics[1].axes}
     ]
-    head = ("axis", "model", "command", "top speed", "95 %", "unit", "63 % of it after [s]", "95 % [s]",
-            "coasts", "95 % of it", "unit of it")  # fmt: skip
+    head = ("axis", "model", "command", "top speed", "95 % of it", "unit", "time to 63 % [s]", "95 % of that [s]",
+            "coasts", "95 % of the way", "unit of the way")  # fmt: skip
     rows: list[list[Cell]] = []
     figures: dict[str, Figure] = {}
     for axis in axes:
@@ -186,13 +190,22 @@ def advised(pair: Both) -> Section | None:
     if pair.evidence is None:
         return None
     parts = "".join(
-        f"<div><h3>{letter}</h3>{listing(map(escape, advice(one)), 'advice') or prose.ALL_WELL}</div>"
+        f"<div><h3>{letter}</h3>{_todo(one)}</div>"
         for letter, one in zip(LETTERS, pair.evidence, strict=True)
     )
     html = (
         f'<section id="advice"><h2>The next drive</h2>\n<div class="pair">{parts}</div></section>'
     )
     return Section("advice", "Next drive", html)
+
+
+def _opened(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _todo(one: Evidence) -> str:
+    found = [sentence(text, names_in(one.model)) for text in advice(one)]
+    return listing(found, "advice") if found else prose.ALL_WELL
 
 
 def provenance(pair: Both) -> Section:

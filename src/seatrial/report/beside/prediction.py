@@ -97,6 +97,6 @@ def ahead(pair: Both) -> Section | None:
         )
         facts = f"A: {sizes(a)}. B: {sizes(b)}"
         parts.append(foldable(a.name, facts, linked(a, drawn), opened=i == opened))
-    html = f"""<section id="prediction"><h2>Measured and predicted, {pair.horizon:g} s ahead</h2>
+    html = f"""<section id="prediction"><h2>Measured and predicted, {pair.horizon:g}&nbsp;s ahead</h2>
 {"".join(parts)}</section>"""
     return Section("prediction", "Prediction", html, figures)

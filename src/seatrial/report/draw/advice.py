@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.advice import Gain
-from seatrial.report.draw.base import BLUE, ORANGE, Figure, figure, marks, subscripted
+from seatrial.report.draw.base import BLUE, ORANGE, Figure, figure, marks
+from seatrial.report.names import plotly_symbol
 
 LEAST, MOST = 1.0, 36000.0  # [s] that are shown
 
@@ -20,13 +21,13 @@ def halving(found: Sequence[Gain]) -> Figure:
     traces = [marks("halves the interval", near[~beyond], BLUE, "circle", size=9)]
     if beyond.any():
         traces.append(marks("not within 10 h", near[beyond], ORANGE, "x-thin-open", size=9))
-    ticks = [1, 10, 30, 60, 300, 1800, 7200, 36000]
-    text = ["1 s", "10 s", "30 s", "1 min", "5 min", "30 min", "2 h", "10 h"]
+    ticks = [1, 10, 60, 600, 3600, 36000]
+    text = ["1 s", "10 s", "1 min", "10 min", "1 h", "10 h"]
     return figure(
-        traces, "driving more [s]", "",
+        traces, "driving more [s, min, h]", "",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": text, "range": [0.0, 4.7]},
         yaxis={
-            "tickvals": place.tolist(), "ticktext": [subscripted(g.parameter) for g in found],
+            "tickvals": place.tolist(), "ticktext": [plotly_symbol(g.parameter) for g in found],
             "range": [-len(found) + 0.4, 0.6],
         },
         showlegend=True,

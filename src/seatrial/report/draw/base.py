@@ -9,6 +9,7 @@ import numpy as np
 
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
+from seatrial.report.names import plotly_symbol
 
 Figure = dict[str, Any]
 
@@ -18,6 +19,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 SHADE = "rgba(0,114,178,0.15)"
 WARM = "rgba(230,159,0,0.18)"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+FEW_DECADES = 2.6  # of a logarithmic axis: there is room for 2 and 5, too
 DASHES = ("solid", "dash", "dot")  # once round the colours, the next dash
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY)
@@ -92,6 +94,32 @@ def figure(traces: Sequence[Figure], x: str, y: str, **layout: Any) -> Figure:  
     return {"data": list(traces), "layout": whole}
 
 
+def logarithmic(low: float, high: float) -> Figure:
+    """A logarithmic axis from `low` to `high` with ticks that are whole numbers: 0.1, 0.2, 0.5, 1."""
+    begin, end = float(np.log10(low)), float(np.log10(high))
+    factors = (1.0, 2.0, 5.0) if end - begin < FEW_DECADES else (1.0,)
+    powers = range(int(np.floor(begin)) - 1, int(np.ceil(end)) + 2)
+    ticks = [f * 10.0**p for p in powers for f in factors]
+    text = [f"{t:.6g}" for t in ticks]
+    return {"type": "log", "range": [begin, end], "tickvals": ticks, "ticktext": text}
+
+
+def room_for(traces: Sequence[Figure]) -> Figure:
+    """`logarithmic` over the positive heights of some traces, and the ends of their intervals."""
+    parts = [np.ones(0)]
+    for trace in traces:
+        y = np.asarray(trace["y"], dtype=float)
+        ends = trace.get("error_y", {"array": 0.0, "arrayminus": 0.0})
+        parts += [y, y + np.asarray(ends["array"]), y - np.asarray(ends["arrayminus"])]
+    every = np.concatenate(parts)
+    every = every[np.isfinite(every) & (every > 0)]
+    if not len(every):
+        return {"type": "log"}
+    return logarithmic(
+        0.9 * max(float(every.min()), 1e-3 * float(every.max())), 1.1 * float(every.max())
+    )
+
+
 def colour_of(place: int) -> tuple[str, str]:
     """Colour and dash of the so-manieth of several."""
     return CYCLE[place % len(CYCLE)], DASHES[place // len(CYCLE) % len(DASHES)]
@@ -99,15 +127,7 @@ def colour_of(place: int) -> tuple[str, str]:
 
 def force_name(model: Model, place: int) -> str:
     """A force's name with Plotly's subscripts; what the user wrote stays text."""
-    return subscripted(model.structure.forces[place].name)
-
-
-def subscripted(name: str) -> str:
-    """A name with Plotly's subscripts."""
-    head, _, tail = name.partition("_")
-    if len(head) > 1 or "." in name:  # a constant of the chain
-        return escape(name)
-    return escape(head) + (f"<sub>{escape(tail)}</sub>" if tail else "")
+    return plotly_symbol(model.structure.forces[place].name)
 
 
 def shortened(name: str, most: int = 26) -> str:

@@ -21,10 +21,10 @@ from seatrial.report.draw.base import (
     forces_in,
     level,
     line,
-    subscripted,
     upright,
     whiskers,
 )
+from seatrial.report.names import plotly_symbol
 from seatrial.report.runs import Run
 from seatrial.report.words import UNITS
 from seatrial.residuals import REACH
@@ -90,7 +90,7 @@ def correlation(run: Run, axis: int) -> Figure:
     reach = upright(steps * run.recording.period, ORANGE)
     traces = [
         line("errors", lag, rho, RED),
-        area("overlapping", lag, -band, band, BLUE),
+        area("overlap", lag, -band, band, BLUE),
         upper,
         lower,
     ]
@@ -105,13 +105,13 @@ def followed(run: Run, axis: int) -> Figure:
         values = np.array(found.values)
         lag = found.step * np.arange(-(len(values) // 2), len(values) // 2 + 1.0)
         colour = FORCE_COLOURS[i % len(FORCE_COLOURS)]
-        traces.append(line("", lag, values, colour) | {"name": subscripted(found.force)})
+        traces.append(line("", lag, values, colour) | {"name": plotly_symbol(found.force)})
     if own:
         limit = max(c.limit for c in own)
         shapes = [level(side * limit, BLACK, "dash") for side in (1.0, -1.0)]
         shapes += [level(side * max(c.band for c in own), GREEN) for side in (1.0, -1.0)]
     return figure(
-        traces, f"{SYMBOLS[axis]} residual after the force by [s]", "correlation [–]",
+        traces, "lag behind the force [s]", f"correlation of {SYMBOLS[axis]} residual [–]",
         xaxis={"range": [-REACH, REACH]}, shapes=shapes, showlegend=True,
     )  # fmt: skip
 

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from seatrial.frames import Array
 from seatrial.identifiability import SHARP, Identifiability, Verdict
 from seatrial.identifiability.verdict import USABLE
 from seatrial.report.draw.base import (
@@ -14,10 +15,11 @@ from seatrial.report.draw.base import (
     RED,
     Figure,
     figure,
+    logarithmic,
     marks,
-    subscripted,
     upright,
 )
+from seatrial.report.names import plotly_symbol
 
 LOOKS = {  # of a verdict
     Verdict.SHARP: (BLUE, "circle"),
@@ -40,13 +42,19 @@ def errors(found: Identifiability) -> Figure:
         if mine.any():
             points = np.column_stack([share[mine], place[mine]])
             traces.append(marks(verdict.value, points, colour, sign, size=10) | {"opacity": 1.0})
-    names = [subscripted(f.name) for f in rows]
-    low = np.log10(max(LEAST, 0.5 * float(share.min()))) if rows else 0.0
-    high = np.log10(max(40.0, 1.6 * float(share.max()))) if rows else 2.0
+    names = [plotly_symbol(f.name) for f in rows]
     return figure(
         traces, "relative error [%]", "",
-        xaxis={"type": "log", "range": [low, high]},
+        xaxis=logarithmic(*reach(share)),
         yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
         shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
         showlegend=True,
     )  # fmt: skip
+
+
+def reach(share: Array) -> tuple[float, float]:
+    """What an axis of relative errors shows [%]: all of them, and the limits of the verdicts."""
+    if not len(share):
+        return 1.0, 100.0
+    low, high = float(share.min()), float(share.max())
+    return max(LEAST, 0.5 * min(low, 100 * SHARP)), max(200 * USABLE, 1.6 * high)

@@ -19,6 +19,7 @@ from seatrial.report.draw.base import (
     force_name,
     forces_in,
     line,
+    room_for,
     speed,
     whiskers,
 )
@@ -89,5 +90,5 @@ def horizons(rows: Sequence[Pooled], axis: int) -> Figure:
     return figure(
         traces, "looking ahead [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
-        yaxis={"type": "log"}, showlegend=True,
+        yaxis=room_for(traces), showlegend=True,
     )  # fmt: skip

@@ -31,7 +31,8 @@ from seatrial.report.draw.base import (
 from seatrial.report.runs import Run
 
 SCATTER = 1000  # points of a scatter at most
-SLIVER = 300.0  # of a recording: shorter gaps would not be seen
+SLIVER = 150.0  # of the longest recording: shorter gaps would not be seen
+MARGIN = 0.05  # of the tracks, left and right of them
 TRACKS = 6000  # points of all tracks together
 CELLS = 12  # of the coverage, each way
 LARGEST, SMALLEST = 17.0, 3.5  # [px] a cell's mark where the boat was most, and least
@@ -80,7 +81,13 @@ def tracks(runs: Sequence[Run]) -> Figure:
 
 
 def _plan(traces: Sequence[Figure]) -> Figure:
-    return figure(traces, "x [m]", "y [m]", yaxis={"scaleanchor": "x", "scaleratio": 1})
+    every = np.concatenate(
+        [np.zeros(0), *(np.asarray(trace["x"], dtype=float) for trace in traces)]
+    )
+    every = every[np.isfinite(every)]
+    room = MARGIN * float(np.ptp(every)) if len(every) else 0.0
+    wide: Figure = {"range": [every.min() - room, every.max() + room]} if room > 0 else {}
+    return figure(traces, "x [m]", "y [m]", xaxis=wide, yaxis={"scaleanchor": "x", "scaleratio": 1})
 
 
 def timeline(runs: Sequence[Run]) -> Figure:
@@ -88,10 +95,11 @@ def timeline(runs: Sequence[Run]) -> Figure:
     places = -np.arange(len(runs), dtype=float)
     spans = [np.array([0.0, run.recording.duration, np.nan]) for run in runs]
     rows = np.repeat(places, 3)
+    longest = max(run.recording.duration for run in runs)
     traces = [line("recorded", np.concatenate(spans), rows, BLUE, width=8.0)]
     for name, kinds, colour in MISSING:
         found = [
-            (f.start, max(f.end, f.start + run.recording.duration / SLIVER), place)
+            (f.start, max(f.end, f.start + longest / SLIVER), place)
             for run, place in zip(runs, places.tolist(), strict=True)
             for f in run.recording.faults
             if f.kind in kinds
@@ -99,8 +107,10 @@ def timeline(runs: Sequence[Run]) -> Figure:
         if found:
             x = np.array([[a, b, np.nan] for a, b, _ in found]).ravel()
             y = np.array([[p, p, np.nan] for _, _, p in found]).ravel()
-            traces.append(line(name, x, y, colour, width=14.0))
-    ticks = {"tickvals": places.tolist(), "ticktext": [shortened(run.name) for run in runs]}
+            trace = line(name, x, y, colour, width=14.0)
+            trace["line"]["simplify"] = False  # Plotly would drop the short ones
+            traces.append(trace)
+    ticks = {"tickvals": places.tolist(), "ticktext": [shortened(run.name, 18) for run in runs]}
     return figure(
         traces, "time [s]", "recording []",
         yaxis={**ticks, "range": [-len(runs) + 0.4, 0.6], "zeroline": False, "title": {"text": ""}},

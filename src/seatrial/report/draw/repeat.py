@@ -15,13 +15,14 @@ from seatrial.report.draw.base import (
     level,
     marks,
     shortened,
-    subscripted,
     upright,
     whiskers,
 )
+from seatrial.report.names import plotly_symbol
 from seatrial.report.repeat import Repeat
 from seatrial.report.runs import Run
 
+LETTERS = 48  # that fit below a plot
 ROOM = 0.7  # of a row that its marks take
 COLOURS = (0, 1, 2)  # of surge, sway and yaw
 
@@ -29,6 +30,7 @@ COLOURS = (0, 1, 2)  # of surge, sway and yaw
 def scores(runs: Sequence[Run]) -> Figure:
     """Error over that of a velocity that stays, by recording and axis, with 95 % intervals."""
     tested = [run for run in runs if run.tested]
+    most = max(16, LETTERS // max(1, len(tested)))
     traces = []
     for axis, symbol in enumerate(SYMBOLS):
         found = [run.score.scores[symbol] for run in tested]
@@ -42,7 +44,7 @@ def scores(runs: Sequence[Run]) -> Figure:
     return figure(
         traces, "", "error / constant velocity's [–]",
         xaxis={
-            "tickvals": list(range(len(tested))), "ticktext": [shortened(run.name, 16) for run in tested],
+            "tickvals": list(range(len(tested))), "ticktext": [shortened(run.name, most) for run in tested],
             "range": [-0.6, len(tested) - 0.4],
         },
         yaxis={"rangemode": "tozero"}, shapes=[level(1.0, BLACK, "dash")], showlegend=True,
@@ -68,7 +70,7 @@ def parameters(found: Repeat) -> Figure:
         traces, "away from the model's value [%]", "",
         yaxis={
             "tickvals": [-float(k) for k in range(len(names))],
-            "ticktext": [subscripted(name) for name in names], "range": [-len(names) + 0.4, 0.6],
+            "ticktext": [plotly_symbol(name) for name in names], "range": [-len(names) + 0.4, 0.6],
         },
         shapes=[upright(0.0, BLACK, "dash")], showlegend=True,
     )  # fmt: skip

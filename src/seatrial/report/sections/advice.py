@@ -13,6 +13,7 @@ from seatrial.report.cells import Cell, Name, Number, Said, Text
 from seatrial.report.draw import advice as draw
 from seatrial.report.evidence import Evidence
 from seatrial.report.markup import listing
+from seatrial.report.names import names_in, sentence
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.table import Table
 from seatrial.statistics import NORMAL_95
@@ -20,7 +21,7 @@ from seatrial.statistics import NORMAL_95
 
 def section(evidence: Evidence) -> Section:
     """Sentences, then the expected gain by parameter."""
-    todo = [escape(text) for text in advice(evidence)]
+    todo = [sentence(text, names_in(evidence.model)) for text in advice(evidence)]
     said = listing(todo, "advice") if todo else prose.ALL_WELL
     if not evidence.gains:
         why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.silent)}</p>"
@@ -41,13 +42,13 @@ def section(evidence: Evidence) -> Section:
 
 def gained(evidence: Evidence) -> Table:
     """For every parameter the best manoeuvre."""
-    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after [s]", "of")
+    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after", "of")
     rows: list[list[Cell]] = [
         [
             Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
             Number(NORMAL_95 * g.after, 2),
-            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never"),
- Text(g.manoeuvre),
+            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
+            Text(g.manoeuvre),
         ]
         for g in evidence.gains
     ]  # fmt: skip

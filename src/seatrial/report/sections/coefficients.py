@@ -6,8 +6,8 @@ from seatrial.identify.equation_error import METHOD
 from seatrial.model import Model
 from seatrial.report import prose
 from seatrial.report.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.equations import equations
 from seatrial.report.evidence import Evidence
-from seatrial.report.markup import equation, listing
 from seatrial.report.sections.base import Section
 from seatrial.report.sections.known import said
 from seatrial.report.table import Table
@@ -18,8 +18,6 @@ from seatrial.statistics import NORMAL_95
 def section(evidence: Evidence) -> Section:
     """Equations, coefficients, least-squares steps."""
     model, structure = evidence.model, evidence.model.structure
-    named = listing([equation(structure, axis) for axis in range(3)], "equations")
-    valued = listing([equation(structure, axis, model.values) for axis in range(3)], "equations")
     other = prose.OTHER_AXES if model.vehicle.axes is Axes.FRD else ""
     remark = prose.LEAST_SQUARES if model.estimator.method == METHOD else ""
     tables = [coefficients(evidence)]
@@ -31,9 +29,9 @@ def section(evidence: Evidence) -> Section:
 <p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(TOLD_APART)}</p>
 {tables[0].html()}
 <h3>Equations</h3>
-{named}
+{equations(structure)}
 <p>With numbers (SI units, forces in command units):</p>
-{valued}
+{equations(structure, model.values)}
 {found}{remark}</section>"""
     return Section("model", "Model", html, tables=tuple(tables))
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What is left: histograms, autocorrelations, residuals against inputs."""
 
+from collections.abc import Sequence
 from html import escape
 from string import Template
 
@@ -11,6 +12,7 @@ from seatrial.report.draw import errors as draw
 from seatrial.report.draw.base import Figure
 from seatrial.report.evidence import Evidence
 from seatrial.report.markup import listing, number
+from seatrial.report.names import names_in, sentence
 from seatrial.report.runs import Run
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
 from seatrial.report.sections.prediction import sizes
@@ -25,9 +27,9 @@ def section(evidence: Evidence) -> Section | None:
     """Each recording that could be predicted, foldable."""
     if not evidence.tested:
         return None
-    first = first_of(evidence.runs)
+    first, names = first_of(evidence.runs), names_in(evidence.model)
     parts = "\n".join(
-        _one(run, i, opened=i == first) for i, run in enumerate(evidence.runs) if run.tested
+        _one(run, i, names, opened=i == first) for i, run in enumerate(evidence.runs) if run.tested
     )
     said = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
     html = f"""<section id="errors"><h2>What is left</h2>
@@ -66,11 +68,11 @@ def _figures(evidence: Evidence, run: Run) -> dict[str, Figure]:
     return found
 
 
-def _one(run: Run, place: int, *, opened: bool) -> str:
+def _one(run: Run, place: int, names: Sequence[str], *, opened: bool) -> str:
     told = sorted(
         (c for c in run.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
     )
-    said = [escape(in_words(c)) for c in told[:MOST_SAID]]
+    said = [sentence(in_words(c), names) for c in told[:MOST_SAID]]
     if len(told) > MOST_SAID:
         said.append(f"and {len(told) - MOST_SAID} more, in the plots")
     if run.correlations and not told:

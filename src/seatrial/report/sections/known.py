@@ -11,7 +11,8 @@ from seatrial.report import prose
 from seatrial.report.cells import NOTHING, Cell, Name, Number, Text
 from seatrial.report.draw import known as draw
 from seatrial.report.evidence import Evidence
-from seatrial.report.markup import listing, number, symbol
+from seatrial.report.markup import listing, number, true_minus
+from seatrial.report.names import html_symbol, names_in, sentence
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.table import Table
 
@@ -21,12 +22,14 @@ SHADES = ("0,114,178", "213,94,0")  # of negative and positive correlations
 def section(evidence: Evidence) -> Section:
     """Verdicts, combinations, correlation map."""
     found, model = evidence.known, evidence.model
-    notes = [escape(note) for note in model.estimator.notes]
+    names = names_in(model)
+    notes = [sentence(note, names) for note in model.estimator.notes]
     if not found.names:
         html = f"""<section id="known"><h2>What is known</h2>
 <p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
         return Section("known", "What is known", html)
-    said = [escape(line) for line in [*map(combined, found.combinations), *condition_said(found)]]
+    lines = [*map(combined, found.combinations), *condition_said(found)]
+    said = [sentence(line, names) for line in lines]
     scatter = model.estimator.method == METHOD
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
@@ -62,12 +65,12 @@ def correlations(found: Identifiability) -> Table:
 
 def correlation_map(found: Identifiability) -> str:
     """The correlations as a table whose cells are the darker the closer they are to 1 or -1."""
-    names = [symbol(name) for name in found.names]
+    names = [html_symbol(name) for name in found.names]
     rows = []
     for i, name in enumerate(names):
         cells = "".join(
             f'<td style="background:rgba({SHADES[rho > 0]},{abs(rho):.2f})">'
-            f'<data value="{rho:.4f}">{100 * rho:.0f}</data></td>'
+            f'<data value="{rho:.4f}">{true_minus(str(round(100 * rho)))}</data></td>'
             if i != j else "<td></td>"
             for j, rho in enumerate(found.correlation[i].tolist())
         )  # fmt: skip
@@ -77,6 +80,11 @@ def correlation_map(found: Identifiability) -> str:
         f'<div class="scroll" tabindex="0"><table class="numbers correlations"><thead><tr><td></td>{top}'
         f"</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
     )
+
+
+def share(found: Finding) -> Cell:
+    """Standard error over value [%]."""
+    return Number(found.relative, 2, 100.0, " %") if found.relative < 1.0 else Text("> 100 %")
 
 
 def said(found: Finding) -> str:
@@ -92,7 +100,4 @@ def _row(found: Finding) -> list[Cell]:
     if found.partners:
         name, rho = found.partners[0]
         partner = Name(name, f" ({number(rho, 2)})")
-    share: Cell = Number(found.relative, 2, 100.0, " %")
-    if not found.relative < 1.0:
-        share = Text("> 100 %")
-    return [Name(found.name), share, Text(said(found)), partner]
+    return [Name(found.name), share(found), Text(said(found)), partner]

@@ -43,7 +43,7 @@ def section(evidence: Evidence) -> Section:
     html = f"""<section id="physics"><h2>Is that your boat?</h2>
 <p class="sanity">{escape(sanity_line(evidence.model))}</p>
 {lost}<div class="three">{drawn}</div>
-{table.html()}<p class="note">{prose.PHYSICS}</p></section>"""
+{table.html()}<p class="note">{prose.PHYSICS} {prose.RISE}</p></section>"""
     figures = {
         f"start-{SYMBOLS[one.axis]}": draw.start_and_stop(evidence.model, one) for one in found.axes
     }
@@ -52,8 +52,8 @@ def section(evidence: Evidence) -> Section:
 
 def boat(evidence: Evidence) -> Table:
     """What the boat does."""
-    head = ("axis", "command", "top speed", "95 %", "unit", "63 % of it after [s]", "95 % [s]",
-            "coasts", "95 % of it", "unit of it")  # fmt: skip
+    head = ("axis", "command", "top speed", "95 % of it", "unit", "time to 63 % [s]", "95 % of that [s]",
+            "coasts", "95 % of the way", "unit of the way")  # fmt: skip
     rows: list[list[Cell]] = []
     for one in evidence.physics.axes:
         speed, way = UNITS[one.axis]

@@ -26,7 +26,7 @@ def section(evidence: Evidence) -> Section:
     runs, horizon = evidence.runs, f"{evidence.horizon:g}"
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
     said = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{WINDOW:g}")
-    html = f"""<section id="prediction"><h2>Measured and predicted, {horizon} s ahead</h2>
+    html = f"""<section id="prediction"><h2>Measured and predicted, {horizon}&nbsp;s ahead</h2>
 <p class="note">{said}</p>
 {parts}</section>"""
     figures = {

@@ -37,7 +37,8 @@ def facts(evidence: Evidence) -> list[tuple[str, str]]:
 def facts_of(model: Model) -> list[tuple[str, str]]:
     """Names and values of what a model is."""
     noise, step, process = model.noise, model.integration, model.noise.process
-    chosen = ", ".join(f"{k} = {v}" for k, v in model.estimator.settings.items()) or "none"
+    settings = {k: v for k, v in model.estimator.settings.items() if f"{v}"}
+    chosen = ", ".join(f"{k} = {v}" for k, v in settings.items()) or "none"
     position, heading = number(1e3 * noise.position, 2), number(1e3 * noise.heading, 2)
     found = [
         ("seatrial", version("seatrial")),
@@ -48,6 +49,10 @@ def facts_of(model: Model) -> list[tuple[str, str]]:
         ("integration", f"{step.scheme}, step {number(step.step)} s"),
         ("pose noise", f"{position} mm, {heading} mrad"),
     ]
+    if noise.correlated is not None:
+        c = noise.correlated
+        sizes = f"{number(1e3 * c.position, 2)} mm, {number(1e3 * c.heading, 2)} mrad"
+        found.append(("pose noise that hangs together", f"{sizes}, over {number(c.memory, 2)} s"))
     text = "none estimated"
     if process is not None:
         walks = f"{number(1e3 * process.walk_linear, 2)} mm/s, {number(1e3 * process.walk_yaw, 2)} mrad/s"

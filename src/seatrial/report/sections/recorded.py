@@ -89,7 +89,7 @@ def excited(run: Run) -> Table:
         ]
         for i, name in enumerate(AXES)
     ]
-    head = ("commands in", "RMS", "largest", "share", "to both sides")
+    head = ("commands in", "RMS", "largest", "share of effort", "both ways")
     return Table("excitation", f"Excitation of {run.name}", head, rows)
 
 

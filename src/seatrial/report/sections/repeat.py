@@ -8,6 +8,7 @@ from seatrial.report.cells import Cell, Name, Text, known
 from seatrial.report.draw import repeat as draw
 from seatrial.report.draw.base import Figure
 from seatrial.report.evidence import Evidence
+from seatrial.report.names import names_in, sentence
 from seatrial.report.repeat import Repeat, repeat
 from seatrial.report.sections.base import ALL, Section, fine, plot
 from seatrial.report.table import Table
@@ -32,7 +33,8 @@ def section(evidence: Evidence) -> Section | None:
     else:
         figures["repeat-parameters"] = draw.parameters(found)
         tables = [shifts(found)]
-        parts.append(f"<p>{escape(_said(found))}</p><p class='note'>{prose.REPEAT}</p>")
+        told = sentence(_said(found), names_in(evidence.model))
+        parts.append(f"<p>{told}</p><p class='note'>{prose.REPEAT}</p>")
         label = "what each recording alone makes of each parameter"
         high = len(found.rows) * max(1, len(evidence.runs) // 3)
         parts.append(plot(ALL, "repeat-parameters", label, "tall", label, rows=high))

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""What a model's filter believes of noise, and under which noise its errors are most likely."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.frames import Array
+from seatrial.parallel import spread
+from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
+
+# position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory
+# [s]; errors of the poses that hang together [m], [rad], their memory [s]
+NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
+NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
+NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
+# where what was at its least is tried
+RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
+PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
+COLOUR, COLOUR_MEMORY = [7, 8], 9
+NOISE_STEP = 2.5  # the largest of a logarithm
+FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
+CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
+NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
+NOISE_TRIALS = 6
+LATE = 10.0  # of the cost: when less is gained, the search is near its end
+OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
+
+
+def noise_vector(entry: NoiseEntry) -> Array | None:
+    """Noise (10,) as the core's filter takes it; None where no process noise was estimated."""
+    p, c = entry.process, entry.correlated
+    if p is None:
+        return None
+    walks = [p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw]
+    colour = NOISE_LEAST[COLOUR[0] :] if c is None else [c.position, c.heading, c.memory]
+    found = np.array([entry.position, entry.heading, *walks, p.memory, *colour])
+    return np.asarray(np.clip(found, NOISE_LEAST, None))
+
+
+def noise_entry(noise: Array) -> NoiseEntry:
+    """The filter's noise (10,) as a model file has it."""
+    position, heading, *rest = noise.tolist()
+    process, colour = rest[:5], rest[5:]
+    hangs = max(colour[:2]) > _core.NO_COLOUR
+    correlated = CorrelatedEntry(*colour) if hangs else None
+    return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
+
+
+def fitted_noise(
+    passes: Sequence[_core.FilterPass],
+    poses: Sequence[_core.Series],
+    noise: Array,
+    settled: float = NOISE_SETTLED,
+) -> tuple[Array, float]:
+    """The noise (10,) under which the errors are most likely, the model as it is; -2 log likelihood.
+
+    No constant in the likelihood. A step that gains less than `settled` of it is the last.
+    """
+    for _ in range(6):
+        noise, gain = likelier_noise(passes, poses, noise)
+        if gain < settled:
+            break
+    return noise, repeated_cost(passes, poses, noise, OUTLIER)
+
+
+def repeated_cost(
+    passes: Sequence[_core.FilterPass],
+    poses: Sequence[_core.Series],
+    noise: Array,
+    outlier: float,
+) -> float:
+    """-2 log likelihood, but for a constant, of passes that are repeated with other noise (10,)."""
+    pairs = list(zip(passes, poses, strict=True))
+    return sum(spread(lambda pair: _core.repeated(*pair, noise, outlier), pairs))
+
+
+def likelier_noise(
+    passes: Sequence[_core.FilterPass],
+    poses: Sequence[_core.Series],
+    noise: Array,
+    outlier: float = OUTLIER,
+    least: Array = NOISE_LEAST,
+) -> tuple[Array, float]:
+    """Noise (10,) under which the errors are more likely, the model as it is; the fall of the cost.
+
+    One step of Fisher's scoring on the logarithms, over linearised repetitions of the passes. What
+    falls is tried at its least, too: there the way down is endless and ever flatter; what is at its
+    least is tried higher up again.
+    """
+    pairs = list(zip(passes, poses, strict=True))
+    low, high = np.log(least), np.log(NOISE_MOST)
+
+    def cost(phi: Array) -> float:
+        return repeated_cost(passes, poses, np.exp(phi), outlier)
+
+    def likelier(i: int, to: float, phi: Array, here: float) -> tuple[Array, float]:
+        trial = phi.copy()
+        trial[i] = to
+        found = cost(trial)
+        return (trial, found) if found < here else (phi, here)
+
+    phi = np.log(np.maximum(noise, least))
+    active = phi > low
+    active[MEMORY] = active[DISTURBANCES].any()
+    active[COLOUR_MEMORY] = active[COLOUR].any()
+    mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
+    parts = spread(lambda pair: _core.noise_slopes(*pair, np.exp(phi), outlier, mask), pairs)
+    first = here = sum(p[0] for p in parts)
+    gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
+    damping = 1e-3
+    for _ in range(NOISE_TRIALS):
+        matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
+        move = np.clip(np.linalg.solve(matrix, gradient), -NOISE_STEP, NOISE_STEP)
+        trial = np.clip(phi - move, low, high)
+        found = cost(trial)
+        if found < here:
+            phi, here = trial, found
+            break
+        damping = max(10.0 * damping, 1e-2)
+    for i in range(*PROCESS.indices(len(phi))):
+        fell = active[i] and move[i] > FALLING
+        raised = not active[i] and first - here < NOISE_SETTLED
+        if fell or raised:
+            phi, here = likelier(i, low[i] if fell else np.log(RAISED[i]), phi, here)
+    explained = (phi[PROCESS] <= low[PROCESS]).all()
+    for i in COLOUR:  # as long as parameters are far off, what hangs together looks like motion
+        if active[i] and (explained or first - here < LATE):
+            phi, here = likelier(i, low[i], phi, here)
+    return np.exp(phi), first - here

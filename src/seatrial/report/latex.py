@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: MIT
+"""Text and numbers for LaTeX."""
+
+import numpy as np
+
+_LETTERS = {
+    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_",
+    "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+    "−": "$-$", "–": "--", "±": r"$\pm$", "²": "$^2$", "·": r"$\cdot$", "√": r"$\surd$",
+    "<": "$<$", ">": "$>$", "|": "$|$", "×": r"$\times$",
+}  # fmt: skip
+
+
+def latex_text(text: str) -> str:
+    """Text that means the same to LaTeX."""
+    return "".join(_LETTERS.get(letter, letter) for letter in text)
+
+
+def latex_number(value: float, digits: int) -> str:
+    """A number as `markup.number` writes it, in mathematics."""
+    if not np.isfinite(value):
+        return "--"
+    text = f"{value:#.{digits}g}"
+    mantissa, _, exponent = text.partition("e")
+    power = rf" \cdot 10^{{{int(exponent)}}}" if exponent else ""
+    return f"${mantissa.rstrip('.')}{power}$"

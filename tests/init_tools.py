@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What tests of `seatrial init` share: recordings as tables, and the one line of a refusal."""
+
+import numpy as np
+import pytest
+
+from seatrial.cli import main
+
+NAMES = ("F_u", "F_v", "F_r")
+
+
+def refused(capsys, *arguments):
+    """The one line with which it is refused."""
+    code = main(["init", *map(str, arguments), "-q"])
+    shown = capsys.readouterr()
+    assert (code, shown.out, shown.err.count("\n")) == (1, "", 1)
+    return shown.err
+
+
+def tables(log, folder, **changes):
+    """The log as two tables."""
+    folder.mkdir()
+    for name, t, values, head in (
+        ("poses", log.pose_t, log.pose, changes.get("pose", "t,x,y,psi")),
+        ("commands", log.command_t, log.command, changes.get("commands", "t,F_u,F_v,F_r")),
+    ):
+        rows = np.column_stack([t * changes.get("second", 1.0), values])
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    return folder
+
+
+def one_table(log, path):
+    """The log as one table: a line for each pose or command, empty cells elsewhere."""
+    lines = [
+        (t, f"{t!r},{','.join(map(repr, p))},,,") for t, p in zip(log.pose_t.tolist(), log.pose.tolist(), strict=True)
+    ]  # fmt: skip
+    lines += [
+        (t, f"{t!r},,,,{','.join(map(repr, c))}")
+        for t, c in zip(log.command_t.tolist(), log.command.tolist(), strict=True)
+    ]
+    body = "\n".join(line for _, line in sorted(lines))
+    path.write_text(f"t,x,y,psi,F_u,F_v,F_r\n{body}\n")
+    return path
+
+
+def same_boat(found, expected):
+    """Of one recording, but dead zones are sought at the forces here and at the thrusters there."""
+    assert found.structure.coefficients == expected.structure.coefficients
+    for name, value in expected.values.items():
+        assert found.values[name] == pytest.approx(value, abs=expected.standard_errors[name]), name
+    delays = [
+        sum(
+            value
+            for name, value in zip(m.vehicle.constants.names, m.constants, strict=True)
+            if name in ("latency", "lag")
+        )
+        for m in (found, expected)
+    ]
+    assert delays[0] == pytest.approx(delays[1], abs=1e-3)  # [s]
