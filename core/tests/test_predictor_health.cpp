@@ -334,7 +334,7 @@ TEST_CASE("a model that runs away is caught, said, and begun anew at the next po
 
 TEST_CASE("more than there is room for is refused, and said") {
   auto p = std::make_unique<BasicPredictor<16, 32>>(onboard::model());
-  const double eta[3] = {0.0, 0.0, 0.0};
+  const double eta[kMaxCommands] = {};
   int refused = 0;
   for (int i = 0; i < 300; ++i) {
     const double t = 1e-3 * i;
