@@ -9,7 +9,7 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
-from benchmarks.blocks import fill
+from benchmarks.blocks import MARK, fill
 from benchmarks.predictor import accuracy, board, consistency, matches
 
 PAGE = Path(__file__).parents[2] / "docs" / "onboard.md"
@@ -24,17 +24,24 @@ BLOCKS: dict[str, Callable[[], str]] = {
 }
 
 
+def inside(block: str) -> str:
+    """A block of the page without its marks."""
+    return "\n".join(block.splitlines()[1:-1])
+
+
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.predictor", description=__doc__)
     parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(BLOCKS))
     parser.add_argument("--soak", action="store_true", help="the soak, too: some minutes")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}, the soak too")
+    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}")
     given = parser.parse_args(arguments)
     if odd := set(given.tables) - set(BLOCKS):
         parser.error(f"no table {', '.join(sorted(odd))}; there are {', '.join(BLOCKS)}")
     if given.write:
-        fill(PAGE, BLOCKS)
+        old = {m["name"]: m[0] for m in MARK.finditer(PAGE.read_text())}
+        kept = {name: (lambda text=old[name]: inside(text)) for name in BLOCKS}
+        fill(PAGE, {**kept, **{name: BLOCKS[name] for name in given.tables or BLOCKS}})
         return
     default = [name for name in BLOCKS if name != "soak" or given.soak]
     for name in given.tables or default:
