@@ -106,6 +106,7 @@ def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Ar
         )
         lasting = better[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
         lasting &= (better[COLOUR] > better[:2]).any()
+        lasting &= (better[PROCESS] > 1.01 * NOISE_LEAST[PROCESS]).any()
         drifts = drifts + 1 if lasting else 0
         if drifts == DRIFTS:
             raise IdentificationError("errors of the poses that drift can't be told from motion")
