@@ -63,10 +63,10 @@ def search(
     try:
         at = _descent(problem, theta, noise, hold, least)
     except IdentificationError:
-        white = noise.copy()
-        white[COLOUR] = least[COLOUR]
         if not _hangs(noise):
             raise
+        white = noise.copy()
+        white[COLOUR] = least[COLOUR]
         at = _descent(problem, theta, white, hold, least)
     while (whiter := _whiter(at, least)) is not None:
         at = _descent(problem, at.theta, whiter, hold, least)
@@ -75,6 +75,14 @@ def search(
 
 def _hangs(noise: Array) -> bool:
     return bool((noise[COLOUR] > _core.NO_COLOUR).any())
+
+
+def _drifting(noise: Array) -> bool:
+    """Whether errors of the poses last as long as they may, beside a boat that is pushed, too."""
+    longest = noise[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
+    larger = (noise[COLOUR] > noise[:2]).any()
+    pushed = (noise[PROCESS] > 1.01 * NOISE_LEAST[PROCESS]).any()
+    return bool(longest and larger and pushed)
 
 
 def _whiter(at: Point, least: Array) -> Array | None:
@@ -104,10 +112,7 @@ def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Ar
             if hold
             else likelier_noise(at.passes.each, problem.series, at.noise, problem.outlier, least)
         )
-        lasting = better[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
-        lasting &= (better[COLOUR] > better[:2]).any()
-        lasting &= (better[PROCESS] > 1.01 * NOISE_LEAST[PROCESS]).any()
-        drifts = drifts + 1 if lasting else 0
+        drifts = drifts + 1 if _drifting(better) else 0
         if drifts == DRIFTS:
             raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):
