@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
-from seatrial.identify.problem import Problem
+from seatrial.identify.problem import Passes, Problem
 from seatrial.identify.score_test import ScoreTest, score_test
 from seatrial.identify.search import Point, search
 from seatrial.identify.solution import OutputErrorSettings
@@ -46,13 +46,16 @@ def freed(
     for _ in range(MOST_EXTRAS):
         problem = at.passes.problem
         found = []
+        passes: dict[int, Passes] = {}  # of probes
         for extra in extras(vehicle, problem.vehicle, problem.recordings):
-            wider = problem_of(extra.vehicle, vehicle, problem.recordings, settings)
-            wider = replace(wider, block=problem.block)
-            theta = _moved(at, wider, extra.origin)
-            test = _tested(problem, wider, theta, at.noise)
+            if id(extra.probe) not in passes:
+                probe = _wider(problem, extra.probe, vehicle, settings)
+                start = _moved(at, probe, extra.origin)
+                passes[id(extra.probe)] = probe.passes(start, at.noise, repeatable=False)
+            wider = _wider(problem, extra.vehicle, vehicle, settings)
+            test = _tested(problem, wider, passes[id(extra.probe)])
             if test.manifest and test.gain > WORTH:
-                found.append((test.gain, extra.words, wider, theta))
+                found.append((test.gain, extra.words, wider, _moved(at, wider, extra.origin)))
         if not found:
             break
         _, words, wider, theta = max(found, key=lambda f: f[0])
@@ -62,14 +65,25 @@ def freed(
     return at, notes
 
 
-def _tested(problem: Problem, wider: Problem, theta: Array, noise: Array) -> ScoreTest:
-    """Whether what a wider problem has more deserves it."""
-    names = [wider.names[i] for i in wider.free]
-    new = [k for k, name in enumerate(names) if name not in problem.names]
-    split = [k for k in new if "." in names[k]]
-    return score_test(
-        wider.passes(theta, noise, repeatable=False), [k for k in new if k not in split[:1]], split
+def _wider(
+    problem: Problem, whole: Vehicle, vehicle: Vehicle, settings: OutputErrorSettings
+) -> Problem:
+    """The problem of a vehicle with more stages."""
+    return replace(
+        problem_of(whole, vehicle, problem.recordings, settings),
+        block=problem.block,
+        step=problem.step,
     )
+
+
+def _tested(problem: Problem, wider: Problem, passes: Passes) -> ScoreTest:
+    """Whether what a wider problem has more deserves it, by passes of one that may be wider still."""
+    names = [passes.problem.names[i] for i in passes.problem.free]
+    known = {wider.names[i] for i in wider.free}
+    neutral = [k for k, name in enumerate(names) if name not in known]
+    new = [k for k, name in enumerate(names) if name in known and name not in problem.names]
+    split = [k for k in new if "." in names[k]]
+    return score_test(passes, [k for k in new if k not in split[:1]], split, neutral)
 
 
 def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:

@@ -6,6 +6,7 @@ could not take up as well is compared with its own scatter over blocks, which ho
 hang together (White, Econometrica 50, 1982, sections 3 and 4).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,18 +32,23 @@ class ScoreTest:
         return bool(self.statistic > self.freedom + MANIFEST * np.sqrt(2.0 * self.freedom))
 
 
-def score_test(passes: Passes, tested: list[int], together: list[int] | None = None) -> ScoreTest:
+def score_test(
+    passes: Passes,
+    tested: list[int],
+    together: list[int] | None = None,
+    neutral: Sequence[int] = (),
+) -> ScoreTest:
     """Of the free parameters at places `tested`; the others' own scores must have been solved for.
 
     `together`: parameters that were one, of which the first stands for all and the others, among
-    those tested, for their differences from it.
+    those tested, for their differences from it. `neutral`: parameters that stay where they are.
     """
     p = len(passes.information)
     change = np.eye(p)
     if together:
         change[together, together[0]] = 1.0
     information = change.T @ passes.information @ change
-    rest = [i for i in range(p) if i not in tested]
+    rest = [i for i in range(p) if i not in tested and i not in neutral]
     held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
     through = information[np.ix_(tested, rest)] @ held
     sums = passes.scores @ change

@@ -29,6 +29,7 @@ from seatrial.identify.problem import Passes, Problem
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 TINY = 1e-12
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
+NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
 DRIFTS = 8  # steps in a row with hanging errors as long as they may get, that are no errors then
 ITERATIONS = 40
@@ -117,7 +118,7 @@ def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Ar
             raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
-            if (promised < SETTLED and gain < NOISE_SETTLED) or flat == 2:
+            if (promised < SETTLED and gain < NOISE_ENOUGH) or flat == 2:
                 return _whole(at)
             at.passes.forget_poses()  # those of long recordings need not be there twice
             last = trial == TRIALS - 1  # then the noise alone

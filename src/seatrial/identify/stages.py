@@ -30,6 +30,7 @@ class Extra:
     words: str
     vehicle: Vehicle
     origin: dict[str, str]  # constants of the new vehicle by those of the old that they come from
+    probe: Vehicle  # with all stages at their neutrals that one pass can be asked about
 
 
 def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
@@ -86,25 +87,28 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
     own = chain[place]
     found = []
 
-    def add(words: str, groups: list[ChainGroup], origin: dict[str, str]) -> None:
-        wider = whole.with_chain([*chain[:place], *groups, *chain[place + 1 :]])
-        found.append(Extra(words, wider, origin))
+    def wider(groups: list[ChainGroup]) -> Vehicle:
+        return whole.with_chain([*chain[:place], *groups, *chain[place + 1 :]])
 
     if not _curved(vehicle) and _no_edges(vehicle, recordings) is None:
-        for stage, words in (("reverse_ratio", "reverse over forward"), ("power", "power")):
-            if getattr(own, stage) is None and not has[stage]:
-                add(f"{words} of the thrust curve", [_with(own, stage, 1.0)], {})
+        curve = {"reverse_ratio": "reverse over forward", "power": "power"}
+        missing = [s for s in curve if getattr(own, s) is None and not has[s]]
+        whole_curve = own
+        for stage in missing:
+            whole_curve = _with(whole_curve, stage, 1.0)
+        probe = wider([whole_curve])
+        for stage in missing:
+            alone = wider([_with(own, stage, 1.0)])
+            found.append(Extra(f"{curve[stage]} of the thrust curve", alone, {}, probe))
     groups = alike(whole)
     if own.latency is not None and len(groups) > 1:
         parts = [
             ChainGroup(name=f"latency_{name}", actuators=members, latency=own.latency)
             for name, members in groups.items()
         ]
-        add(
-            f"a latency for each of {', '.join(groups)}",
-            [_with(own, "latency", None), *parts],
-            {f"latency.{part.name}": "latency" for part in parts},
-        )
+        split = wider([_with(own, "latency", None), *parts])
+        origin = {f"latency.{part.name}": "latency" for part in parts}
+        found.append(Extra(f"a latency for each of {', '.join(groups)}", split, origin, split))
     return found
 
 

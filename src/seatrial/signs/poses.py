@@ -90,10 +90,15 @@ def heading_unit(
     new = next(unit for unit in ANGLES if unit != old)
     factor = ANGLES[new] / ANGLES[old]
     as_is = [stretched(run.smooth, lengths) for run in runs]
-    try:
-        read = [reread(run.recording, (*lengths, factor)) for run in runs]
-    except RecordingError:  # so read, they are no poses
-        return None, as_is
+    read: list[Smooth] = []
+    for run in runs:
+        try:
+            read.append(reread(run.recording, (*lengths, factor)))
+        except RecordingError:  # so read, they are no poses
+            return None, as_is
+        own = [replace(run, smooth=read[-1])]
+        if clearly_better(_least(own, 1.0), _least(own, 1.0 / factor)):
+            return None, as_is  # one recording is enough to say so
     if sum(len(s.t) for s in read) < 0.5 * sum(len(s.t) for s in as_is):
         return None, as_is
     other = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
