@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""One pass with several stages at their neutrals tells of each what a pass of its own would."""
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.identify.freeing import problem_of
+from seatrial.identify.score_test import score_test
+from seatrial.identify.solution import OutputErrorSettings
+from seatrial.identify.stages import extras, with_free_stages
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model
+
+NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3])
+
+
+def parameters(problem):
+    """The plant's, and what is not in it at its neutral."""
+    plant = plant_model(load_plan("paper-like"), problem.vehicle).values
+    known = dict(
+        zip(problem.vehicle.constants.names, problem.vehicle.constants.values, strict=True)
+    )
+    return np.array([plant.get(name, known.get(name, 0.0)) for name in problem.names])
+
+
+def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    recordings = [clean_mp[name].recording for name in ("S1", "S3")]
+    whole = with_free_stages(vehicle, recordings)
+    found = extras(vehicle, whole, recordings)
+    assert [e.words.split()[0] for e in found] == ["reverse", "power"]
+    settings = OutputErrorSettings()
+    together = problem_of(found[0].probe, vehicle, recordings, settings)
+    shared = together.passes(parameters(together), NOISE)
+    places = {
+        together.names[i]: k for k, i in enumerate(together.free) if together.names[i] not in whole.constants.names
+    }  # fmt: skip
+    for extra, name, other in zip(
+        found, ("reverse_ratio", "power"), ("power", "reverse_ratio"), strict=True
+    ):
+        alone = problem_of(extra.vehicle, vehicle, recordings, settings)
+        own = alone.passes(parameters(alone), NOISE)
+        (place,) = [k for k, i in enumerate(alone.free) if alone.names[i] == name]
+        want = score_test(own, [place])
+        got = score_test(shared, [places[name]], None, [places[other]])
+        assert got.statistic == pytest.approx(want.statistic, rel=1e-6)
+        assert got.gain == pytest.approx(want.gain, rel=1e-6)
