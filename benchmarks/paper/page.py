@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blocks import fill
-from benchmarks.paper import cost, coupling, maps, minutes, open_points, tables
+from benchmarks.paper import cost, coupling, maps, minutes, open_points, payload, tables
 from benchmarks.paper.grid import Grid, draw
 from benchmarks.paper.trials import ALLOCATIONS
 from benchmarks.recovery.tables import table
@@ -287,8 +287,42 @@ def left_open(records: Sequence[Mapping[str, Any]]) -> str:
     return table(head, rows)
 
 
+def payload_tells(records: Sequence[Mapping[str, Any]]) -> str:
+    """Over the length of S7: thrust over the old model's with the prior; found changed alone."""
+    found = of_kind(records)
+    rows = []
+    for kind, mine in found.items():
+        for seconds in payload.SECONDS:
+            each = [one[f"{seconds:g}"] for one in mine]
+            told = np.array([e["factors"] for e in each if "factors" in e])
+            alone = [e["changed"] for e in each if "changed" in e]
+            share = (
+                f"{100 * np.mean(alone):.0f} % of {len(alone)}" if alone else "refused: too short"
+            )
+            rows.append([
+                kind, f"{seconds:g}", f"{len(told)}",
+                ", ".join(f"{m:.3f} ± {s:.3f}" for m, s in zip(told.mean(0), told.std(0), strict=True)),
+                share,
+            ])  # fmt: skip
+    head = [
+        "hard", "S7, s", "boats", "X_F, Y_F, N_F over the old, with the prior (0.833 is right)",
+        "alone: boat found changed",
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def of_kind(records: Sequence[Mapping[str, Any]]) -> dict[str, list[dict[str, Any]]]:
+    """Results on the payload by kind of recording."""
+    out: dict[str, list[dict[str, Any]]] = {kind: [] for kind in payload.KINDS}
+    for record in records:
+        if record["finding"] == "payload":
+            out[record["key"][0]].append(record["found"])
+    return {kind: found for kind, found in out.items() if found}
+
+
 BLOCKS: dict[str, Callable[[Sequence[Mapping[str, Any]]], str]] = {
     "table-two": table_two, "table-three": table_three, "unseen": unseen, "nearest": nearest,
     "identified": identified, "driven": driven, "coupled": coupled, "left-open": left_open,
+    "payload": payload_tells,
     "cost": lambda _: cost.page_table(),
 }  # fmt: skip

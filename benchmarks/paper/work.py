@@ -3,11 +3,12 @@
 
 from typing import Any
 
-from benchmarks.paper import coupling, maps, minutes, open_points, tables
+from benchmarks.paper import coupling, maps, minutes, open_points, payload, tables
 from seatrial.errors import SeatrialError
 
 FINDINGS = {
     "tables": tables, "coupling": coupling, "open": open_points, "minutes": minutes, "maps": maps,
+    "payload": payload,
 }  # fmt: skip
 
 

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""A payload comes on board: how long a recording tells, alone and with the old model as prior."""
+
+from typing import Any
+
+import msgspec
+
+from benchmarks.paper.trials import TRAINING, UNSEEN
+from benchmarks.payload import AFTER, FIRST, VEHICLE, loaded, recordings
+from seatrial.compare.parameters import factors, joint, pairs, views
+from seatrial.errors import SeatrialError
+from seatrial.identify.output_error import output_error
+from seatrial.identify.prior import widened
+from seatrial.model import Model
+from seatrial.plan import PlanFile, Unmodelled, load_plan
+from seatrial.recording import Recording
+
+KINDS = {"still": None, "pushed": Unmodelled(0.04, 2.0)}
+SECONDS = (10.0, 20.0, 40.0, 80.0, 160.0)  # of S7
+BEGIN = 20.0  # [s]
+FORCES = ("X_F", "Y_F", "N_F")
+SEEDS_EACH = 2  # boats for a seed of the study
+
+
+def keys(seeds: range) -> list[tuple[Any, ...]]:
+    """What is to be run."""
+    return [(kind, n, seed) for seed in seeds for kind in KINDS for n in range(SEEDS_EACH)]
+
+
+def work(kind: str, n: int, seed: int) -> dict[str, Any]:
+    """The old model from S1-S3, then pieces of the loaded boat's S7."""
+    plan, own = plan_of(kind), SEEDS_EACH * seed + n
+    old = output_error(recordings(plan, TRAINING, FIRST + own), VEHICLE)
+    (run,) = recordings(loaded(plan), [UNSEEN], AFTER + own)
+    return {f"{s:g}": _told(old, run.cut(BEGIN, BEGIN + s)) for s in SECONDS}
+
+
+def plan_of(kind: str) -> PlanFile:
+    """Preset hard, with or without an unmodelled force."""
+    plan = load_plan("hard")
+    plant = msgspec.structs.replace(plan.plant, unmodelled=KINDS[kind])
+    return msgspec.structs.replace(plan, plant=plant)
+
+
+def _told(old: Model, piece: Recording) -> dict[str, Any]:
+    """Thrust over the old with the prior; whether the piece alone says that the boat changed."""
+    out: dict[str, Any] = {}
+    try:
+        new = output_error([piece], VEHICLE, start=old, prior=widened(old))
+        out["factors"] = [new.values[n] / old.values[n] for n in FORCES]
+    except SeatrialError as failure:
+        out["prior refused"] = str(failure)
+    try:
+        alone = output_error([piece], VEHICLE, start=old)
+    except SeatrialError as failure:
+        return out | {"refused": str(failure)}
+    seen = views(old, alone)
+    rows = pairs(old, alone, seen, {})
+    test = joint(rows, seen)
+    axes = factors(old, rows, seen)
+    return out | {
+        "changed": test is not None and bool(test.p < 0.05),
+        "alone": [float(axis.factor) for axis in axes],
+    }
