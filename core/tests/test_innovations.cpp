@@ -211,6 +211,23 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
   CHECK(std::abs(pass.innovation[153]) < 0.05);
 }
 
+TEST_CASE("after a gap the filter starts anew only where the poses jumped in it") {
+  Run run = mallard_run();
+  run.use[50] = 1;
+  const double whole = run.pass(kBelieved).cost;
+  run.use[50] = 3;
+  CHECK(run.pass(kBelieved).cost == whole);
+  for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
+  const double allowed = run.pass(kBelieved).cost;
+  run.use[50] = 2;
+  CHECK(allowed == run.pass(kBelieved).cost);
+  CHECK(allowed < whole + 50.0);
+  const FilterPass first = run.pass(kBelieved);
+  run.use[50] = 3;
+  CHECK(repeated(first, run.poses(), kBelieved, run.start) ==
+        doctest::Approx(first.cost).epsilon(1e-6));
+}
+
 TEST_CASE("whole turns of the heading in a gap change nothing") {
   Run run = mallard_run();
   const double whole = run.pass(kBelieved).cost;

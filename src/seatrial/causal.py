@@ -29,6 +29,8 @@ VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first 
 ROUNDS = 4  # of filter and noise in turns
 SETTLED = 3.0  # of the cost: a step that gains less is the last
 SETTLING = 2.0  # [s] in which the filter forgets how it started
+# the first pose after it: after a jump for good it may be anywhere; in a gap the poses may have jumped
+AFTER = {FaultKind.GAP: 3, FaultKind.JUMP: 2}
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
 PIECE = 10.0  # [s] that are taken together
 
@@ -47,9 +49,10 @@ def series(recording: Recording) -> _core.Series:
     moving = motion(recording)
     use = recording.valid.astype(np.int8)
     good = np.flatnonzero(recording.valid)
-    for fault in recording.faults:
-        if fault.kind is FaultKind.JUMP:  # after a jump for good the pose may be anywhere
-            use[good[recording.t[good] >= fault.end][:1]] = 2
+    for kind, code in AFTER.items():
+        for fault in recording.faults:
+            if fault.kind is kind:
+                use[good[recording.t[good] >= fault.end][:1]] = code
     first = int(good[0])
     start = np.zeros(6)
     start[:3] = recording.eta[first]

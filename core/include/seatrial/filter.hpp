@@ -15,7 +15,8 @@
 namespace seatrial::detail {
 
 inline constexpr int kMaxParameters = kMaxColumns + kEffects;
-inline constexpr double kTurn = 6.283185307179586;  // [rad]
+inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
+inline constexpr double kTurn = 6.283185307179586;             // [rad]
 inline constexpr int kColouredStates = kFilterStates + kPose;
 
 /// Inverse of a symmetric 3 x 3, and its determinant.
@@ -119,11 +120,20 @@ class Filter {
   }
 
   /// The pose may be anywhere: it jumped.
-  void loosen(double position, double heading) {
+  void loosen() {
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j < N; ++j) p_[i][j] = p_[j][i] = 0.0;
-      p_[i][i] = i < 2 ? position * position : heading * heading;
+      p_[i][i] = kAnywhere[i] * kAnywhere[i];
     }
+  }
+
+  /// The same where that is likelier: the poses may have jumped while there were none. The lesser
+  /// cost of the two is continuous in all that the filter is asked about.
+  void loosen_if_likelier(const double* eta, double t) {
+    Filter stays(*this);
+    Filter jumps(*this);
+    jumps.loosen();
+    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen();
   }
 
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the

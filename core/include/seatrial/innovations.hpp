@@ -44,6 +44,15 @@ void keep(const Filter<N>& filter, int k, FilterPass& pass) {
 
 namespace detail {
 
+/// Before pose k, which is to be used.
+template <int N>
+void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
+  if (poses.use[k] == 2) filter.loosen();
+  if (poses.use[k] == 3) {
+    filter.loosen_if_likelier(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
+  }
+}
+
 template <int N>
 FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
                        const FilterNoise& noise, const FilterStart& start, const Effects& effects,
@@ -69,8 +78,8 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
     const int last = std::min(poses.n - 1, first + kFilterChunk);
     const Schedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
-      if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
       if (poses.use[k] != 0) {
+        allow_jump(filter, poses, k);
         const double counted = counts == nullptr ? 1.0 : counts[k];
         const Innovation seen =
             filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
@@ -128,7 +137,7 @@ inline Columns no_parameters() {
 /// Uses pose k, which is to be used.
 template <int N>
 Innovation use_pose(Filter<N>& filter, const PoseSeries& poses, int k) {
-  if (poses.use[k] == 2) filter.loosen(10.0, 3.0);
+  allow_jump(filter, poses, k);
   return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
 }
 

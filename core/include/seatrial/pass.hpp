@@ -63,9 +63,10 @@ inline constexpr int kEffects = 9;
 /// Poses of one recording.
 struct PoseSeries {
   int n = 0;
-  const double* time = nullptr;      // (n) [s], rising
-  const double* eta = nullptr;       // (n, 3)
-  const signed char* use = nullptr;  // (n) 0: not measured; 1: measured; 2: after a jump for good
+  const double* time = nullptr;  // (n) [s], rising
+  const double* eta = nullptr;   // (n, 3)
+  /// (n) 0: not measured; 1: measured; 2: after a jump for good; 3: after a gap, maybe after a jump
+  const signed char* use = nullptr;
 };
 
 /// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.
