@@ -6,6 +6,7 @@ import pytest
 
 import seatrial
 from seatrial.identify.freeing import problem_of
+from seatrial.identify.problem import quadratic_drag
 from seatrial.identify.score_test import score_test
 from seatrial.identify.solution import OutputErrorSettings
 from seatrial.identify.stages import extras, with_free_stages
@@ -46,3 +47,17 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
         got = score_test(shared, [places[name]], None, [places[other]])
         assert got.statistic == pytest.approx(want.statistic, rel=1e-6)
         assert got.gain == pytest.approx(want.gain, rel=1e-6)
+
+
+def test_quadratic_drag_of_the_own_axis_never_drives_the_boat(clean_mp):
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    assert quadratic_drag(vehicle.structure) == {"X_uu", "Y_vv", "N_rr"}  # N_uu turns it, rightly
+    recordings = [clean_mp["S1"].recording]
+    problem = problem_of(
+        with_free_stages(vehicle, recordings), vehicle, recordings, OutputErrorSettings()
+    )
+    low, high = problem.bounds
+    names = [problem.names[i] for i in problem.free]
+    most = dict(zip(names, high, strict=True))
+    assert [n for n in vehicle.structure.coefficients if most[n] == 0.0] == ["X_uu", "Y_vv", "N_rr"]
+    assert low[names.index("X_uu")] == -np.inf

@@ -40,6 +40,7 @@ class Ahead:
     rms: Array  # (3,)
     floor: Array  # (3,) what pose noise alone makes
     still: Array  # (3,) of a velocity that stays as it is
+    moving: Array  # (3,) of a boat at rest: the velocity itself
 
 
 def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
@@ -94,13 +95,16 @@ def worth(at: Point) -> list[str]:
             "no second of these recordings can be predicted: the model runs away from the velocities "
             "that occur, or there are no poses in a row; look at them with inspect"
         ]
-    ratio = ahead.rms / np.maximum(ahead.still, 1e-12)
+    moves = ahead.moving**2 > NOISY * ahead.floor**2
+    least = np.where(moves, np.minimum(ahead.still, ahead.moving), ahead.still)
+    ratio = ahead.rms / np.maximum(least, 1e-12)
     poor = [axis for axis, r in zip(AXES, ratio, strict=True) if r > POOR]
     if not poor:
         return []
     return [
-        f"in {' and '.join(poor)} one second ahead hardly better than a velocity that stays as it is: do "
-        "commands and poses belong together? See inspect, and the vehicle file's signs"
+        f"in {' and '.join(poor)} one second ahead hardly better than a velocity that stays as it is, "
+        "or than none: do commands and poses belong together? To see, look at them with inspect, and at the "
+        "vehicle file's signs"
     ]
 
 
@@ -161,7 +165,7 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
     )  # fmt: skip
-    squares, floors, stays, count = np.zeros(3), np.zeros(3), np.zeros(3), 0
+    squares, floors, stays, moves, count = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0
     for recording in problem.recordings:
         try:
             found = predict(model, recording, DEFAULT_HORIZON)
@@ -172,7 +176,9 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
         squares += np.sum(found.errors**2, axis=0)
         floors += len(found.t) * found.floor**2
         stays += np.sum((found.measured - found.start) ** 2, axis=0)
+        moves += np.sum(found.measured**2, axis=0)
         count += len(found.t)
     if count == 0:
         return None
-    return Ahead(np.sqrt(squares / count) + 1e-12, np.sqrt(floors / count), np.sqrt(stays / count))
+    rms, floor, still, moving = (np.sqrt(x / count) for x in (squares, floors, stays, moves))
+    return Ahead(rms + 1e-12, floor, still, moving)

@@ -5,6 +5,7 @@ Parameters are numbered through: the structure's coefficients, the constants of 
 chain, and effects: the lever arm, then for every recording its current, trim and wind.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.causal import disturbed, series
-from seatrial.frames import Array
+from seatrial.frames import SYMBOLS, Array
 from seatrial.model import thrust_trace
 from seatrial.parallel import spread
 from seatrial.recording import Recording
+from seatrial.structure import Structure
 from seatrial.vehicle import Vehicle
 
 LEVER = ("lever_x", "lever_y")  # [m] the measured point from the origin
@@ -51,6 +53,22 @@ REACH = {  # of one step of the search
     "scale_power": 0.5,
     "gain": 0.5,
 }
+
+
+def quadratic_drag(structure: Structure) -> set[str]:
+    """Coefficients of |u| u in surge, |v| v in sway, |r| r in yaw: what grows without end, and so
+    would drive the boat without end if it were positive."""
+    terms = [t for t in structure.terms if t.coefficient is not None]
+    used = Counter(t.coefficient for t in terms)
+    return {
+        t.coefficient
+        for t in terms
+        if t.coefficient is not None
+        and used[t.coefficient] == 1
+        and t.number > 0.0
+        and t.acceleration is None
+        and sorted(t.factors) == sorted([f"|{SYMBOLS[t.axis]}|", SYMBOLS[t.axis]])
+    }
 
 
 @dataclass(frozen=True)
@@ -140,9 +158,10 @@ class Problem:
         """Lowest and highest values (p,) of the free parameters."""
         kinds = [self.names[i].partition(".")[0] for i in self.free]
         is_constant = [self.size <= i < self.size + self.constants for i in self.free]
+        drag = quadratic_drag(self.vehicle.structure)
         found = [
-            BOUNDS[kind] if own else (-np.inf, np.inf)
-            for kind, own in zip(kinds, is_constant, strict=True)
+            BOUNDS[kind] if own else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
+            for i, kind, own in zip(self.free, kinds, is_constant, strict=True)
         ]
         low, high = np.array(found).reshape(-1, 2).T
         return low, high
