@@ -17,7 +17,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.errors import IdentificationError
-from seatrial.filter_noise import NOISE_FIRST, noise_vector
+from seatrial.filter_noise import COLOUR_MEMORY, NOISE_FIRST, NOISE_START, noise_vector
 from seatrial.frames import Array
 from seatrial.identify.belief import believed, worth
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
@@ -39,8 +39,7 @@ PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
 LONGEST = 0.3  # step times rate of the boat's quickest motion
 SHORTEST_STEP = 1 / 480  # [s]
 MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
-COLOUR_START = 0.5  # errors of the poses that hang together over the white ones,
-COLOUR_MEMORY_START = 0.3  # [s] and for how long
+COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
 
 
 __all__ = ["METHOD", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -212,4 +211,6 @@ def _first(
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
     )
     white = np.maximum([position, heading], NOISE_FIRST)
-    return theta, np.array([*white, *PROCESS_START, *(COLOUR_START * white), COLOUR_MEMORY_START])
+    return theta, np.array(
+        [*white, *PROCESS_START, *(COLOUR_START * white), NOISE_START[COLOUR_MEMORY]]
+    )
