@@ -18,7 +18,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"filter_noise", "noise", "vehicle", "velocity"},
     {"model"},
     {"causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
-    {"against", "identify", "inspect", "predictor", "simulate", "validate"},
+    {"against", "identify", "inspect", "odometer", "predictor", "simulate", "validate"},
     {"advice", "compare"},
     {"select"},
     {"io", "report"},

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Python's view of the on-board predictor.
+// Python's view of the on-board predictor, and of the odometry made of it.
 #pragma once
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <optional>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/predictor.hpp"
+#include "seatrial/odometer.hpp"
 #include "seatrial/schedule.hpp"
 
 namespace {
@@ -49,53 +53,66 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
   return m;
 }
 
-int give_pose(Predictor& self, double t, const Vector& eta, std::optional<Matrix> covariance) {
+template <class P, class T>
+int give_pose(P& self, T t, const Vector& eta, std::optional<Matrix> covariance) {
   require(eta.shape(0) == kSeen, "eta: x, y, psi");
   require(!covariance || (covariance->shape(0) == kSeen && covariance->shape(1) == kSeen),
           "covariance: 3 x 3");
   return static_cast<int>(self.pose(t, eta.data(), covariance ? covariance->data() : nullptr));
 }
 
-int give_row(Predictor& self, double t, const Vector& values, bool scale) {
+template <class P, class T>
+int give_row(P& self, T t, const Vector& values, bool scale) {
   const Chain& c = self.model().chain;
   const int width = scale ? c.n_scales : c.allocation.n_commands;
   require(static_cast<int>(values.shape(0)) == width, "one value for each signal");
   return static_cast<int>(scale ? self.scale(t, values.data()) : self.command(t, values.data()));
 }
 
-/// time, pose, velocity, covariance, disturbance, stamp of the last pose used, flags.
-using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
-
 template <std::size_t N>
-Out1 three(const double (&from)[N]) {
+Out1 row(const double (&from)[N]) {
   double* out = nullptr;
   auto to = fresh<Out1>({N}, &out);
   std::copy(from, from + N, out);
   return to;
 }
 
-Answer look(Predictor& self, double t) {
-  const Estimate e = self.at(t);
+template <std::size_t N>
+Out2 square(const double (&from)[N][N]) {
   double* out = nullptr;
-  auto covariance = fresh<Out2>({std::size_t{kStates}, std::size_t{kStates}}, &out);
-  std::copy(&e.covariance[0][0], &e.covariance[0][0] + kStates * kStates, out);
-  return {e.time,      three(e.pose), three(e.velocity), covariance, three(e.disturbance),
+  auto to = fresh<Out2>({N, N}, &out);
+  std::copy(&from[0][0], &from[0][0] + N * N, out);
+  return to;
+}
+
+/// time, pose, velocity, covariance, disturbance, stamp of the last pose used, flags.
+using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
+
+Answer answer(const Estimate& e) {
+  return {e.time,      row(e.pose), row(e.velocity), square(e.covariance), row(e.disturbance),
           e.last_pose, e.health};
 }
 
 void bind_predictor(nb::module_& m) {
   using namespace nb::literals;
-  nb::class_<Predictor>(m, "Predictor")
+  m.def("health_words", [] {
+    std::vector<std::tuple<unsigned, std::string, std::string>> out;
+    for (const HealthWords& w : kHealthWords) out.emplace_back(w.flag, w.name, w.advice);
+    return out;
+  });
+  nb::class_<OnboardModel>(m, "OnboardModel")
       .def(
           "__init__",
-          [](Predictor* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
+          [](OnboardModel* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
              bool earth_fixed, Vector current, std::optional<double> timeout, Matrix speeds,
              Matrix forces, Vector spread, double window) {
-            new (self) Predictor(make_onboard(boat, chain, q, noise, earth_fixed, current, timeout,
-                                              speeds, forces, spread, window));
+            new (self) OnboardModel(make_onboard(boat, chain, q, noise, earth_fixed, current,
+                                                 timeout, speeds, forces, spread, window));
           },
           "boat"_a, "chain"_a, "q"_a, "noise"_a, "earth_fixed"_a, "current"_a, "timeout"_a.none(),
-          "speeds"_a, "forces"_a, "spread"_a, "window"_a)
+          "speeds"_a, "forces"_a, "spread"_a, "window"_a);
+  nb::class_<Predictor>(m, "Predictor")
+      .def(nb::init<const OnboardModel&>(), "model"_a)
       .def(
           "command",
           [](Predictor& self, double t, Vector v) { return give_row(self, t, v, false); }, "t"_a,
@@ -103,10 +120,60 @@ void bind_predictor(nb::module_& m) {
       .def(
           "scale", [](Predictor& self, double t, Vector v) { return give_row(self, t, v, true); },
           "t"_a, "values"_a)
-      .def("pose", &give_pose, "t"_a, "eta"_a, "covariance"_a = nb::none())
-      .def("at", &look, "t"_a)
+      .def("pose", &give_pose<Predictor, double>, "t"_a, "eta"_a, "covariance"_a = nb::none())
+      .def(
+          "at", [](Predictor& self, double t) { return answer(self.at(t)); }, "t"_a)
       .def("forget", &Predictor::forget)
       .def_prop_ro("newest", &Predictor::newest);
+}
+
+/// stamp, known, pose in odom, covariance, odom in map, motion.
+using Published = std::tuple<std::int64_t, bool, Out1, Out2, Out1, Answer>;
+
+Published publish(Odometer& self, std::int64_t stamp) {
+  const Odometry o = self.at(stamp);
+  return {o.stamp,         o.known, row(o.pose), square(o.covariance), row(o.map_to_odom),
+          answer(o.motion)};
+}
+
+void bind_odometer(nb::module_& m) {
+  using namespace nb::literals;
+  nb::class_<Odometer>(m, "Odometer")
+      .def(
+          "__init__",
+          [](Odometer* self, const OnboardModel& model, Vector lever) {
+            require(lever.shape(0) == 2, "lever: forward, left");
+            new (self) Odometer(model, lever.data());
+          },
+          "model"_a, "lever"_a)
+      .def(
+          "command",
+          [](Odometer& self, std::int64_t t, Vector v) { return give_row(self, t, v, false); },
+          "stamp"_a, "values"_a)
+      .def(
+          "scale",
+          [](Odometer& self, std::int64_t t, Vector v) { return give_row(self, t, v, true); },
+          "stamp"_a, "values"_a)
+      .def("pose", &give_pose<Odometer, std::int64_t>, "stamp"_a, "eta"_a,
+           "covariance"_a = nb::none())
+      .def(
+          "look", [](Odometer& self, std::int64_t t) { return answer(self.look(t)); }, "stamp"_a)
+      .def("at", &publish, "stamp"_a)
+      .def(
+          "reload",
+          [](Odometer& self, const OnboardModel& model, Vector lever) {
+            require(lever.shape(0) == 2, "lever: forward, left");
+            self.reload(model, lever.data());
+          },
+          "model"_a, "lever"_a)
+      .def(
+          "count",
+          [](const Odometer& self, int source, int taken) {
+            require(source >= 0 && source < kSources && taken >= 0 && taken < kOutcomes,
+                    "no such count");
+            return self.count(static_cast<Source>(source), static_cast<Taken>(taken));
+          },
+          "source"_a, "taken"_a);
 }
 
 }  // namespace

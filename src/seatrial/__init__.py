@@ -7,6 +7,7 @@ from seatrial.init import init
 from seatrial.inspect import inspect
 from seatrial.io import read
 from seatrial.model import Model, load, save
+from seatrial.odometer import Odometer, Odometry
 from seatrial.predict import Prediction, predict
 from seatrial.predictor import Estimate, Health, Predictor, Taken
 from seatrial.recording import Recording
@@ -20,6 +21,8 @@ __all__ = [
     "Health",
     "Model",
     "Motion",
+    "Odometer",
+    "Odometry",
     "Prediction",
     "Predictor",
     "Recording",

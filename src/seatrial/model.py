@@ -126,6 +126,16 @@ class Model:
             )
         return replace(self, vehicle=vehicle.with_chain(self.vehicle.file.chain))
 
+    def same_signals(self, other: "Model") -> None:
+        """Raises ModelError where another model has other inputs or scales."""
+        for what in ("inputs", "scales"):
+            own, new = getattr(self.vehicle, what), getattr(other.vehicle, what)
+            if own != new:
+                raise ModelError(
+                    f"{other.name} has {what} {', '.join(new) or 'none'}; expected "
+                    f"{', '.join(own) or 'none'} as before"
+                )
+
 
 def thrust_trace(
     vehicle: Vehicle,

@@ -20,6 +20,8 @@ from seatrial.errors import ModelError, PredictorError
 from seatrial.frames import SYMBOLS, Array, frozen_array
 from seatrial.model import Model, load
 
+Answer = tuple[float, Array, Array, Array, Array, float, int]
+POSE = ("x", "y", "psi")
 ANYTHING = (-1e300, 1e300)  # where a model states no range
 LONGEST_WINDOW = 5.0  # [s]
 FIRST_SHARE = 0.5  # of the largest speed: standard deviation of the velocity at the first pose
@@ -42,21 +44,12 @@ class Health(enum.Flag):
     @property
     def advice(self) -> tuple[str, ...]:
         """One sentence for each flag that is raised."""
-        return tuple(words for flag, words in _ADVICE.items() if flag in self)
+        return tuple(words for bit, _, words in _core.health_words() if Health(bit) in self)
 
-
-_ADVICE = {
-    Health.NO_POSE: "no pose yet: pose and velocity are not known; check that poses arrive",
-    Health.DEAD_RECKONING: "no pose was used lately: trust the covariance, it grows",
-    Health.GATE_REJECTING: "the last pose was far from its prediction and was not used",
-    Health.REINITIALISED: "poses agreed with each other and not with the filter: it follows them now",
-    Health.COMMAND_SILENCE: "no command in force: the thrusters are taken to be off",
-    Health.OUTSIDE_SPEEDS: "faster than the model was identified: record and identify there",
-    Health.OUTSIDE_COMMANDS: "more thrust than the model was identified with: record and identify there",
-    Health.BAD_INPUT: "an input was refused: not a number, too late, or its stamp is far off",
-    Health.DIVERGED: "the model ran away, or stamps leapt: it began anew at the next pose",
-    Health.BEYOND_REACH: "the time asked for is not kept any more, or too far ahead: see `time`",
-}
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The flags that are raised."""
+        return tuple(name for bit, name, _ in _core.health_words() if Health(bit) in self)
 
 
 class Taken(enum.IntEnum):
@@ -86,6 +79,41 @@ class Estimate:
         for name in ("pose", "velocity", "covariance", "disturbance"):
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
+    @classmethod
+    def of(cls, answer: Answer) -> "Estimate":
+        """From the core's."""
+        time, pose, velocity, covariance, disturbance, last, flags = answer
+        seen = last if last > ANYTHING[0] else -np.inf
+        return cls(time, pose, velocity, covariance, disturbance, seen, Health(flags))
+
+
+def onboard_model(
+    model: Model,
+    *,
+    disturbance: Literal["earth", "body"] = "earth",
+    current: Sequence[float] = (0.0, 0.0),
+    window: float = 0.5,
+) -> _core.OnboardModel:
+    """All that the core's predictor is told of a boat; arguments as of `Predictor`."""
+    if disturbance not in ("earth", "body"):
+        raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
+    water = np.array(current, dtype=float)
+    if not 0.0 < window <= LONGEST_WINDOW:
+        raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
+    if water.shape != (2,) or not np.isfinite(water).all():
+        raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
+    vehicle, ranges = model.vehicle, model.envelope
+    speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
+    forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
+    try:
+        return _core.OnboardModel(
+            model.boat, vehicle.chain, model.constants, believed_on_board(model),
+            disturbance == "earth", water, vehicle.file.command_timeout,
+            speeds, forces, _first_spread(model), window,
+        )  # fmt: skip
+    except ValueError as error:
+        raise ModelError(f"{model.name}: can't be run on board: {error}") from None
+
 
 class Predictor:
     """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
@@ -109,56 +137,43 @@ class Predictor:
         window: float = 0.5,
     ) -> None:
         self.model = model if isinstance(model, Model) else load(model)
-        if disturbance not in ("earth", "body"):
-            raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
-        water = np.array(current, dtype=float)
-        if not 0.0 < window <= LONGEST_WINDOW:
-            raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
-        if water.shape != (2,) or not np.isfinite(water).all():
-            raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
-        vehicle, ranges = self.model.vehicle, self.model.envelope
-        speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
-        forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
-        try:
-            self._core = _core.Predictor(
-                self.model.boat, vehicle.chain, self.model.constants, believed_on_board(self.model),
-                disturbance == "earth", water, vehicle.file.command_timeout,
-                speeds, forces, _first_spread(self.model), window,
-            )  # fmt: skip
-        except ValueError as error:
-            raise ModelError(f"{self.model.name}: can't be run on board: {error}") from None
+        self._core = _core.Predictor(
+            onboard_model(self.model, disturbance=disturbance, current=current, window=window)
+        )
 
     def command(self, t: float, values: ArrayLike) -> Taken:
         """Commands (inputs,) to all inputs of the vehicle at t [s]; they hold until the next."""
         names = self.model.vehicle.inputs
-        return Taken(self._core.command(t, _row(values, "command", names)))
+        return Taken(self._core.command(t, row_of(values, "command", names)))
 
     def scale(self, t: float, values: ArrayLike) -> Taken:
         """Known scale signals (scales,) of the vehicle at t [s], for instance propeller speed."""
-        return Taken(self._core.scale(t, _row(values, "scale", self.model.vehicle.scales)))
+        return Taken(self._core.scale(t, row_of(values, "scale", self.model.vehicle.scales)))
 
     def pose(self, t: float, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
         """A pose (3,) x, y [m], psi [rad] of time t [s].
 
         covariance: (3, 3) [m, m, rad] squared; without one the model's pose noise is taken.
         """
-        pose = _row(eta, "pose", ("x", "y", "psi"))
-        if covariance is None:
-            return Taken(self._core.pose(t, pose))
-        spread = np.ascontiguousarray(covariance, dtype=float)
-        if spread.shape != (3, 3):
-            raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
-        return Taken(self._core.pose(t, pose, spread))
+        return Taken(self._core.pose(t, row_of(eta, "pose", POSE), spread_of(covariance)))
 
     def at(self, t: float) -> Estimate:
         """Motion at t [s]: within the window, now, or up to 60 s ahead of the newest input."""
-        time, pose, velocity, covariance, disturbance, last, flags = self._core.at(t)
-        seen = last if last > ANYTHING[0] else -np.inf
-        return Estimate(time, pose, velocity, covariance, disturbance, seen, Health(flags))
+        return Estimate.of(self._core.at(t))
 
     def forget(self) -> None:
         """As at the start: no inputs, no state."""
         self._core.forget()
+
+
+def spread_of(covariance: ArrayLike | None) -> Array | None:
+    """A pose's covariance (3, 3), if there is one. Raises PredictorError."""
+    if covariance is None:
+        return None
+    spread = np.ascontiguousarray(covariance, dtype=float)
+    if spread.shape != (3, 3):
+        raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
+    return spread
 
 
 def _first_spread(model: Model) -> Array:
@@ -168,7 +183,8 @@ def _first_spread(model: Model) -> Array:
     return np.asarray(np.maximum(FIRST_SHARE * np.array(most), VELOCITY_SPREAD))
 
 
-def _row(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
+def row_of(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
+    """One number for each name. Raises PredictorError."""
     row = np.ascontiguousarray(values, dtype=float)
     if row.shape != (len(names),):
         raise PredictorError(

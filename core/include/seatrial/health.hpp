@@ -23,6 +23,31 @@ enum Health : std::uint32_t {
   kBeyondReach = 1U << 9       // the time asked for is too far away: the estimate is of another
 };
 
+/// A flag in words.
+struct HealthWords {
+  Health flag;
+  const char* name;
+  const char* advice;
+};
+
+inline constexpr HealthWords kHealthWords[] = {
+    {kNoPose, "no pose", "no pose yet: pose and velocity are not known; check that poses arrive"},
+    {kDeadReckoning, "dead reckoning", "no pose was used lately: trust the covariance, it grows"},
+    {kGateRejecting, "gate rejecting",
+     "the last pose was far from its prediction and was not used"},
+    {kReinitialised, "reinitialised",
+     "poses agreed with each other and not with the filter: it follows them now"},
+    {kCommandSilence, "command silence", "no command in force: the thrusters are taken to be off"},
+    {kOutsideSpeeds, "outside speeds",
+     "faster than the model was identified: record and identify there"},
+    {kOutsideCommands, "outside commands",
+     "more thrust than the model was identified with: record and identify there"},
+    {kBadInput, "bad input",
+     "an input was refused: not a number, too late, or its stamp is far off"},
+    {kDiverged, "diverged", "the model ran away, or stamps leapt: it began anew at the next pose"},
+    {kBeyondReach, "beyond reach",
+     "the time asked for is not kept any more, or too far ahead: see the estimate's own"}};
+
 /// What became of an input.
 enum class Taken : std::uint8_t {
   kUsed,       // or will be, at its stamp; a pose, if it passes the gate
