@@ -159,6 +159,7 @@ void bind_odometer(nb::module_& m) {
       .def(
           "look", [](Odometer& self, std::int64_t t) { return answer(self.look(t)); }, "stamp"_a)
       .def("at", &publish, "stamp"_a)
+      .def_prop_ro("newest", &Odometer::newest)
       .def(
           "reload",
           [](Odometer& self, const OnboardModel& model, Vector lever) {

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 from seatrial import commands
 from seatrial.identify import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
 from seatrial.io.write_bag import FORMATS
+from seatrial.live.lines import FORMATS as LINE_FORMATS
+from seatrial.live.loop import CLOCKS as LINE_CLOCKS
+from seatrial.live.loop import RATE as LINE_RATE
 from seatrial.predict import DEFAULT_HORIZON
 
 if TYPE_CHECKING:
@@ -77,6 +80,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_scored(verbs)
     _add_compare(verbs)
     _add_select(verbs)
+    _add_predict(verbs)
     return parser
 
 
@@ -175,6 +179,41 @@ def _add_select(verbs: "Verbs") -> None:
     _horizon(select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)")
     select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
     _json(select)
+
+
+def _add_predict(verbs: "Verbs") -> None:
+    predict = _add(
+        verbs, "predict", commands.predict_command,
+        "velocity and odometry as on board: along a recording, or live from lines",
+    )  # fmt: skip
+    predict.add_argument("model", type=Path, metavar="MODEL")
+    _recordings(predict, vehicle_required=False, count="*")
+    predict.add_argument(
+        "-o", "--out", type=Path, metavar="FILE", help="odometry along the recording"
+    )
+    predict.add_argument(
+        "--live", action="store_true", help="lines from standard input, or --udp, until it ends"
+    )
+    predict.add_argument(
+        "--udp", type=int, metavar="PORT", help="live: listen there on loopback instead"
+    )
+    predict.add_argument(
+        "--to", type=int, metavar="PORT", help="live: answer there (default: to whoever wrote last)"
+    )
+    predict.add_argument(
+        "--format", choices=LINE_FORMATS, help="of the lines (default: json; of a .csv file: csv)"
+    )
+    predict.add_argument(
+        "--rate",
+        type=float,
+        default=LINE_RATE,
+        metavar="HZ",
+        help="of the odometry (default: %(default)g)",
+    )
+    predict.add_argument(
+        "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
+        help="live: odometry is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+    )  # fmt: skip
 
 
 def _add(

@@ -11,6 +11,7 @@ from seatrial.frames import Axes
 from seatrial.progress import Progress
 
 if TYPE_CHECKING:
+    from seatrial.live import Settings
     from seatrial.model import Model
     from seatrial.recording import Recording
     from seatrial.vehicle import Vehicle
@@ -286,6 +287,59 @@ def select_command(args: argparse.Namespace, progress: Progress) -> None:
     print(selection_text(found))
     if args.out is not None:
         print(f"wrote {args.out}")
+
+
+def predict_command(args: argparse.Namespace, progress: Progress) -> None:
+    """Odometry along a recording, or live."""
+    from seatrial.errors import LiveError
+    from seatrial.live import Settings
+
+    if args.live == bool(args.recordings):
+        raise LiveError("give a recording, or --live for lines from standard input or --udp PORT")
+    form = args.format or ("csv" if args.out is not None and args.out.suffix == ".csv" else "json")
+    settings = Settings(form, args.rate, args.clock)
+    if args.live:
+        _predict_live(args, settings)
+    else:
+        _predict_along(args, settings, progress)
+
+
+def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
+    from seatrial.errors import LiveError
+    from seatrial.live import serve
+    from seatrial.live.sources import Datagrams, Pipes
+
+    if args.out is not None or args.vehicle is not None:
+        raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
+    if args.udp is None and args.to is not None:
+        raise LiveError("--to belongs to --udp PORT")
+
+    def complain(words: str) -> None:
+        print(f"seatrial: {words}", file=sys.stderr, flush=True)
+
+    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
+    serve(args.model, source, settings, complain)
+
+
+def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
+    from seatrial.errors import LiveError
+    from seatrial.files import write_text
+    from seatrial.live import Writer, replay
+
+    if args.udp is not None or args.to is not None:
+        raise LiveError("--udp and --to belong to --live")
+    if len(args.recordings) != 1 or args.out is None:
+        raise LiveError("give one recording, and -o FILE for the odometry along it")
+    _guard(args.out, "t," if settings.form == "csv" else "{", args.model, *args.recordings)
+    model = _load(args)
+    (recording,) = _read(args, model.vehicle, progress)
+    progress.say("predicting")
+    writer = Writer(model.vehicle, settings.form)
+    lines = [] if writer.header is None else [writer.header]
+    lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
+    write_text(args.out, "\n".join(lines) + "\n")
+    progress.clear()
+    print(f"wrote {args.out}")
 
 
 def report_command(args: argparse.Namespace, progress: Progress) -> None:

@@ -41,3 +41,7 @@ class ModelError(SeatrialError):
 
 class PredictorError(SeatrialError):
     """An input that does not fit the predictor's model."""
+
+
+class LiveError(SeatrialError):
+    """A line that can't be used, or a place where none can be read or written."""

@@ -39,7 +39,8 @@ class Odometry:
 class Odometer:
     """A predictor with stamps in nanoseconds, the vehicle's lever arm, and a way that never jumps.
 
-    Arguments as of `Predictor`; poses are of the measured point, which the vehicle file places.
+    Arguments as of `Predictor`; poses are of the measured point, at `lever` (2,) forward, left [m] of the
+    origin, by default where the vehicle file has it.
     Never raises on data. Raises ModelError and PredictorError as `Predictor` does.
     """
 
@@ -50,10 +51,12 @@ class Odometer:
         disturbance: Literal["earth", "body"] = "earth",
         current: Sequence[float] = (0.0, 0.0),
         window: float = 0.5,
+        lever: Sequence[float] | None = None,
     ) -> None:
         self.model = model if isinstance(model, Model) else load(model)
         self._settings = disturbance, current, window
-        self._core = _core.Odometer(self._onboard(self.model), lever_of(self.model.vehicle))
+        self._lever = None if lever is None else np.array(lever, dtype=float)
+        self._core = _core.Odometer(self._onboard(self.model), self._arm(self.model))
 
     def command(self, stamp: int, values: ArrayLike) -> Taken:
         """Commands (inputs,) to all inputs of the vehicle; they hold until the next."""
@@ -82,12 +85,20 @@ class Odometer:
         """From now on by another model of the same inputs. Raises ModelError; then all stays."""
         new = model if isinstance(model, Model) else load(model)
         self.model.same_signals(new)
-        self._core.reload(self._onboard(new), lever_of(new.vehicle))
+        self._core.reload(self._onboard(new), self._arm(new))
         self.model = new
 
     def count(self, source: Literal["command", "scale", "pose"], taken: Taken) -> int:
         """How many inputs of a source came to what."""
         return self._core.count(("command", "scale", "pose").index(source), int(taken))
+
+    @property
+    def newest(self) -> int:
+        """Stamp of the newest input that was used; 0 before the first."""
+        return self._core.newest
+
+    def _arm(self, model: Model) -> Array:
+        return lever_of(model.vehicle) if self._lever is None else self._lever
 
     def _onboard(self, model: Model) -> _core.OnboardModel:
         disturbance, current, window = self._settings

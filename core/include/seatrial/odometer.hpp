@@ -91,6 +91,10 @@ class BasicOdometer {
     return counts_[static_cast<int>(source)][static_cast<int>(outcome)];
   }
   const OnboardModel& model() const { return predictor_.model(); }
+  /// Stamp of the newest input that was used [ns]; 0 before the first.
+  std::int64_t newest() const {
+    return begun_ ? origin_ + std::llround(1e9 * predictor_.newest()) : 0;
+  }
 
  private:
   /// An input as it came.

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: MIT
+"""The predictor for any program: lines of poses and commands in, lines of odometry out."""
+
+from seatrial.live.lines import FORMATS, Event, Reader, Writer
+from seatrial.live.loop import Settings, serve
+from seatrial.live.replay import replay
+
+__all__ = ["FORMATS", "Event", "Reader", "Settings", "Writer", "replay", "serve"]
