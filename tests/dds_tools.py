@@ -38,7 +38,6 @@ class Order:
     profile: str  # its quality of service
     messages: list[tuple[str, dict[str, Any]]]  # pose or joy, and the members
     subscriber: str = ""  # Cyclone's quality of service, the program's if there is none
-    odometry: str = "nav_msgs::msg::dds_::Odometry_"
 
 
 @dataclass(frozen=True)
@@ -118,9 +117,7 @@ def _idl_member(node: Nodetype, detail: Any) -> Any:
 def _built(made: type, values: dict[str, Any]) -> Any:
     """An object of Cyclone's class by nested dicts."""
     kinds = made.__annotations__
-    return made(
-        **{n: _built(kinds[n], v) if isinstance(v, dict) else v for n, v in values.items()}
-    )
+    return made(**{n: _built(kinds[n], v) if isinstance(v, dict) else v for n, v in values.items()})
 
 
 class Peer:
@@ -134,7 +131,6 @@ class Peer:
 
         self._participant = DomainParticipant(0)
         self._classes = {kind: idl(name) for kind, name in TYPES.items()}
-        self._classes["odometry"].__idl__.idl_transformed_typename = order.odometry
         self.reader = DataReader(
             self._participant,
             Topic(self._participant, "rt/odom", self._classes["odometry"]),
@@ -151,7 +147,9 @@ class Peer:
 
     def connected(self, verb: str) -> bool:
         """Whether the program is found."""
-        heard = verb == "script" or all(w.get_matched_subscriptions() for w in self.writers.values())
+        heard = verb == "script" or all(
+            w.get_matched_subscriptions() for w in self.writers.values()
+        )
         return heard and bool(self.reader.get_matched_publications())
 
     def publish(self, kind: str, values: dict[str, Any]) -> None:
@@ -161,6 +159,12 @@ class Peer:
         """What has come by now; that the program is gone comes as a sample, too."""
         samples = self.reader.take(N=100)
         return [line("odometry", s) for s in samples if s.sample_info.valid_data]
+
+    def take_some(self) -> list[str]:
+        """The next that come."""
+        found: list[str] = []
+        _until(lambda: bool(found.extend(self.take()) or found), "no odometry came")
+        return found
 
 
 def _quality(profile: str) -> Any:
@@ -191,7 +195,9 @@ def _talk(program: str, order: Order) -> Exchange:
     peer = Peer(order)
     found = Exchange([], [], [], [], "")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen([program, order.verb, order.profile], text=True, **pipes) as process:
+    with subprocess.Popen(
+        [program, order.verb, order.profile], encoding="utf-8", **pipes
+    ) as process:
         if process.stdout.readline() == "ready\n":
             _until(lambda: peer.connected(order.verb), "Cyclone has not found the program")
             for kind, values in order.messages:
@@ -202,19 +208,15 @@ def _talk(program: str, order: Order) -> Exchange:
                     process.stdin.write(found.sent[-1] + "\n")
                     process.stdin.flush()
                 found.got.append(canonical(process.stdout.readline()))
-                found.published.append(canonical(process.stdout.readline()))
-                count = len(found.received)
-                _until(lambda: len(found.received) > count or _extend(found, peer), kind)
+                answer = process.stdout.readline()
+                if not answer:  # it has ended
+                    break
+                found.published.append(canonical(answer))
+                found.received.extend(peer.take_some())
         rest, error = process.communicate()
     found.published.extend(map(canonical, rest.splitlines()))
     found.received.extend(peer.take())
     return Exchange(found.sent, found.got, found.published, found.received, error)
-
-
-def _extend(found: Exchange, peer: Peer) -> bool:
-    samples = peer.take()
-    found.received.extend(samples)
-    return bool(samples)
 
 
 if __name__ == "__main__":

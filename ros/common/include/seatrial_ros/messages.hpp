@@ -2,6 +2,11 @@
 // Between the odometer and messages. Templates, because ROS 1, ROS 2 and plain DDS have types of
 // their own whose members have the same names. Headers' stamps are the caller's: they differ.
 #pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
 #include "seatrial/odometer.hpp"
 
 namespace seatrial::ros {
