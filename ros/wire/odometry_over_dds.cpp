@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// The odometer on DDS with ROS 2's names, types and qualities of service, without ROS 2:
+//   odometry_over_dds script default|sensor-data   messages from lines of the standard input
+//   odometry_over_dds serve  default|sensor-data   messages from rt/pose and rt/joy
+// Publishes rt/odom, one message for each that comes in after the first pose, at its stamp. Prints
+// "ready" once others listen (and send), then each message: what it got, what it published. Ends at
+// the end of the standard input.
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fastdds/dds/core/condition/WaitSet.hpp>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include "messages.hpp"
+#include "onboard.hpp"
+#include "seatrial_ros/messages.hpp"
+#include "text.hpp"
+
+namespace {
+
+using namespace seatrial::wire;  // NOLINT(google-build-using-namespace)
+using builtin_interfaces::msg::Time;
+using geometry_msgs::msg::PoseStamped;
+using sensor_msgs::msg::Joy;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t kDomain = 0;                  // ROS_DOMAIN_ID
+constexpr auto kPatience = std::chrono::seconds(20);  // to find the others
+constexpr std::int64_t kSecond = 1000000000;          // [ns]
+
+std::int64_t nanoseconds(const Time& t) { return kSecond * t.sec + t.nanosec; }
+
+/// The odometer between messages.
+class Boat {
+ public:
+  explicit Boat(fastdds::DataWriter& odometry)
+      : odometry_(odometry), odometer_(std::make_unique<seatrial::Odometer>(onboard::model())) {}
+
+  void take(PoseStamped& message) {
+    show("pose", message);
+    double eta[seatrial::kSeen];
+    seatrial::ros::read(message.pose, eta);
+    odometer_->pose(nanoseconds(message.header.stamp), eta);
+    publish(message.header.stamp);
+  }
+
+  /// The first axes are the commands.
+  void take(Joy& message) {
+    show("joy", message);
+    const auto wanted = static_cast<std::size_t>(odometer_->model().chain.allocation.n_commands);
+    if (message.axes.size() < wanted) {
+      throw std::runtime_error("joy: got " + std::to_string(message.axes.size()) +
+                               " axes, expected " + std::to_string(wanted) +
+                               " or more: one for each command");
+    }
+    const std::vector<double> values(message.axes.begin(), message.axes.end());
+    odometer_->command(nanoseconds(message.header.stamp), values.data());
+    publish(message.header.stamp);
+  }
+
+ private:
+  template <class Message>
+  static void show(const char* what, Message& message) {
+    std::cout << what << text(message) << std::endl;
+  }
+
+  void publish(const Time& stamp) {
+    const seatrial::Odometry found = odometer_->at(nanoseconds(stamp));
+    if (!found.known) return;
+    nav_msgs::msg::Odometry message;
+    seatrial::ros::fill(found, seatrial::ros::Frames{}, message);
+    message.header.stamp = stamp;
+    show("odometry", message);
+    if (!odometry_.write(&message)) throw std::runtime_error("rt/odom: could not be written");
+  }
+
+  fastdds::DataWriter& odometry_;
+  std::unique_ptr<seatrial::Odometer> odometer_;  // too large for a stack
+};
+
+/// Waits for something. Throws where that takes too long.
+template <class True>
+void until(const std::string& what, True true_now) {
+  const auto end = Clock::now() + kPatience;
+  while (!true_now()) {
+    if (Clock::now() > end) {
+      throw std::runtime_error(what + " within " + std::to_string(kPatience.count()) + " s");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+void until_heard(fastdds::DataWriter& writer) {
+  const std::string topic = writer.get_topic()->get_name();
+  until(topic + ": nobody subscribed", [&writer, &topic] {
+    fastdds::OfferedIncompatibleQosStatus refused;
+    writer.get_offered_incompatible_qos_status(refused);
+    if (refused.total_count > 0) {
+      throw std::runtime_error(topic + ": a subscriber asks for more than is offered; publish as " +
+                               "'default', or subscribe as best effort");
+    }
+    fastdds::PublicationMatchedStatus matched;
+    writer.get_publication_matched_status(matched);
+    return matched.current_count > 0;
+  });
+}
+
+void until_sent(fastdds::DataReader& reader) {
+  until(reader.get_topicdescription()->get_name() + ": nobody publishes", [&reader] {
+    fastdds::SubscriptionMatchedStatus matched;
+    reader.get_subscription_matched_status(matched);
+    return matched.current_count > 0;
+  });
+}
+
+void ready() { std::cout << "ready" << std::endl; }
+
+void script(Boat& boat) {
+  for (std::string line; std::getline(std::cin, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "pose") {
+      auto message = parse<PoseStamped>(words);
+      boat.take(message);
+    } else if (kind == "joy") {
+      auto message = parse<Joy>(words);
+      boat.take(message);
+    } else {
+      throw std::runtime_error("got a line that begins with '" + kind + "', expected pose or joy");
+    }
+  }
+}
+
+/// Whether nobody can write to the standard input any more.
+bool input_ended() {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  char ignored = 0;
+  return poll(&input, 1, 0) > 0 && read(STDIN_FILENO, &ignored, 1) <= 0;
+}
+
+template <class Message>
+void take_all(fastdds::DataReader& reader, Boat& boat) {
+  Message message;
+  fastdds::SampleInfo info;
+  while (reader.take_next_sample(&message, &info) ==
+         eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    if (info.valid_data) boat.take(message);
+  }
+}
+
+void serve(Boat& boat, fastdds::DataReader& poses, fastdds::DataReader& commands) {
+  fastdds::WaitSet news;
+  for (fastdds::DataReader* reader : {&poses, &commands}) {
+    reader->get_statuscondition().set_enabled_statuses(fastdds::StatusMask::data_available());
+    news.attach_condition(reader->get_statuscondition());
+  }
+  while (!input_ended()) {
+    fastdds::ConditionSeq active;
+    news.wait(active, eprosima::fastrtps::Duration_t(0, 50000000));  // [ns]
+    take_all<PoseStamped>(poses, boat);
+    take_all<Joy>(commands, boat);
+  }
+}
+
+int run(const std::string& verb, const std::string& profile_name) {
+  const Profile profile = profile_name == "default" ? Profile::kDefault : Profile::kSensorData;
+  Participant participant(kDomain);
+  fastdds::DataWriter& odometry = participant.writer<nav_msgs::msg::Odometry>("rt/odom", profile);
+  Boat boat(odometry);
+  if (verb == "script") {
+    until_heard(odometry);
+    ready();
+    script(boat);
+    return 0;
+  }
+  fastdds::DataReader& poses = participant.reader<PoseStamped>("rt/pose", profile);
+  fastdds::DataReader& commands = participant.reader<Joy>("rt/joy", profile);
+  until_heard(odometry);
+  until_sent(poses);
+  until_sent(commands);
+  ready();
+  serve(boat, poses, commands);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string verb = argc == 3 ? argv[1] : "";
+  const std::string profile = argc == 3 ? argv[2] : "";
+  if ((verb != "script" && verb != "serve") || (profile != "default" && profile != "sensor-data")) {
+    std::cerr << "odometry_over_dds script|serve default|sensor-data" << std::endl;
+    return 2;
+  }
+  try {
+    return run(verb, profile);
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << std::endl;
+    return 1;
+  }
+}
