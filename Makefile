@@ -18,9 +18,9 @@ lint: $(VENV)/.built $(VENV)/.test
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
+	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 	cmake -S . -B build/tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
-	clang-tidy --quiet -p build/tidy $$(git ls-files 'core/tests/test_*.cpp')
+	clang-tidy --quiet -p build/tidy $$(git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp')
 
 # the site, site/index.html; a link that leads nowhere is an error
 docs: $(VENV)/.docs
@@ -29,7 +29,7 @@ docs: $(VENV)/.docs
 format: $(VENV)/.test
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
-	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' | grep -v third_party)
+	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 
 bench: $(VENV)/.built $(VENV)/.test $(VENV)/.bench
 	$(BIN)/python benchmarks/run.py

@@ -14,7 +14,7 @@ from scipy.stats import binom, chi2
 from test_docs import blocks
 
 import seatrial
-from seatrial.doubt import FLOOR, MEMORY, Doubt, believed_on_board
+from seatrial.doubt import believed_on_board, doubt
 from seatrial.errors import ModelError, PredictorError
 from seatrial.filter_noise import NOISE_START
 from seatrial.predictor import Health, Predictor, Taken
@@ -249,12 +249,12 @@ def test_the_noise_is_the_models_with_what_its_errors_do(known):
     )
     np.testing.assert_allclose(believed_on_board(hangs)[:2], [0.005, 0.01])
     exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
-    assert believed_on_board(exact).tolist() == FLOOR.tolist()
-    doubt = Doubt(known)
+    assert believed_on_board(exact).tolist() == [1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3]
+    own = doubt(known)
     doubted = believed_on_board(known)
-    np.testing.assert_allclose(doubted[2], np.sqrt(np.mean(doubt.walk[:2] ** 2)))
-    np.testing.assert_allclose(doubted[5], doubt.disturbance[2])
-    assert doubted[6] == pytest.approx(MEMORY)
+    np.testing.assert_allclose(doubted[2], np.sqrt(np.mean(own.walk[:2] ** 2)))
+    np.testing.assert_allclose(doubted[5], own.disturbance[2])
+    assert doubted[6] == pytest.approx(2.0)
 
 
 def test_the_doubt_about_one_coefficient_is_its_terms_size(known):
@@ -262,7 +262,7 @@ def test_the_doubt_about_one_coefficient_is_its_terms_size(known):
     k = known.structure.coefficients.index("X_u")
     covariance = np.zeros_like(known.covariance)
     covariance[k, k] = 0.01**2
-    surge, sway, yaw = Doubt(replace(known, covariance=covariance)).disturbance
+    surge, sway, yaw = doubt(replace(known, covariance=covariance)).disturbance
     low, high = known.envelope.speeds["u"]
     typical = np.sqrt((low**2 + low * high + high**2) / 3.0)  # uniform
     assert surge == pytest.approx(0.01 * typical, rel=0.1)
@@ -276,11 +276,11 @@ def test_an_error_of_the_latency_kicks_at_every_change(known):
     latency, lag = n + names.index("latency"), n + names.index("lag")
     covariance = np.zeros_like(known.covariance)
     covariance[latency, latency] = 0.002**2
-    moved = Doubt(replace(known, covariance=covariance)).walk
+    moved = doubt(replace(known, covariance=covariance)).walk
     assert moved[0] == pytest.approx(0.14 * np.sqrt(2.0 / 3.0) * 0.002, rel=0.3)
     covariance[lag, lag] = 0.002**2
     covariance[lag, latency] = covariance[latency, lag] = -(0.002**2)
-    np.testing.assert_allclose(Doubt(replace(known, covariance=covariance)).walk, 0.0, atol=1e-9)
+    np.testing.assert_allclose(doubt(replace(known, covariance=covariance)).walk, 0.0, atol=1e-9)
 
 
 def test_the_benchmark_prints_its_tables():

@@ -25,13 +25,18 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
   std::copy(from.data(), from.data() + std::ptrdiff_t{2} * n, &range[0][0]);
 }
 
+/// Noise (7,) in the order of the model file.
+MotionNoise make_noise(const Vector& row) {
+  require(row.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
+  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6)};
+}
+
 OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
                           const Vector& noise, bool earth_fixed, const Vector& current,
                           std::optional<double> timeout, const Matrix& speeds, const Matrix& forces,
                           const Vector& spread, double window) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
-  require(noise.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
   require(current.shape(0) == 2 && spread.shape(0) == kAxes, "current: 2, spread: 3");
   require(window > 0.0 && window <= 5.0, "window: more than 0 s, at most 5 s");
   OnboardModel m;
@@ -41,7 +46,7 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   m.boat.integrator = boat.integrator;
   m.boat.longest_step = boat.longest_step;
-  m.boat.noise = {noise(0), noise(1), noise(2), noise(3), noise(4), noise(5), noise(6)};
+  m.boat.noise = make_noise(noise);
   m.boat.frame = earth_fixed ? DisturbanceFrame::kEarth : DisturbanceFrame::kBody;
   std::copy(current.data(), current.data() + 2, m.boat.current);
   m.chain = chain;
