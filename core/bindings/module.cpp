@@ -376,11 +376,8 @@ NB_MODULE(_core, m) {
         "State `steps` samples after every start (m x 6), and its tangents.");
   bind_filter(m);
   bind_predictor(m);
-<<<<<<< HEAD
   bind_odometer(m);
-=======
   bind_doubt(m);
->>>>>>> reader
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,
