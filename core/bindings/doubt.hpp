@@ -33,7 +33,7 @@ std::pair<Out1, Out1> run_doubt(const Boat& boat, const Chain& chain, Vector q, 
     for (std::size_t j = 0; j < n; ++j) m.covariance[i][j] = covariance(i, j);
   }
   const Doubt found = doubt(m);
-  return {three(found.disturbance), three(found.walk)};
+  return {row(found.disturbance), row(found.walk)};
 }
 
 /// Noise (7,) in the order of MotionNoise.
