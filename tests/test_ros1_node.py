@@ -36,8 +36,7 @@ from benchmarks.predictor.drives import model
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
 )
-SECONDS = 24.0
-SETTLED = 4.0  # [s]
+SETTLED, OVER = 4.0, 24.0  # [s] of the drive, between which it is compared
 RECORDED = ("/odom", "/map_pose", "/tf", "/diagnostics", "/joy", "/slam/pose")
 
 
@@ -48,7 +47,7 @@ def trial():
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
     plan = msgspec.structs.replace(
         plan, seed=77, pose=msgspec.structs.replace(plan.pose, jumps=jumps),
-        trials={"S7": TrialEntry("courses", SECONDS)},
+        trials={"S7": TrialEntry("courses", OVER + 1.0)},
     )  # fmt: skip
     return next(iter(simulate(plan, seatrial.load_vehicle("mallard-mp"))))
 
@@ -112,6 +111,10 @@ def recorded(ros, played, known, tmp_path_factory):
     return out, going
 
 
+def compared(stamps):
+    return (stamps > EPOCH + SETTLED * 1e9) & (stamps < EPOCH + OVER * 1e9)
+
+
 def truth_at(trial, stamps):
     t = (stamps - EPOCH) * 1e-9
     return np.column_stack([np.interp(t, trial.truth_t, column) for column in trial.truth.T])
@@ -121,8 +124,8 @@ def test_velocity_is_near_the_truth_at_fifty_hertz(recorded, trial):
     got = odometry(recorded[0])
     steps = np.diff(got.stamp) * 1e-9
     assert np.median(steps) == pytest.approx(0.02, abs=0.004)
-    late = got.stamp - EPOCH > SETTLED * 1e9
-    assert late.sum() > 0.8 * 50.0 * (SECONDS - SETTLED)
+    late = compared(got.stamp)
+    assert late.sum() > 0.8 * 50.0 * (OVER - SETTLED)
     wrong = got.velocity[late] - truth_at(trial, got.stamp[late])[:, 3:]
     rms = np.sqrt(np.mean(wrong**2, axis=0))
     assert np.all(rms < [0.003, 0.003, 0.01]), rms
@@ -155,7 +158,7 @@ def test_the_pose_in_the_map_is_near_the_truth_and_seatrial_reads_it(recorded, t
     from seatrial.vehicle import vehicle_from
 
     again = seatrial.read(recorded[0], vehicle_from(content, "again"))
-    late = again.stamps - EPOCH > SETTLED * 1e9
+    late = compared(again.stamps)
     wrong = again.eta[late] - truth_at(trial, again.stamps[late])[:, :3]
     wrong[:, 2] = (wrong[:, 2] + np.pi) % (2 * np.pi) - np.pi
     assert np.abs(wrong[:, :2]).max() < 0.03
@@ -191,15 +194,12 @@ def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
         int(row[0]): [float.fromhex(x) for x in row[1:13]] for row in rows if row[1] != "unknown"
     }
     got = odometry(recorded[0])
-    late = [
-        i
-        for i, stamp in enumerate(got.stamp.tolist())
-        if stamp in by_stamp and stamp - EPOCH > SETTLED * 1e9
-    ]
+    late = [i for i in np.flatnonzero(compared(got.stamp)) if got.stamp[i] in by_stamp]
     assert len(late) > 500
     off = got.velocity[late] - [by_stamp[got.stamp[i]][3:6] for i in late]
-    # where a message came to the recorder on the other side of a tick they differ a little
-    assert np.mean(np.abs(off).max(axis=1) < 1e-9) > 0.5
+    # the same but for the headings' last digits; what was read once more begins with the last
+    # inputs only, and a message may have come to the recorder on the other side of a tick
+    assert np.mean(np.abs(off).max(axis=1) < 1e-5) > 0.9
     assert np.sqrt(np.mean(off**2, axis=0)).max() < 2e-3
 
 
@@ -223,10 +223,10 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), "parameter model is empty"),
-        (("_model:=nowhere.yaml",), "nowhere.yaml"),
-        (("_model:={model}", "_rate:=900"), "rate is 900"),
-        (("_model:={model}", "_window:=text"), "window is of another type"),
+        (("__name:=a",), "parameter model is empty"),
+        (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
+        (("__name:=c", "_model:={model}", "_rate:=900"), "rate is 900"),
+        (("__name:=d", "_model:={model}", "_window:=text"), "window is of another type"),
     ],
 )
 def test_a_mistake_is_one_line(ros, known, arguments, words):
@@ -240,8 +240,9 @@ def test_a_mistake_is_one_line(ros, known, arguments, words):
 
 def test_a_topic_of_another_type_is_said(ros, known):
     ros.run("rosparam", "set", "use_sim_time", "false")
-    node = ros.start(str(NODE), f"_model:={known}", "_command_topic:=/words")
-    ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/words"), "node")
+    # a name of its own, as the master keeps a node's parameters
+    node = ros.start(str(NODE), "__name:=of_words", f"_model:={known}", "_command_topic:=/words")
+    ros.until(lambda: "/of_words" in ros.subscribers("/words"), "node")
     other = ros.start("rostopic", "pub", "-r", "10", "/words", "std_msgs/String", "data: hello")
     ros.until(lambda: "std_msgs/String; expected one of" in node.said.read_text(), "complaint")
     for process in (other, node):
