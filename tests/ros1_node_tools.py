@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from conftest import ROOT
 from rosbags.highlevel import AnyReader
 
+ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "ros1"
 CMAKE = Path(sys.executable).parent / "cmake"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")

@@ -29,9 +29,7 @@ def doubt(model: Model) -> Doubt:
     if not set(SYMBOLS) <= set(speeds):
         return Doubt(np.zeros(3), np.zeros(3))
     ranges = np.array([speeds[name] for name in SYMBOLS])
-    found = _core.doubt(
-        model.boat, model.vehicle.chain, model.constants, ranges, model.covariance
-    )
+    found = _core.doubt(model.boat, model.vehicle.chain, model.constants, ranges, model.covariance)
     return Doubt(*found)
 
 

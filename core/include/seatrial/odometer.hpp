@@ -70,8 +70,9 @@ class BasicOdometer {
     if (rises && usable(stamp)) remember(stamp, out.motion);
     out.known = known_;
     std::copy(way_.pose(), way_.pose() + kSeen, out.pose);
-    std::copy(&way_.covariance()[0][0], &way_.covariance()[0][0] + kSeen * kSeen,
-              &out.covariance[0][0]);
+    for (int i = 0; i < kSeen; ++i) {
+      std::copy(way_.covariance()[i], way_.covariance()[i] + kSeen, out.covariance[i]);
+    }
     double back[kSeen];
     inverse(out.pose, back);
     compose(out.motion.pose, back, out.map_to_odom);

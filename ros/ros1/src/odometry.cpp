@@ -196,11 +196,13 @@ class Shell {
     message.header.stamp = now;
     sr::fill(found, {s.odom_frame, s.base_frame}, message);
     odometry_.publish(message);
-    geometry_msgs::PoseWithCovarianceStamped pose;
-    pose.header.stamp = now;
-    pose.header.frame_id = node_.map_frame();
-    sr::fill_map_pose(found, pose.pose);
-    map_pose_.publish(pose);
+    if (map_pose_.getNumSubscribers() > 0) {
+      geometry_msgs::PoseWithCovarianceStamped pose;
+      pose.header.stamp = now;
+      pose.header.frame_id = node_.map_frame();
+      sr::fill_map_pose(found, pose.pose);
+      map_pose_.publish(pose);
+    }
     if (s.publish_tf) send(now, s.odom_frame, s.base_frame, found.pose);
     if (s.publish_map_to_odom && !node_.map_frame().empty()) {
       send(now, node_.map_frame(), s.odom_frame, found.map_to_odom);

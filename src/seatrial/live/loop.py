@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The loop: lines as they come, odometry at a fixed rate.
 
-By the data's clock a line of odometry is due when an input is later than it, and made of the inputs
-before: the same input gives the same output, from a file as on the boat. By the system's clock it is due when it is time.
+By the data's clock a line of odometry is due when an input is later than it, and is made of the inputs
+before: the same input gives the same output, from a file as on the boat. By the system's clock it is
+due when it is time.
 """
 
 import math
