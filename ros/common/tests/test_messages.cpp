@@ -167,9 +167,9 @@ TEST_CASE_TEMPLATE("x, y and yaw of a covariance; all zero is none", Covariance,
   Covariance c = {};
   double planar[kSeen * kSeen];
   c[14] = 3.0;  // of z
-  CHECK_FALSE(ros::planar_covariance(c, planar));
+  CHECK_FALSE(ros::read_covariance(c, planar));
   for (int i = 0; i < 36; ++i) c[i] = i;
-  CHECK(ros::planar_covariance(c, planar));
+  CHECK(ros::read_covariance(c, planar));
   const double want[kSeen * kSeen] = {0, 1, 5, 6, 7, 11, 30, 31, 35};
   for (int i = 0; i < kSeen * kSeen; ++i) CHECK(planar[i] == want[i]);
 }
@@ -179,7 +179,7 @@ TEST_CASE("what is filled in is read back") {
   double eta[kSeen];
   double planar[kSeen * kSeen];
   ros::read(m.pose.pose, eta);
-  CHECK(ros::planar_covariance(m.pose.covariance, planar));
+  CHECK(ros::read_covariance(m.pose.covariance, planar));
   for (int i = 0; i < kSeen; ++i) {
     CHECK(eta[i] == doctest::Approx(example().pose[i]));
     for (int j = 0; j < kSeen; ++j) CHECK(planar[kSeen * i + j] == example().covariance[i][j]);

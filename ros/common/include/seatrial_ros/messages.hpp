@@ -66,7 +66,7 @@ void read(const Pose& pose, double eta[kSeen]) {
 /// A 6 x 6 covariance to that of x, y and yaw, row by row. False where it is all zero, which in
 /// messages means that it is not known.
 template <class Covariance>
-bool planar_covariance(const Covariance& covariance, double planar[kSeen * kSeen]) {
+bool read_covariance(const Covariance& covariance, double planar[kSeen * kSeen]) {
   bool known = false;
   for (int i = 0; i < kSeen; ++i) {
     for (int j = 0; j < kSeen; ++j) {
