@@ -228,7 +228,7 @@ def test_a_subscriber_of_sensor_data_hears_a_default_publisher(talk, scripted):
 def test_a_default_subscriber_is_told_that_it_asks_a_best_effort_publisher_for_too_much(talk):
     found = talk("script", "sensor-data", drive(), "default")
     assert found.error == (
-        "rt/odom: a subscriber asks for more than is offered; publish as 'default', "
+        "rt/odom: a subscriber asks for reliable, offered is best effort; publish as 'default', "
         "or subscribe as best effort\n"
     )
     assert found.received == found.published == []

@@ -122,8 +122,12 @@ void until_heard(fastdds::DataWriter& writer) {
     fastdds::OfferedIncompatibleQosStatus refused;
     writer.get_offered_incompatible_qos_status(refused);
     if (refused.total_count > 0) {
-      throw std::runtime_error(topic + ": a subscriber asks for more than is offered; publish as " +
-                               "'default', or subscribe as best effort");
+      const bool reliable = refused.last_policy_id == fastdds::RELIABILITY_QOS_POLICY_ID;
+      throw std::runtime_error(
+          topic + (reliable ? ": a subscriber asks for reliable, offered is best effort; publish "
+                              "as 'default', or subscribe as best effort"
+                            : ": a subscriber asks for more than is offered in DDS's policy " +
+                                  std::to_string(refused.last_policy_id)));
     }
     fastdds::PublicationMatchedStatus matched;
     writer.get_publication_matched_status(matched);
