@@ -19,7 +19,7 @@ from xmlrpc.client import Fault, ServerProxy
 BIN = Path("/usr/bin")
 PYTHON = Path("/usr/lib/python3/dist-packages")
 PARTS = (  # of .ci/run's packages
-    BIN / "roscore", BIN / "roslaunch", Path("/usr/lib/rosout/rosout"), Path("/usr/lib/rosbag/record"),
+    BIN / "roscore", BIN / "roslaunch", BIN / "rosservice", Path("/usr/lib/rosout/rosout"), Path("/usr/lib/rosbag/record"),
     *(PYTHON / name for name in ("rospy", "rosbag", "nav_msgs", "sensor_msgs", "tf2_msgs")),
 )  # fmt: skip
 CALLER = "/seatrial_test"

@@ -58,6 +58,10 @@ enum class Taken : std::uint8_t {
   kNoRoom      // more within the window than there is room for
 };
 
+/// In words, in the same order.
+inline constexpr const char* kTakenWords[] = {"used",  "not a number", "stale",
+                                              "ahead", "twice",        "no room"};
+
 /// Ranges that the model was identified in.
 struct Envelope {
   double speed[kAxes][2];                 // [m/s, m/s, rad/s] least, most

@@ -87,6 +87,16 @@ void fill(const double eta[kSeen], Transform& out) {
   set_heading(eta[2], out.rotation);
 }
 
+/// geometry_msgs/PoseWithCovariance: the pose in map.
+template <class Message>
+void fill_map_pose(const Odometry& found, Message& out) {
+  out.pose.position.x = found.motion.pose[0];
+  out.pose.position.y = found.motion.pose[1];
+  out.pose.position.z = 0.0;
+  set_heading(found.motion.pose[2], out.pose.orientation);
+  detail::spread(found.motion.covariance, out.covariance);
+}
+
 /// nav_msgs/Odometry but for the header's stamp: pose in frames.odom, twist in frames.base_link.
 template <class Message>
 void fill(const Odometry& found, const Frames& frames, Message& out) {

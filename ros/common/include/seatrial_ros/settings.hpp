@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The node's parameters: names, ranges and descriptions once, for ROS 1 and ROS 2 alike.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace seatrial::ros {
+
+struct Settings {
+  std::string model;
+  std::string pose_topic;
+  std::string command_topic;
+  std::string odom_frame = "odom";
+  std::string base_frame = "base_link";
+  std::string map_frame;
+  double rate = 50.0;
+  bool publish_tf = true;
+  bool publish_map_to_odom = false;
+  bool pose_covariance = false;
+  bool body_fixed_disturbance = false;
+  double current_x = 0.0;
+  double current_y = 0.0;
+  double window = 0.5;
+};
+
+/// What a parameter is; low < high: its range.
+struct Parameter {
+  const char* name;
+  const char* description;
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Calls visit(Parameter, value) for each; values are std::string, double or bool.
+template <class Given, class Visit>
+void each_parameter(Given& s, Visit&& visit) {
+  visit(Parameter{"model", "path of model.yaml, as `seatrial identify` writes it"}, s.model);
+  visit(Parameter{"pose_topic",
+                  "PoseStamped, PoseWithCovarianceStamped or Odometry; empty: the vehicle's"},
+        s.pose_topic);
+  visit(Parameter{"command_topic",
+                  "Joy, Wrench, Twist (each also stamped), JointState or an array of numbers, read "
+                  "as the vehicle says; empty: the vehicle's"},
+        s.command_topic);
+  visit(Parameter{"odom_frame", "frame that drifts and never jumps"}, s.odom_frame);
+  visit(Parameter{"base_frame", "frame of the boat, at the vehicle's origin"}, s.base_frame);
+  visit(Parameter{"map_frame", "frame of the poses; empty: as their messages say"}, s.map_frame);
+  visit(Parameter{"rate", "of the odometry [Hz]; 0: after every command", 0.0, 200.0}, s.rate);
+  visit(Parameter{"publish_tf", "odom_frame to base_frame"}, s.publish_tf);
+  visit(Parameter{"publish_map_to_odom",
+                  "map_frame to odom_frame; only where nobody else does, SLAM mostly does"},
+        s.publish_map_to_odom);
+  visit(Parameter{"pose_covariance",
+                  "take the covariance of pose messages instead of the model's pose noise"},
+        s.pose_covariance);
+  visit(Parameter{"body_fixed_disturbance",
+                  "what the model leaves out turns with the boat (trim), instead of staying "
+                  "earth-fixed (wind, current)"},
+        s.body_fixed_disturbance);
+  visit(Parameter{"current_x", "known current of the water along the map's x [m/s]", -5.0, 5.0},
+        s.current_x);
+  visit(Parameter{"current_y", "known current of the water along the map's y [m/s]", -5.0, 5.0},
+        s.current_y);
+  visit(Parameter{"window", "how late a pose may be [s]", 0.05, 5.0}, s.window);
+}
+
+/// Throws std::runtime_error with one line where a value can't be used.
+inline void check(const Settings& settings) {
+  struct {
+    void operator()(const Parameter&, const std::string&) const {}
+    void operator()(const Parameter&, bool) const {}
+    void operator()(const Parameter& p, double value) const {
+      if (value >= p.low && value <= p.high) return;
+      throw std::runtime_error(std::string(p.name) + " is " + std::to_string(value) +
+                               "; expected " + std::to_string(p.low) + " to " +
+                               std::to_string(p.high) + ": " + p.description);
+    }
+  } in_range;
+  each_parameter(settings, in_range);
+  if (settings.model.empty()) {
+    throw std::runtime_error(
+        "parameter model is empty; expected the path of a model.yaml (seatrial identify writes "
+        "it)");
+  }
+}
+
+}  // namespace seatrial::ros

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// The node without ROS, driven by a script of events; what it would publish, in hexadecimal digits.
+//
+//   script NAME=VALUE... < EVENTS
+//
+// Names are the node's parameters. A line of events, stamps in nanoseconds ("-": a header has
+// none):
+//   ARRIVAL pose STAMP FRAME X Y PSI
+//   ARRIVAL numbers TYPE TOPIC STAMP V V V | V V     groups as in seatrial_ros/fields.hpp
+//   ARRIVAL tick
+//   ARRIVAL reload
+// Each tick answers: stamp, then in odom x y psi, u v r, in map x y psi, odom in map x y psi,
+// health; or "stamp unknown". At the end the diagnosis.
+#include <cinttypes>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <sstream>
+
+#include "seatrial_ros/node.hpp"
+
+namespace {
+
+namespace sr = seatrial::ros;
+
+sr::Settings settings_of(int argc, char** argv) {
+  std::map<std::string, std::string> given;
+  for (int i = 1; i < argc; ++i) {
+    const std::string pair = argv[i];
+    const std::size_t at = pair.find('=');
+    if (at == std::string::npos) throw std::runtime_error(pair + ": expected NAME=VALUE");
+    given[pair.substr(0, at)] = pair.substr(at + 1);
+  }
+  struct {
+    std::map<std::string, std::string>* given;
+    bool take(const sr::Parameter& p, std::string& text) const {
+      const auto found = given->find(p.name);
+      if (found == given->end()) return false;
+      text = found->second;
+      given->erase(found);
+      return true;
+    }
+    void operator()(const sr::Parameter& p, std::string& value) const { take(p, value); }
+    void operator()(const sr::Parameter& p, double& value) const {
+      std::string text;
+      if (take(p, text)) value = std::stod(text);
+    }
+    void operator()(const sr::Parameter& p, bool& value) const {
+      std::string text;
+      if (take(p, text)) value = text == "true";
+    }
+  } read{&given};
+  sr::Settings settings;
+  sr::each_parameter(settings, read);
+  if (!given.empty()) throw std::runtime_error("no parameter " + given.begin()->first);
+  return settings;
+}
+
+std::int64_t stamp_of(const std::string& text) { return text == "-" ? 0 : std::stoll(text); }
+
+sr::Numbers numbers_of(std::istringstream& words) {
+  sr::Numbers numbers(1);
+  for (std::string word; words >> word;) {
+    if (word == "|") {
+      numbers.emplace_back();
+    } else {
+      numbers.back().push_back(std::strtod(word.c_str(), nullptr));
+    }
+  }
+  return numbers;
+}
+
+void show(const seatrial::Odometry& o) {
+  std::printf("%" PRId64, o.stamp);
+  if (!o.known) {
+    std::printf(" unknown\n");
+    return;
+  }
+  for (const double* row : {o.pose, o.motion.velocity, o.motion.pose, o.map_to_odom}) {
+    for (int i = 0; i < seatrial::kSeen; ++i) std::printf(" %a", row[i]);
+  }
+  std::printf(" %u\n", static_cast<unsigned>(o.motion.health));
+}
+
+void follow(sr::Node& node, const std::string& line) {
+  std::istringstream words(line);
+  std::int64_t arrival = 0;
+  std::string what;
+  std::string stamp;
+  words >> arrival >> what;
+  if (what == "tick") {
+    show(node.tick(arrival));
+  } else if (what == "reload") {
+    const std::string wrong = node.reload();
+    std::printf("reload %s\n", wrong.empty() ? "done" : wrong.c_str());
+  } else if (what == "pose") {
+    sr::PoseMessage in;
+    in.arrival = arrival;
+    words >> stamp >> in.frame >> in.eta[0] >> in.eta[1] >> in.eta[2];
+    in.stamp = stamp_of(stamp);
+    node.pose(in);
+  } else if (what == "numbers") {
+    sr::NumbersMessage in;
+    in.arrival = arrival;
+    std::string type;
+    words >> type >> in.topic >> stamp;
+    in.stamp = stamp_of(stamp);
+    in.numbers = numbers_of(words);
+    node.set_type(in.topic, type);
+    node.numbers(in);
+  } else {
+    throw std::runtime_error("no such event: " + line);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    sr::Node node(settings_of(argc, argv));
+    for (std::string line; std::getline(std::cin, line);) {
+      if (!line.empty()) follow(node, line);
+    }
+    const sr::Diagnosis d = node.diagnose();
+    std::printf("diagnosis %d %s\n", static_cast<int>(d.level), d.message.c_str());
+    for (const auto& [key, value] : d.values) {
+      std::printf("  %s: %s\n", key.c_str(), value.c_str());
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+// The odometry node for ROS 1: subscriptions, publishers and clocks. What is done with the messages
+// is in seatrial_ros/node.hpp.
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TwistStamped.h>
+#include <geometry_msgs/WrenchStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/Joy.h>
+#include <std_msgs/Float32.h>
+#include <std_msgs/Float32MultiArray.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/Float64MultiArray.h>
+#include <std_srvs/Trigger.h>
+#include <tf2_ros/transform_broadcaster.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <csignal>
+#include <cstdio>
+#include <map>
+
+#include "seatrial_ros/messages.hpp"
+#include "seatrial_ros/node.hpp"
+
+namespace {
+
+namespace sr = seatrial::ros;
+using topic_tools::ShapeShifter;
+
+volatile std::sig_atomic_t reload_asked = 0;
+
+void ask_reload(int) { reload_asked = 1; }
+
+std::int64_t nanoseconds(const ros::Time& t) { return static_cast<std::int64_t>(t.toNSec()); }
+
+/// The parameters of the private namespace.
+sr::Settings read_settings(const ros::NodeHandle& own) {
+  sr::Settings settings;
+  sr::each_parameter(settings, [&own](const sr::Parameter& p, auto& value) {
+    if (own.hasParam(p.name) && !own.getParam(p.name, value)) {
+      throw std::runtime_error("parameter " + std::string(p.name) +
+                               " is of another type; expected: " + p.description);
+    }
+  });
+  return settings;
+}
+
+class Shell {
+ public:
+  Shell()
+      : node_(read_settings(own_)),
+        odometry_(public_.advertise<nav_msgs::Odometry>("odom", 10)),
+        map_pose_(public_.advertise<geometry_msgs::PoseWithCovarianceStamped>("map_pose", 10)),
+        diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)),
+        reload_(own_.advertiseService("reload", &Shell::on_reload, this)) {
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    subscribers_.push_back(
+        public_.subscribe(node_.pose_topic(), kQueue, &Shell::on_pose, this, hints));
+    for (const std::string& topic : node_.number_topics()) {
+      const boost::function<void(const ros::MessageEvent<ShapeShifter const>&)> take =
+          [this, topic](const ros::MessageEvent<ShapeShifter const>& event) {
+            on_numbers(topic, *event.getConstMessage());
+          };
+      subscribers_.push_back(
+          public_.subscribe<ShapeShifter>(topic, kQueue, take, ros::VoidConstPtr(), hints));
+    }
+    const double rate = node_.settings().rate;
+    if (rate > 0.0) {
+      timers_.push_back(public_.createTimer(ros::Duration(1.0 / rate),
+                                            [this](const ros::TimerEvent&) { publish(); }));
+    }
+    slow_ = public_.createWallTimer(ros::WallDuration(1.0),
+                                    [this](const ros::WallTimerEvent&) { diagnose(); });
+    quick_ = public_.createWallTimer(ros::WallDuration(0.1), [this](const ros::WallTimerEvent&) {
+      if (reload_asked == 0) return;
+      reload_asked = 0;
+      reload();
+    });
+  }
+
+ private:
+  static constexpr std::uint32_t kQueue = 100;
+
+  void on_pose(const ros::MessageEvent<ShapeShifter const>& event) {
+    const ShapeShifter& any = *event.getConstMessage();
+    const std::string& type = any.getDataType();
+    sr::PoseMessage in;
+    in.arrival = nanoseconds(ros::Time::now());
+    if (type == "geometry_msgs/PoseStamped") {
+      const auto m = any.instantiate<geometry_msgs::PoseStamped>();
+      take_pose(m->header, m->pose, in);
+    } else if (type == "geometry_msgs/PoseWithCovarianceStamped") {
+      const auto m = any.instantiate<geometry_msgs::PoseWithCovarianceStamped>();
+      in.has_covariance = sr::read_covariance(m->pose.covariance, in.covariance);
+      take_pose(m->header, m->pose.pose, in);
+    } else if (type == "nav_msgs/Odometry") {
+      const auto m = any.instantiate<nav_msgs::Odometry>();
+      in.has_covariance = sr::read_covariance(m->pose.covariance, in.covariance);
+      in.child = m->child_frame_id;
+      take_pose(m->header, m->pose.pose, in);
+    } else {
+      ROS_ERROR_THROTTLE(10.0,
+                         "%s is %s; expected geometry_msgs/PoseStamped, "
+                         "PoseWithCovarianceStamped or nav_msgs/Odometry",
+                         node_.pose_topic().c_str(), type.c_str());
+    }
+  }
+
+  template <class Header, class Pose>
+  void take_pose(const Header& header, const Pose& pose, sr::PoseMessage& in) {
+    in.stamp = nanoseconds(header.stamp);
+    in.frame = header.frame_id;
+    sr::read(pose, in.eta);
+    node_.pose(in);
+  }
+
+  void on_numbers(const std::string& topic, const ShapeShifter& any) {
+    const std::string& type = any.getDataType();
+    if (types_[topic] != type) {
+      types_[topic] = type;
+      refused_[topic].clear();
+      try {
+        node_.set_type(topic, type);
+      } catch (const std::runtime_error& error) {
+        refused_[topic] = error.what();
+      }
+    }
+    if (!refused_[topic].empty()) {
+      ROS_ERROR_THROTTLE(10.0, "%s", refused_[topic].c_str());
+      return;
+    }
+    sr::NumbersMessage in;
+    in.topic = topic;
+    in.arrival = nanoseconds(ros::Time::now());
+    fill(type, any, in);
+    node_.numbers(in);
+    if (node_.settings().rate == 0.0) publish();
+  }
+
+  static void fill(const std::string& type, const ShapeShifter& any, sr::NumbersMessage& in) {
+    const auto stamped = [&in](const auto& m) { in.stamp = nanoseconds(m.header.stamp); };
+    switch (sr::shape_of(type)->kind) {
+      case sr::Kind::kJoy: {
+        const auto m = any.instantiate<sensor_msgs::Joy>();
+        stamped(*m);
+        in.numbers = sr::joy_numbers(*m);
+        break;
+      }
+      case sr::Kind::kWrench:
+        in.numbers = sr::wrench_numbers(*any.instantiate<geometry_msgs::Wrench>());
+        break;
+      case sr::Kind::kWrenchStamped: {
+        const auto m = any.instantiate<geometry_msgs::WrenchStamped>();
+        stamped(*m);
+        in.numbers = sr::wrench_numbers(m->wrench);
+        break;
+      }
+      case sr::Kind::kTwist:
+        in.numbers = sr::twist_numbers(*any.instantiate<geometry_msgs::Twist>());
+        break;
+      case sr::Kind::kTwistStamped: {
+        const auto m = any.instantiate<geometry_msgs::TwistStamped>();
+        stamped(*m);
+        in.numbers = sr::twist_numbers(m->twist);
+        break;
+      }
+      case sr::Kind::kJointState: {
+        const auto m = any.instantiate<sensor_msgs::JointState>();
+        stamped(*m);
+        in.numbers = sr::joint_numbers(*m);
+        break;
+      }
+      case sr::Kind::kArray:
+        in.numbers = type == "std_msgs/Float64MultiArray"
+                         ? sr::array_numbers(*any.instantiate<std_msgs::Float64MultiArray>())
+                         : sr::array_numbers(*any.instantiate<std_msgs::Float32MultiArray>());
+        break;
+      case sr::Kind::kNumber:
+        in.numbers = type == "std_msgs/Float64"
+                         ? sr::single_number(*any.instantiate<std_msgs::Float64>())
+                         : sr::single_number(*any.instantiate<std_msgs::Float32>());
+        break;
+    }
+  }
+
+  void publish() {
+    const ros::Time now = ros::Time::now();
+    if (now.isZero()) return;  // simulated time that has not begun
+    const seatrial::Odometry found = node_.tick(nanoseconds(now));
+    if (!found.known) return;
+    const sr::Settings& s = node_.settings();
+    nav_msgs::Odometry message;
+    message.header.stamp = now;
+    sr::fill(found, {s.odom_frame, s.base_frame}, message);
+    odometry_.publish(message);
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.header.stamp = now;
+    pose.header.frame_id = node_.map_frame();
+    sr::fill_map_pose(found, pose.pose);
+    map_pose_.publish(pose);
+    if (s.publish_tf) send(now, s.odom_frame, s.base_frame, found.pose);
+    if (s.publish_map_to_odom && !node_.map_frame().empty()) {
+      send(now, node_.map_frame(), s.odom_frame, found.map_to_odom);
+    }
+  }
+
+  void send(const ros::Time& now, const std::string& parent, const std::string& child,
+            const double* pose) {
+    geometry_msgs::TransformStamped message;
+    message.header.stamp = now;
+    message.header.frame_id = parent;
+    message.child_frame_id = child;
+    sr::fill(pose, message.transform);
+    broadcaster_.sendTransform(message);
+  }
+
+  void diagnose() {
+    const sr::Diagnosis found = node_.diagnose();
+    diagnostic_msgs::DiagnosticStatus status;
+    status.name = ros::this_node::getName() + ": odometry";
+    status.hardware_id = "seatrial";
+    status.level = found.level;
+    status.message = found.message;
+    for (const auto& [key, value] : found.values) {
+      diagnostic_msgs::KeyValue pair;
+      pair.key = key;
+      pair.value = value;
+      status.values.push_back(pair);
+    }
+    diagnostic_msgs::DiagnosticArray message;
+    message.header.stamp = ros::Time::now();
+    message.status.push_back(status);
+    diagnostics_.publish(message);
+  }
+
+  std::string reload() {
+    const std::string wrong = node_.reload();
+    const std::string& path = node_.settings().model;
+    if (wrong.empty()) {
+      ROS_INFO("%s: read once more", path.c_str());
+    } else {
+      ROS_ERROR("%s; the model of before goes on", wrong.c_str());
+    }
+    return wrong;
+  }
+
+  bool on_reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    response.message = reload();
+    response.success = response.message.empty();
+    return true;
+  }
+
+  ros::NodeHandle public_;
+  ros::NodeHandle own_{"~"};
+  sr::Node node_;
+  ros::Publisher odometry_;
+  ros::Publisher map_pose_;
+  ros::Publisher diagnostics_;
+  ros::ServiceServer reload_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::Timer> timers_;
+  ros::WallTimer slow_;
+  ros::WallTimer quick_;
+  std::map<std::string, std::string> types_;
+  std::map<std::string, std::string> refused_;  // why a topic's messages can't be used
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "seatrial_odometry");
+  std::signal(SIGHUP, ask_reload);
+  try {
+    Shell shell;
+    ros::spin();
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "seatrial_odometry: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

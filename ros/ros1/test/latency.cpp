@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Plays boat and SLAM for the odometry node, and measures how long it takes from a command to the
+// odometry that it brings about. Commands at 100 Hz, poses at 15 Hz; node with rate 0.
+//
+//   latency _seconds:=30        prints: commands answers p50 p99 worst [ms]
+#include <geometry_msgs/PoseStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Joy.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+namespace {
+
+constexpr double kCommandPeriod = 0.01;  // [s]
+constexpr int kAxes = 6;                 // of the joypad
+
+double at(const std::vector<double>& sorted, double share) {
+  return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "latency");
+  ros::NodeHandle node;
+  const double seconds = ros::NodeHandle("~").param("seconds", 30.0);
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  ros::Publisher joypad = node.advertise<sensor_msgs::Joy>("joy", 10);
+  ros::Publisher slam = node.advertise<geometry_msgs::PoseStamped>("slam/pose", 10);
+  ros::WallTime sent;
+  std::vector<double> took;
+  const boost::function<void(const nav_msgs::Odometry::ConstPtr&)> heard =
+      [&sent, &took](const nav_msgs::Odometry::ConstPtr&) {
+        took.push_back((ros::WallTime::now() - sent).toSec());
+      };
+  const ros::Subscriber odometry =
+      node.subscribe<nav_msgs::Odometry>("odom", 10, heard, ros::VoidConstPtr(), hints);
+  while (ros::ok() && (joypad.getNumSubscribers() == 0 || slam.getNumSubscribers() == 0 ||
+                       odometry.getNumPublishers() == 0)) {
+    ros::WallDuration(0.05).sleep();
+  }
+  const ros::WallTime begin = ros::WallTime::now();
+  int commands = 0;
+  int poses = 0;
+  while (ros::ok()) {
+    const double t = (ros::WallTime::now() - begin).toSec();
+    if (t > seconds) break;
+    if (t >= poses / 15.0) {
+      geometry_msgs::PoseStamped pose;
+      pose.header.stamp = ros::Time::now();
+      pose.header.frame_id = "map";
+      pose.pose.orientation.w = 1.0;
+      slam.publish(pose);
+      ++poses;
+    }
+    sensor_msgs::Joy joy;
+    joy.header.stamp = ros::Time::now();
+    joy.axes.assign(kAxes, 0.0F);
+    joy.axes[1] = commands % 200 < 100 ? 0.3F : -0.3F;
+    sent = ros::WallTime::now();
+    joypad.publish(joy);
+    ++commands;
+    const ros::WallTime next = begin + ros::WallDuration(kCommandPeriod * commands);
+    while (ros::ok() && ros::WallTime::now() < next) {
+      ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.001));
+    }
+  }
+  if (took.empty()) {
+    std::fprintf(stderr, "latency: no odometry came\n");
+    return 1;
+  }
+  std::sort(took.begin(), took.end());
+  std::printf("%d %zu %.3f %.3f %.3f\n", commands, took.size(), at(took, 0.5), at(took, 0.99),
+              1e3 * took.back());
+  return 0;
+}

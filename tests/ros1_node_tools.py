@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""The odometry node for ROS 1, built from `ros/ros1`; what it published, out of a bag."""
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from conftest import ROOT
+from rosbags.highlevel import AnyReader
+
+BUILD = ROOT / "build" / "ros1"
+CMAKE = Path(sys.executable).parent / "cmake"
+CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
+SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
+NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
+LATENCY = NODE.parent / "latency"
+
+
+def build() -> Path:
+    """Node and what it is timed with; the folder of both."""
+    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
+    cmake = str(CMAKE if CMAKE.exists() else shutil.which("cmake"))
+    for command in (
+        [cmake, "-S", str(ROOT / "ros" / "ros1"), "-B", str(BUILD), "-DSEATRIAL_TESTING=ON",
+         f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}"],
+        [cmake, "--build", str(BUILD), "--parallel", "2"],
+    ):  # fmt: skip
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return NODE.parent
+
+
+@dataclass(frozen=True)
+class Published:
+    """Odometry out of a bag, by its stamps, and where it was when."""
+
+    arrival: np.ndarray  # (n,) [ns]
+    stamp: np.ndarray  # (n,) [ns]
+    pose: np.ndarray  # (n, 3) in odom
+    velocity: np.ndarray  # (n, 3)
+    spread: np.ndarray  # (n, 36) the twist's covariance
+
+
+def stamp_of(header: object) -> int:
+    """[ns]"""
+    return header.stamp.sec * 10**9 + header.stamp.nanosec  # type: ignore[attr-defined]
+
+
+def heading(q: object) -> float:
+    """Of a turn about z."""
+    return 2.0 * float(np.arctan2(q.z, q.w))  # type: ignore[attr-defined]
+
+
+def messages(bag: Path, topic: str) -> list[tuple[int, object]]:
+    """Arrival [ns] and message, in the order of arrival."""
+    with AnyReader([bag]) as reader:
+        links = [c for c in reader.connections if c.topic == topic]
+        return [
+            (arrival, reader.deserialize(raw, link.msgtype))
+            for link, arrival, raw in reader.messages(connections=links)
+        ]
+
+
+def odometry(bag: Path) -> Published:
+    """The topic /odom."""
+    rows = []
+    for arrival, m in messages(bag, "/odom"):
+        p, v = m.pose.pose, m.twist.twist
+        rows.append(
+            (arrival, stamp_of(m.header), (p.position.x, p.position.y, heading(p.orientation)),
+             (v.linear.x, v.linear.y, v.angular.z), m.twist.covariance)
+        )  # fmt: skip
+    arrival, stamp, pose, velocity, spread = zip(*rows, strict=True)
+    return Published(*map(np.array, (arrival, stamp, pose, velocity, spread)))
+
+
+def script(bag: Path) -> list[str]:
+    """A bag as events for `ros/common/tests/script.cpp`: its inputs, and a tick at every odometry.
+
+    In the order of arrival at the recorder, which is nearly that at the node.
+    """
+    events = []
+    for arrival, m in messages(bag, "/slam/pose"):
+        p = m.pose
+        numbers = f"{p.position.x!r} {p.position.y!r} {heading(p.orientation)!r}"
+        events.append(
+            (arrival, f"{arrival} pose {stamp_of(m.header)} {m.header.frame_id} {numbers}")
+        )
+    for arrival, m in messages(bag, "/joy"):
+        axes, buttons = (" ".join(repr(float(x)) for x in part) for part in (m.axes, m.buttons))
+        stamp = stamp_of(m.header)
+        events.append(
+            (arrival, f"{arrival} numbers sensor_msgs/Joy /joy {stamp} {axes} | {buttons}")
+        )
+    for _, m in messages(bag, "/odom"):
+        stamp = stamp_of(m.header)
+        events.append((stamp, f"{stamp} tick"))
+    return [line for _, line in sorted(events, key=lambda one: one[0])]

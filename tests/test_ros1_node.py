@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: MIT
+"""The odometry node with a real ROS 1: a bag is played, the node runs, what it says is compared."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import ROOT
+from ros1_node_tools import (
+    CATKIN,
+    LATENCY,
+    NODE,
+    build,
+    heading,
+    messages,
+    odometry,
+    script,
+    stamp_of,
+)
+from ros1_tools import PARTS, Ros1
+from test_core_cpp import run
+
+import seatrial
+from seatrial.io.write import EPOCH, write_trial
+from seatrial.plan import TrialEntry, load_plan
+from seatrial.simulate import simulate
+
+sys.path.insert(0, str(ROOT))
+from benchmarks.predictor.drives import model
+
+pytestmark = pytest.mark.skipif(
+    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
+)
+SETTLED, OVER = 4.0, 24.0  # [s] of the drive, between which it is compared
+RECORDED = ("/odom", "/map_pose", "/tf", "/diagnostics", "/joy", "/slam/pose")
+
+
+@pytest.fixture(scope="module")
+def trial():
+    """S7 by the noise that the model was identified at."""
+    plan = load_plan("hard")
+    jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
+    plan = msgspec.structs.replace(
+        plan, seed=77, pose=msgspec.structs.replace(plan.pose, jumps=jumps),
+        trials={"S7": TrialEntry("courses", OVER + 1.0)},
+    )  # fmt: skip
+    return next(iter(simulate(plan, seatrial.load_vehicle("mallard-mp"))))
+
+
+@pytest.fixture(scope="module")
+def played(trial, tmp_path_factory):
+    return write_trial(trial, tmp_path_factory.mktemp("bag"), "bag")
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "model.yaml"
+    seatrial.save(model("hard", 5), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
+        ros.run("rosparam", "set", "use_sim_time", "true")
+        yield ros
+    assert ros.processes() == []
+
+
+class Run:
+    """The node and a recorder, while a bag is played by its own clock."""
+
+    def __init__(self, ros, bag, model, out, rate=2.0):
+        self.ros, self.bag, self.model, self.out, self.rate = ros, bag, model, out, rate
+
+    def node(self):
+        node = self.ros.start(str(NODE), f"_model:={self.model}", "_publish_map_to_odom:=true")
+        self.ros.until(lambda: "/seatrial_odometry" in self.ros.subscribers("/joy"), "node")
+        return node
+
+    def __enter__(self):
+        self.process = self.node()
+        self.recorder = self.ros.record("-O", self.out, topics=RECORDED)
+        self.player = self.ros.start(
+            "rosbag", "play", "--clock", "--hz=500", f"--rate={self.rate}", "--delay=1", self.bag
+        )
+        return self
+
+    def __exit__(self, *_):
+        if self.player.poll() is None:
+            self.player.wait(60.0)
+        time.sleep(0.5)
+        self.ros.finish(self.recorder, signal.SIGINT)
+        self.ros.finish(self.process, signal.SIGINT)
+        self.player.stdin.close()
+
+
+@pytest.fixture(scope="module")
+def recorded(ros, played, known, tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded") / "out.bag"
+    with Run(ros, played, known, out) as going:
+        time.sleep(5.0)
+        going.answer = ros.run("rosservice", "call", "/seatrial_odometry/reload")
+        os.kill(going.process.pid, signal.SIGHUP)
+    return out, going
+
+
+def compared(stamps):
+    return (stamps > EPOCH + SETTLED * 1e9) & (stamps < EPOCH + OVER * 1e9)
+
+
+def truth_at(trial, stamps):
+    t = (stamps - EPOCH) * 1e-9
+    return np.column_stack([np.interp(t, trial.truth_t, column) for column in trial.truth.T])
+
+
+def test_velocity_is_near_the_truth_at_fifty_hertz(recorded, trial):
+    got = odometry(recorded[0])
+    steps = np.diff(got.stamp) * 1e-9
+    assert np.median(steps) == pytest.approx(0.02, abs=0.004)
+    late = compared(got.stamp)
+    assert late.sum() > 0.8 * 50.0 * (OVER - SETTLED)
+    wrong = got.velocity[late] - truth_at(trial, got.stamp[late])[:, 3:]
+    rms = np.sqrt(np.mean(wrong**2, axis=0))
+    assert np.all(rms < [0.003, 0.003, 0.01]), rms
+    assert np.all(got.spread[:, [0, 7, 35]] > 0.0)
+
+
+def test_odom_never_jumps_and_tf_says_the_same(recorded):
+    got = odometry(recorded[0])
+    steps = np.hypot(*np.diff(got.pose[:, :2], axis=0).T)
+    assert np.all(steps <= 1.0 * np.diff(got.stamp) * 1e-9 + 1e-6)
+    of_tf, of_map = {}, 0
+    for _, message in messages(recorded[0], "/tf"):
+        for t in message.transforms:
+            if (t.header.frame_id, t.child_frame_id) == ("odom", "base_link"):
+                p = t.transform
+                row = (p.translation.x, p.translation.y, heading(p.rotation))
+                of_tf[stamp_of(t.header)] = row
+            else:
+                assert (t.header.frame_id, t.child_frame_id) == ("map", "odom")
+                of_map += 1
+    shared = [i for i, stamp in enumerate(got.stamp.tolist()) if stamp in of_tf]
+    assert len(shared) > 0.95 * len(got.stamp)
+    np.testing.assert_allclose([of_tf[got.stamp[i]] for i in shared], got.pose[shared], atol=1e-12)
+    assert of_map > 0.95 * len(got.stamp)
+
+
+def test_the_pose_in_the_map_is_near_the_truth_and_seatrial_reads_it(recorded, trial):
+    content = trial.vehicle.to_mapping()
+    content["pose"]["topic"] = "/map_pose"
+    from seatrial.vehicle import vehicle_from
+
+    again = seatrial.read(recorded[0], vehicle_from(content, "again"))
+    late = compared(again.stamps)
+    wrong = again.eta[late] - truth_at(trial, again.stamps[late])[:, :3]
+    wrong[:, 2] = (wrong[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(wrong[:, :2]).max() < 0.03
+    assert np.abs(wrong[:, 2]).max() < 0.03
+    assert len(again.commands.stamps) > 100
+
+
+def test_diagnostics_name_the_model_and_what_is_wrong(recorded, known):
+    (_, first), *_, (_, last) = messages(recorded[0], "/diagnostics")
+    assert first.status[0].name == "/seatrial_odometry: odometry"
+    values = {pair.key: pair.value for pair in last.status[0].values}
+    assert str(known) in values["model"]
+    assert int(values["poses used"]) > 100
+    assert {m.status[0].level for _, m in messages(recorded[0], "/diagnostics")} <= {0, 1, 2}
+
+
+def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
+    _, going = recorded
+    assert "success: True" in going.answer
+    said = going.process.said.read_text()
+    assert said.count("read once more") == 2
+
+
+def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
+    run("cmake", "-S", ".", "-B", "build/core", "-DSEATRIAL_SANITIZE=ON")
+    run("cmake", "--build", "build/core", "--parallel", "2", "--target", "script")
+    done = subprocess.run(
+        [ROOT / "build/core/ros/common/tests/script", f"model={known}"],
+        input="\n".join(script(recorded[0])), capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    rows = [line.split() for line in done.stdout.splitlines() if line[0].isdigit()]
+    by_stamp = {
+        int(row[0]): [float.fromhex(x) for x in row[1:13]] for row in rows if row[1] != "unknown"
+    }
+    got = odometry(recorded[0])
+    late = [i for i in np.flatnonzero(compared(got.stamp)) if got.stamp[i] in by_stamp]
+    assert len(late) > 500
+    off = got.velocity[late] - [by_stamp[got.stamp[i]][3:6] for i in late]
+    # the same but for the headings' last digits; what was read once more begins with the last
+    # inputs only, and a message may have come to the recorder on the other side of a tick
+    assert np.mean(np.abs(off).max(axis=1) < 1e-5) > 0.9
+    assert np.sqrt(np.mean(off**2, axis=0)).max() < 2e-3
+
+
+def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, trial, tmp_path):
+    with Run(ros, played, known, tmp_path / "out.bag", rate=1.0) as going:
+        time.sleep(8.0)
+        os.kill(going.process.pid, signal.SIGKILL)
+        going.process.wait(5.0)
+        going.process.stdin.close()
+        going.process = ros.start(str(NODE), f"_model:={known}")
+    got = odometry(tmp_path / "out.bag")
+    at = int(np.argmax(np.diff(got.stamp)))
+    assert np.diff(got.stamp)[at] < 1e9
+    after = got.stamp[at + 1]
+    settled = (got.stamp > after + 1_000_000_000) & (got.stamp < after + 5_000_000_000)
+    assert settled.sum() > 100
+    wrong = got.velocity[settled] - truth_at(trial, got.stamp[settled])[:, 3:]
+    assert np.sqrt(np.mean(wrong**2, axis=0)).max() < 0.03
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("__name:=a",), "parameter model is empty"),
+        (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
+        (("__name:=c", "_model:={model}", "_rate:=900"), "rate is 900"),
+        (("__name:=d", "_model:={model}", "_window:=text"), "window is of another type"),
+    ],
+)
+def test_a_mistake_is_one_line(ros, known, arguments, words):
+    process = ros.start(str(NODE), *(a.format(model=known) for a in arguments))
+    assert process.wait(20.0) == 1
+    process.stdin.close()
+    said = process.said.read_text().strip()
+    assert words in said
+    assert said.count("\n") == 0
+
+
+def test_a_topic_of_another_type_is_said(ros, known):
+    ros.run("rosparam", "set", "use_sim_time", "false")
+    # a name of its own, as the master keeps a node's parameters
+    node = ros.start(str(NODE), "__name:=of_words", f"_model:={known}", "_command_topic:=/words")
+    ros.until(lambda: "/of_words" in ros.subscribers("/words"), "node")
+    other = ros.start("rostopic", "pub", "-r", "10", "/words", "std_msgs/String", "data: hello")
+    ros.until(lambda: "std_msgs/String; expected one of" in node.said.read_text(), "complaint")
+    for process in (other, node):
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait(20.0)
+        process.stdin.close()
+    ros.run("rosparam", "set", "use_sim_time", "true")
+
+
+def test_odometry_follows_each_command_at_once(ros, known):
+    ros.run("rosparam", "set", "use_sim_time", "false")
+    node = ros.start(str(NODE), f"_model:={known}", "_rate:=0")
+    commands, answers, *_ = map(float, ros.run(str(LATENCY), "_seconds:=3").split())
+    ros.finish(node, signal.SIGINT)
+    ros.run("rosparam", "set", "use_sim_time", "true")
+    assert commands > 250
+    assert answers > 0.9 * commands
