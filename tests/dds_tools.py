@@ -36,6 +36,7 @@ class Order:
 
     verb: str  # of the program: where it has its messages from
     profile: str  # its quality of service
+    model: str  # path of its file
     messages: list[tuple[str, dict[str, Any]]]  # pose or joy, and the members
     subscriber: str = ""  # Cyclone's quality of service, the program's if there is none
 
@@ -196,7 +197,7 @@ def _talk(program: str, order: Order) -> Exchange:
     found = Exchange([], [], [], [], "")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(
-        [program, order.verb, order.profile], encoding="utf-8", **pipes
+        [program, order.verb, order.profile, order.model], encoding="utf-8", **pipes
     ) as process:
         if process.stdout.readline() == "ready\n":
             _until(lambda: peer.connected(order.verb), "Cyclone has not found the program")

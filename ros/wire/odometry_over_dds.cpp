@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The odometer on DDS with ROS 2's names, types and qualities of service, without ROS 2:
-//   odometry_over_dds script default|sensor-data   messages from lines of the standard input
-//   odometry_over_dds serve  default|sensor-data   messages from rt/pose and rt/joy
+//   odometry_over_dds script PROFILE MODEL   messages from lines of the standard input
+//   odometry_over_dds serve PROFILE MODEL    messages from rt/pose and rt/joy
+// PROFILE: default or sensor-data, quality of service. MODEL: a model file of axes of a joypad.
 // Publishes rt/odom, one message for each that comes in after the first pose, at its stamp. Prints
 // "ready" once others listen (and send), then each message: what it got, what it published. Ends at
 // the end of the standard input.
@@ -15,8 +16,8 @@
 #include <thread>
 
 #include "messages.hpp"
-#include "onboard.hpp"
 #include "seatrial_ros/messages.hpp"
+#include "seatrial_ros/model_file.hpp"
 #include "text.hpp"
 
 namespace {
@@ -33,30 +34,50 @@ constexpr std::int64_t kSecond = 1000000000;          // [ns]
 
 std::int64_t nanoseconds(const Time& t) { return kSecond * t.sec + t.nanosec; }
 
+/// Axes that the model's inputs are read from: as many as the last of them needs.
+std::size_t axes_of(const seatrial::ros::BoardModel& board) {
+  int most = 0;
+  for (const seatrial::ros::Channel& input : board.inputs) {
+    if (input.field != "axes" || input.index < 0) {
+      throw std::runtime_error("input " + input.name + ": read from '" + input.field +
+                               "', expected axes[...] of a sensor_msgs/Joy");
+    }
+    most = std::max(most, input.index + 1);
+  }
+  return static_cast<std::size_t>(most);
+}
+
 /// The odometer between messages.
 class Boat {
  public:
-  explicit Boat(fastdds::DataWriter& odometry)
-      : odometry_(odometry), odometer_(std::make_unique<seatrial::Odometer>(onboard::model())) {}
+  Boat(const seatrial::ros::BoardModel& board, fastdds::DataWriter& odometry)
+      : board_(board),
+        axes_(axes_of(board)),
+        odometry_(odometry),
+        odometer_(std::make_unique<seatrial::Odometer>(board.model, board.pose.lever)) {}
 
   void take(PoseStamped& message) {
     show("pose", message);
-    double eta[seatrial::kSeen];
-    seatrial::ros::read(message.pose, eta);
+    double raw[seatrial::kSeen];
+    seatrial::ros::read(message.pose, raw);
+    const seatrial::ros::PoseSource& source = board_.pose;
+    const double eta[seatrial::kSeen] = {source.x.value(raw[0]), source.y.value(raw[1]),
+                                         source.heading.value(raw[2])};
     odometer_->pose(nanoseconds(message.header.stamp), eta);
     publish(message.header.stamp);
   }
 
-  /// The first axes are the commands.
   void take(Joy& message) {
     show("joy", message);
-    const auto wanted = static_cast<std::size_t>(odometer_->model().chain.allocation.n_commands);
-    if (message.axes.size() < wanted) {
+    if (message.axes.size() < axes_) {
       throw std::runtime_error("joy: got " + std::to_string(message.axes.size()) +
-                               " axes, expected " + std::to_string(wanted) +
-                               " or more: one for each command");
+                               " axes, expected " + std::to_string(axes_) +
+                               " or more, as the model file reads them");
     }
-    const std::vector<double> values(message.axes.begin(), message.axes.end());
+    std::vector<double> values;
+    for (const seatrial::ros::Channel& input : board_.inputs) {
+      values.push_back(input.value(message.axes[static_cast<std::size_t>(input.index)]));
+    }
     odometer_->command(nanoseconds(message.header.stamp), values.data());
     publish(message.header.stamp);
   }
@@ -77,6 +98,8 @@ class Boat {
     if (!odometry_.write(&message)) throw std::runtime_error("rt/odom: could not be written");
   }
 
+  const seatrial::ros::BoardModel& board_;
+  std::size_t axes_;
   fastdds::DataWriter& odometry_;
   std::unique_ptr<seatrial::Odometer> odometer_;  // too large for a stack
 };
@@ -99,8 +122,12 @@ void until_heard(fastdds::DataWriter& writer) {
     fastdds::OfferedIncompatibleQosStatus refused;
     writer.get_offered_incompatible_qos_status(refused);
     if (refused.total_count > 0) {
-      throw std::runtime_error(topic + ": a subscriber asks for more than is offered; publish as " +
-                               "'default', or subscribe as best effort");
+      const bool reliable = refused.last_policy_id == fastdds::RELIABILITY_QOS_POLICY_ID;
+      throw std::runtime_error(
+          topic + (reliable ? ": a subscriber asks for reliable, offered is best effort; publish "
+                              "as 'default', or subscribe as best effort"
+                            : ": a subscriber asks for more than is offered in DDS's policy " +
+                                  std::to_string(refused.last_policy_id)));
     }
     fastdds::PublicationMatchedStatus matched;
     writer.get_publication_matched_status(matched);
@@ -166,11 +193,11 @@ void serve(Boat& boat, fastdds::DataReader& poses, fastdds::DataReader& commands
   }
 }
 
-int run(const std::string& verb, const std::string& profile_name) {
-  const Profile profile = profile_name == "default" ? Profile::kDefault : Profile::kSensorData;
+int run(const std::string& verb, Profile profile, const char* path) {
+  const seatrial::ros::BoardModel board = seatrial::ros::load_model(path);
   Participant participant(kDomain);
   fastdds::DataWriter& odometry = participant.writer<nav_msgs::msg::Odometry>("rt/odom", profile);
-  Boat boat(odometry);
+  Boat boat(board, odometry);
   if (verb == "script") {
     until_heard(odometry);
     ready();
@@ -190,14 +217,14 @@ int run(const std::string& verb, const std::string& profile_name) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string verb = argc == 3 ? argv[1] : "";
-  const std::string profile = argc == 3 ? argv[2] : "";
+  const std::string verb = argc == 4 ? argv[1] : "";
+  const std::string profile = argc == 4 ? argv[2] : "";
   if ((verb != "script" && verb != "serve") || (profile != "default" && profile != "sensor-data")) {
-    std::cerr << "odometry_over_dds script|serve default|sensor-data" << std::endl;
+    std::cerr << "odometry_over_dds script|serve default|sensor-data MODEL" << std::endl;
     return 2;
   }
   try {
-    return run(verb, profile);
+    return run(verb, profile == "default" ? Profile::kDefault : Profile::kSensorData, argv[3]);
   } catch (const std::exception& error) {
     std::cerr << error.what() << std::endl;
     return 1;
