@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""A map of points and small_gicp's match of a scan to it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.slam.se2 import transform
+from seatrial.errors import SeatrialError
+from seatrial.frames import Array
+
+try:
+    import small_gicp
+except ImportError:
+    raise SeatrialError(
+        "small_gicp is not installed; expected for this study: pip install 'small-gicp>=1.0'"
+    ) from None
+
+CELL = 0.05  # [m] of the map, and of a scan before it is matched
+NEIGHBOURS = 10  # points that make a covariance
+HEIGHTS = (0.0, 2.0 * CELL)  # [m] of the copies of a point: of one level all would lie flat
+REACH = 1.0  # [m] farthest correspondence: small_gicp's default
+ITERATIONS = 40
+NEAR = 0.1  # [m] a matched point is that near to the map
+
+
+@dataclass(frozen=True)
+class Match:
+    """Where the matcher puts a scan."""
+
+    pose: Array  # (3,)
+    converged: bool
+    share: float  # of the scan's points that are NEAR the map
+    iterations: int
+
+
+class Map:
+    """Means of points in square cells, every scan of one weight. It begins with a scan."""
+
+    def __init__(self, points: Array, pose: Array) -> None:
+        self.count: dict[tuple[int, int], int] = {}
+        self.mean: dict[tuple[int, int], Array] = {}
+        self.insert(points, pose)
+
+    @property
+    def points(self) -> Array:
+        """(n, 2) [m]."""
+        return np.array(list(self.mean.values()))
+
+    def insert(self, points: Array, pose: Array) -> None:
+        """Points (n, 2) [m] of the boat's frame."""
+        for row in thinned(transform(pose, points)):
+            cell = (int(row[0] // CELL), int(row[1] // CELL))
+            n = self.count.get(cell, 0) + 1
+            mean = self.mean.get(cell, np.zeros(2))
+            self.count[cell], self.mean[cell] = n, mean + (row - mean) / n
+        self.cloud = _Cloud(self.points)
+
+    def match(self, points: Array, guess: Array, reach: float = REACH) -> Match:
+        """Points (n, 2) [m] of the boat's frame, from a guess (3,) of the boat's pose."""
+        source = _Cloud(thinned(points))
+        found = small_gicp.align(
+            self.cloud.points, source.points, self.cloud.tree, matrix(guess),
+            registration_type="GICP", max_correspondence_distance=reach, max_iterations=ITERATIONS,
+        )  # fmt: skip
+        T = found.T_target_source
+        pose = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
+        placed = np.column_stack([transform(pose, source.flat), np.zeros(len(source.flat))])
+        _, squared = self.cloud.tree.batch_nearest_neighbor_search(placed)
+        share = float(np.mean(np.asarray(squared) < NEAR**2))
+        return Match(pose, bool(found.converged), share, int(found.iterations))
+
+
+class _Cloud:
+    """Points of the plane as small_gicp takes them."""
+
+    def __init__(self, flat: Array) -> None:
+        self.flat = flat  # (n, 2)
+        self.points = small_gicp.PointCloud(lifted(flat))
+        self.tree = small_gicp.KdTree(self.points)
+        small_gicp.estimate_covariances(self.points, self.tree, NEIGHBOURS)
+
+
+def lifted(points: Array) -> Array:
+    """Points (n, 2) as upright pieces of wall (2 n, 3): level after level."""
+    return np.vstack([np.column_stack([points, np.full(len(points), z)]) for z in HEIGHTS])
+
+
+def matrix(pose: Array) -> Array:
+    """A pose (3,) as a homogeneous matrix (4, 4)."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    T = np.eye(4)
+    T[:2, :2], T[:2, 3] = [[c, -s], [s, c]], pose[:2]
+    return T
+
+
+def thinned(points: Array) -> Array:
+    """The mean of the points in every cell (m, 2)."""
+    cells = np.floor(points / CELL).astype(np.int64)
+    _, place, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    total = np.zeros((len(count), 2))
+    np.add.at(total, place.reshape(-1), points)
+    return np.asarray(total / count[:, None])
