@@ -20,6 +20,7 @@ CELL = 0.05  # [m] of the map, and of a scan before it is matched
 NEIGHBOURS = 10  # points that make a covariance
 HEIGHTS = (0.0, 2.0 * CELL)  # [m] of the copies of a point: of one level all would lie flat
 REACH = 1.0  # [m] farthest correspondence: small_gicp's default
+FINE = 0.2  # [m] the same once more, from there
 ITERATIONS = 40
 NEAR = 0.1  # [m] a matched point is that near to the map
 
@@ -59,16 +60,18 @@ class Map:
     def match(self, points: Array, guess: Array, reach: float = REACH) -> Match:
         """Points (n, 2) [m] of the boat's frame, from a guess (3,) of the boat's pose."""
         source = _Cloud(thinned(points))
-        found = small_gicp.align(
-            self.cloud.points, source.points, self.cloud.tree, matrix(guess),
-            registration_type="GICP", max_correspondence_distance=reach, max_iterations=ITERATIONS,
-        )  # fmt: skip
-        T = found.T_target_source
+        T, iterations = matrix(guess), 0
+        for farthest in (reach, FINE):  # then without what the map has not seen yet
+            found = small_gicp.align(
+                self.cloud.points, source.points, self.cloud.tree, T,
+                registration_type="GICP", max_correspondence_distance=farthest, max_iterations=ITERATIONS,
+            )  # fmt: skip
+            T, iterations = found.T_target_source, iterations + int(found.iterations)
         pose = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         placed = np.column_stack([transform(pose, source.flat), np.zeros(len(source.flat))])
         _, squared = self.cloud.tree.batch_nearest_neighbor_search(placed)
         share = float(np.mean(np.asarray(squared) < NEAR**2))
-        return Match(pose, bool(found.converged), share, int(found.iterations))
+        return Match(pose, bool(found.converged), share, iterations)
 
 
 class _Cloud:
