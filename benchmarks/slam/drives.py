@@ -19,7 +19,7 @@ from seatrial.vehicle import WRENCH
 
 PUSHED = "hard, pushed"  # the preset that models are identified from
 STICKS = {"gentle": (0.3, 0.4), "aggressive": (0.7, 1.0)}  # share of full, sizes of pulses
-DURATION = 120.0  # [s]
+DURATION = 80.0  # [s]
 TRUTH_RATE = 200.0  # [Hz]; between, straight lines
 COURSE = (4.6, 1.5)  # [m] semi-axes of the ellipse that is followed, around the posts
 AHEAD = 0.25  # [rad] on the ellipse, of the point steered for

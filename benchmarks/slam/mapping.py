@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.slam.se2 import transform
 from seatrial.errors import SeatrialError
@@ -16,8 +17,9 @@ except ImportError:
         "small_gicp is not installed; expected for this study: pip install 'small-gicp>=1.0'"
     ) from None
 
-CELL = 0.05  # [m] of the map, and of a scan before it is matched
-NEIGHBOURS = 10  # points that make a covariance
+CELL, SCAN_CELL = 0.05, 0.1  # [m] of the map, and of a scan before it is matched
+FARTHEST_CELL = 1 << 31  # more than there are along an axis
+NEIGHBOURS = 20  # points that make a covariance: small_gicp's default
 HEIGHTS = (0.0, 2.0 * CELL)  # [m] of the copies of a point: of one level all would lie flat
 REACH = 1.0  # [m] farthest correspondence: small_gicp's default
 FINE = 0.2  # [m] the same once more, from there
@@ -39,27 +41,27 @@ class Map:
     """Means of points in square cells, every scan of one weight. It begins with a scan."""
 
     def __init__(self, points: Array, pose: Array) -> None:
-        self.count: dict[tuple[int, int], int] = {}
-        self.mean: dict[tuple[int, int], Array] = {}
+        self.total: Array = np.zeros((0, 2))
+        self.count: Array = np.zeros(0)
         self.insert(points, pose)
 
     @property
     def points(self) -> Array:
         """(n, 2) [m]."""
-        return np.array(list(self.mean.values()))
+        return self.total / self.count[:, None]
 
     def insert(self, points: Array, pose: Array) -> None:
         """Points (n, 2) [m] of the boat's frame."""
-        for row in thinned(transform(pose, points)):
-            cell = (int(row[0] // CELL), int(row[1] // CELL))
-            n = self.count.get(cell, 0) + 1
-            mean = self.mean.get(cell, np.zeros(2))
-            self.count[cell], self.mean[cell] = n, mean + (row - mean) / n
+        new = thinned(transform(pose, points), CELL)
+        place = cells(np.vstack([self.points, new]), CELL)
+        self.total = sums(place, np.vstack([self.total, new]))
+        weights = np.concatenate([self.count, np.ones(len(new))])
+        self.count = np.asarray(np.bincount(place, weights), dtype=float)
         self.cloud = _Cloud(self.points)
 
     def match(self, points: Array, guess: Array, reach: float = REACH) -> Match:
         """Points (n, 2) [m] of the boat's frame, from a guess (3,) of the boat's pose."""
-        source = _Cloud(thinned(points))
+        source = _Cloud(thinned(points, SCAN_CELL))
         T, iterations = matrix(guess), 0
         for farthest in (reach, FINE):  # then without what the map has not seen yet
             found = small_gicp.align(
@@ -97,10 +99,18 @@ def matrix(pose: Array) -> Array:
     return T
 
 
-def thinned(points: Array) -> Array:
-    """The mean of the points in every cell (m, 2)."""
-    cells = np.floor(points / CELL).astype(np.int64)
-    _, place, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    total = np.zeros((len(count), 2))
-    np.add.at(total, place.reshape(-1), points)
-    return np.asarray(total / count[:, None])
+def thinned(points: Array, cell: float) -> Array:
+    """The mean of the points (n, 2) in every square cell (m, 2)."""
+    place = cells(points, cell)
+    return np.asarray(sums(place, points) / np.bincount(place)[:, None])
+
+
+def cells(points: Array, cell: float) -> NDArray[np.int64]:
+    """Which cell (n,) each point is in, numbered from 0 without gaps."""
+    x, y = np.floor(points / cell).astype(np.int64).T
+    return np.asarray(np.unique(x * FARTHEST_CELL + y, return_inverse=True)[1])
+
+
+def sums(place: NDArray[np.int64], points: Array) -> Array:
+    """Sums (m, 2) of the points of every cell."""
+    return np.column_stack([np.bincount(place, points[:, i]) for i in range(2)])
