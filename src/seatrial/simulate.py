@@ -134,7 +134,7 @@ def _drive(
     operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
     order = [WRENCH.index(i) for i in model.vehicle.inputs]
     pushes = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
-    plant = _Pushed(model, plan.plant.unmodelled, pushes)
+    plant = PushedPlant(model, plan.plant.unmodelled, pushes)
     state = np.zeros(6)
     state[2] = operator.start_heading()
     plant.state = state
@@ -164,7 +164,7 @@ def _drive(
     return looks, sticks, poses, truth, force
 
 
-class _Pushed(_core.Plant):
+class PushedPlant(_core.Plant):
     """The plant with an unmodelled force: kicks to its velocity every PUSH."""
 
     def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
