@@ -72,7 +72,7 @@ int give_row(Predictor& self, double t, const Vector& values, bool scale) {
 using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
 
 template <std::size_t N>
-Out1 three(const double (&from)[N]) {
+Out1 row_of(const double (&from)[N]) {
   double* out = nullptr;
   auto to = fresh<Out1>({N}, &out);
   std::copy(from, from + N, out);
@@ -84,7 +84,7 @@ Answer look(Predictor& self, double t) {
   double* out = nullptr;
   auto covariance = fresh<Out2>({std::size_t{kStates}, std::size_t{kStates}}, &out);
   std::copy(&e.covariance[0][0], &e.covariance[0][0] + kStates * kStates, out);
-  return {e.time,      three(e.pose), three(e.velocity), covariance, three(e.disturbance),
+  return {e.time,      row_of(e.pose), row_of(e.velocity), covariance, row_of(e.disturbance),
           e.last_pose, e.health};
 }
 
