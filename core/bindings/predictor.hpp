@@ -28,7 +28,7 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
 /// Noise (7,) in the order of the model file.
 MotionNoise make_noise(const Vector& row) {
   require(row.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
-  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6)};
+  return {row_of(0), row_of(1), row_of(2), row_of(3), row_of(4), row_of(5), row_of(6)};
 }
 
 OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
@@ -75,7 +75,7 @@ int give_row(P& self, T t, const Vector& values, bool scale) {
 }
 
 template <std::size_t N>
-Out1 row(const double (&from)[N]) {
+Out1 row_of(const double (&from)[N]) {
   double* out = nullptr;
   auto to = fresh<Out1>({N}, &out);
   std::copy(from, from + N, out);
@@ -94,8 +94,9 @@ Out2 square(const double (&from)[N][N]) {
 using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
 
 Answer answer(const Estimate& e) {
-  return {e.time,      row(e.pose), row(e.velocity), square(e.covariance), row(e.disturbance),
-          e.last_pose, e.health};
+  return {
+      e.time,      row_of(e.pose), row_of(e.velocity), square(e.covariance), row_of(e.disturbance),
+      e.last_pose, e.health};
 }
 
 void bind_predictor(nb::module_& m) {
@@ -137,7 +138,7 @@ using Published = std::tuple<std::int64_t, bool, Out1, Out2, Out1, Answer>;
 
 Published publish(Odometer& self, std::int64_t stamp) {
   const Odometry o = self.at(stamp);
-  return {o.stamp,         o.known, row(o.pose), square(o.covariance), row(o.map_to_odom),
+  return {o.stamp,         o.known, row_of(o.pose), square(o.covariance), row_of(o.map_to_odom),
           answer(o.motion)};
 }
 
