@@ -28,7 +28,7 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
 /// Noise (7,) in the order of the model file.
 MotionNoise make_noise(const Vector& row) {
   require(row.shape(0) == 7, "noise: position, heading, walks, disturbances, memory");
-  return {row_of(0), row_of(1), row_of(2), row_of(3), row_of(4), row_of(5), row_of(6)};
+  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6)};
 }
 
 OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
