@@ -98,13 +98,15 @@ class BasicOdometer {
   }
 
  private:
+  static constexpr int kCells = kSeen * kSeen;
+
   /// An input as it came.
   struct Recent {
     Source source = Source::kCommand;
     bool own_noise = false;  // with a covariance
     std::int64_t stamp = 0;
     double values[kMaxCommands] = {};
-    double covariance[kSeen * kSeen] = {};
+    double covariance[kCells] = {};
   };
 
   int width(Source source) const {
@@ -131,7 +133,7 @@ class BasicOdometer {
     in.stamp = stamp;
     std::copy(values, values + width(source), in.values);
     in.own_noise = covariance != nullptr;
-    if (in.own_noise) std::copy(covariance, covariance + kSeen * kSeen, in.covariance);
+    if (in.own_noise) std::copy(covariance, covariance + kCells, in.covariance);
     const Taken taken = give(in);
     ++counts_[static_cast<int>(source)][static_cast<int>(taken)];
     return taken;
@@ -154,7 +156,7 @@ class BasicOdometer {
     const double* covariance = in.own_noise ? in.covariance : nullptr;
     if (lever_[0] == 0.0 && lever_[1] == 0.0) return predictor_.pose(t, in.values, covariance);
     double origin[kSeen];
-    double spread[kSeen * kSeen];
+    double spread[kCells];
     to_origin(in.values, covariance, origin, spread);
     return predictor_.pose(t, origin, spread);
   }
@@ -171,7 +173,7 @@ class BasicOdometer {
     for (int i = 0; i < 2; ++i) origin[i] = eta[i] - arm[i];
     origin[2] = eta[2];
     const double own[kSeen] = {n.position, n.position, n.heading};
-    for (int i = 0; i < kSeen * kSeen; ++i) {
+    for (int i = 0; i < kCells; ++i) {
       const bool diagonal = i % (kSeen + 1) == 0;
       const double white = diagonal ? own[i / kSeen] * own[i / kSeen] : 0.0;
       spread[i] = covariance != nullptr ? covariance[i] : white;
