@@ -29,7 +29,8 @@ inline constexpr int kOutcomes = 6;  // of Taken
 template <int kMarks, int kRows, int kRecent>
 class BasicOdometer {
  public:
-  static constexpr double kLongestStep = 0.05;                    // [s] of the way
+  static constexpr double kLongestStep = 0.05;  // [s] of the way
+  static constexpr double kAhead = 0.05;        // [s] over which growth of a variance is looked at
   static constexpr std::int64_t kFarStamp = 4000000000000000000;  // [ns]
   static constexpr std::int64_t kSetBack = 5000000000;  // [ns] earlier than before: another clock
 
@@ -196,6 +197,8 @@ class BasicOdometer {
     if (!(length <= BasicPredictor<kMarks, kRows>::kReach)) return;
     const int n = steps_for(length, kLongestStep);
     const double h = length / n;
+    double memory[kAxes];
+    last_long(stamp, now, memory);
     Estimate before = last_;
     for (int i = 1; i <= n; ++i) {
       const Estimate after = i == n ? now : predictor_.at(from + h * i);
@@ -205,8 +208,21 @@ class BasicOdometer {
         nu[a] = 0.5 * (before.velocity[a] + after.velocity[a]);
         std::copy(after.covariance[3 + a] + 3, after.covariance[3 + a] + kStates, spread[a]);
       }
-      way_.advance(h, nu, spread, model().boat.noise.memory);
+      way_.advance(h, nu, spread, memory);
       before = after;
+    }
+  }
+
+  /// How long an error of the velocity lasts [s, each]. A filter takes from its errors what
+  /// uncertainty adds, in steady state the share g / P a second, with P the variance and g its
+  /// growth between poses; without poses they last as long as the disturbance.
+  void last_long(std::int64_t stamp, const Estimate& now, double* memory) {
+    const Estimate ahead = predictor_.at(seconds(stamp) + kAhead);
+    for (int a = 0; a < kAxes; ++a) {
+      const double variance = now.covariance[3 + a][3 + a];
+      const double growth = (ahead.covariance[3 + a][3 + a] - variance) / kAhead;
+      const double most = model().boat.noise.memory;
+      memory[a] = growth > 0.0 ? std::clamp(variance / growth, kAhead, most) : most;
     }
   }
 
