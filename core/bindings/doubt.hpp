@@ -36,19 +36,17 @@ std::pair<Out1, Out1> run_doubt(const Boat& boat, const Chain& chain, Vector q, 
   return {row(found.disturbance), row(found.walk)};
 }
 
-/// Noise (7,) in the order of MotionNoise.
+/// Noise (10,) in the order of MotionNoise.
 Out1 run_believed_noise(Vector own, Vector disturbance, Vector walk) {
   require(disturbance.shape(0) == kAxes && walk.shape(0) == kAxes, "disturbance: 3, walk: 3");
   Doubt d;
   std::copy(disturbance.data(), disturbance.data() + kAxes, d.disturbance);
   std::copy(walk.data(), walk.data() + kAxes, d.walk);
   const MotionNoise n = believed_noise(make_noise(own), d);
-  double* out = nullptr;
-  auto to = fresh<Out1>({7}, &out);
-  const double row[7] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
-                         n.disturbance_linear, n.disturbance_yaw, n.memory};
-  std::copy(row, row + 7, out);
-  return to;
+  const double all[10] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
+                          n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
+                          n.colour_heading,     n.colour_memory};
+  return row(all);
 }
 
 void bind_doubt(nb::module_& m) {

@@ -38,7 +38,7 @@ inline constexpr double kCommandChanges = 1.0;  // [1/s] each to any other
 inline constexpr double kDoubtMemory = 2.0;     // [s] a stretch of driving in one way
 
 /// Less is not believed, so that the covariance keeps its digits.
-inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3};
+inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, 1e-5, 1e-5, 0.02};
 
 /// Splitmix64: the same numbers on every machine.
 class Dice {
@@ -185,6 +185,10 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
   n.disturbance_linear = std::max(n.disturbance_linear, least.disturbance_linear);
   n.disturbance_yaw = std::max(n.disturbance_yaw, least.disturbance_yaw);
   n.memory = std::max(n.memory, least.memory);
+  if (!own.coloured()) return n;
+  n.colour_position = std::max(n.colour_position, least.colour_position);
+  n.colour_heading = std::max(n.colour_heading, least.colour_heading);
+  n.colour_memory = std::max(n.colour_memory, least.colour_memory);
   return n;
 }
 
