@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Command line: print tables, or write them into docs/onboard.md.
 
-`ros1` needs Debian's ROS 1 and is left out unless it is asked for.
+`node` needs Debian's ROS 1 and is left out unless it is asked for; it goes into docs/ros.md.
 """
 
 import argparse
@@ -15,7 +15,8 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 from benchmarks.blocks import MARK, fill
 from benchmarks.predictor import accuracy, board, consistency, matches, ros1
 
-PAGE = Path(__file__).parents[2] / "docs" / "onboard.md"
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE, NODE_PAGE = DOCS / "onboard.md", DOCS / "ros.md"
 BLOCKS: dict[str, Callable[[], str]] = {
     "velocity": accuracy.velocity_table,
     "reckoning": accuracy.reckoning_table,
@@ -24,8 +25,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "matches": matches.table,
     "speed": board.speed,
     "soak": board.soak,
-    "ros1": ros1.cost,
 }
+NODE = {"node": ros1.cost}
 
 
 def inside(block: str) -> str:
@@ -36,20 +37,26 @@ def inside(block: str) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.predictor", description=__doc__)
-    parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(BLOCKS))
+    every = {**BLOCKS, **NODE}
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(every))
     parser.add_argument("--soak", action="store_true", help="the soak, too: some minutes")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}")
+    parser.add_argument("--write", action="store_true", help="into the page")
     given = parser.parse_args(arguments)
-    if odd := set(given.tables) - set(BLOCKS):
-        parser.error(f"no table {', '.join(sorted(odd))}; there are {', '.join(BLOCKS)}")
+    if odd := set(given.tables) - set(every):
+        parser.error(f"no table {', '.join(sorted(odd))}; there are {', '.join(every)}")
     if given.write:
+        if "node" in given.tables:
+            fill(NODE_PAGE, NODE)
+        own = [name for name in given.tables if name in BLOCKS]
+        if given.tables and not own:
+            return
         old = {m["name"]: m[0] for m in MARK.finditer(PAGE.read_text())}
         kept = {name: (lambda text=old[name]: inside(text)) for name in BLOCKS}
-        fill(PAGE, {**kept, **{name: BLOCKS[name] for name in given.tables or BLOCKS}})
+        fill(PAGE, {**kept, **{name: BLOCKS[name] for name in own or BLOCKS}})
         return
-    default = [n for n in BLOCKS if n != "ros1" and (n != "soak" or given.soak)]
+    default = [name for name in BLOCKS if name != "soak" or given.soak]
     for name in given.tables or default:
-        print(f"## {name}\n\n{BLOCKS[name]()}\n", flush=True)
+        print(f"## {name}\n\n{every[name]()}\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 """SLAM with and without the predictor: lost matches, pose error, damage to the map.
 
     pip install 'small-gicp>=1.0'             # the scan matcher
-    python -m benchmarks.slam                 # all tables, half an hour on two cores
+    python -m benchmarks.slam                 # all tables, twenty minutes on two cores
     python -m benchmarks.slam reach           # one of gentle, aggressive, undistorted, reach
     python -m benchmarks.slam --write         # into docs/slam.md, and its picture
     python -m benchmarks.slam --write reach   # one

@@ -60,6 +60,6 @@ def _dots(name: str, points: Array, colour: str) -> Figure:
 def _plan(traces: list[Figure]) -> Figure:
     length, width = 0.5 * POOL.length + ROOM, 0.5 * POOL.width + ROOM
     return figure(
-        traces, "x [m]", "y [m]", xaxis={"range": [-length, length]},
+        traces, "x [m]", "y [m]", showlegend=True, xaxis={"range": [-length, length]},
         yaxis={"range": [-width, width], "scaleanchor": "x", "scaleratio": 1},
     )  # fmt: skip

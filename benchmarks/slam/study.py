@@ -2,6 +2,7 @@
 """What is run: driving, scans, guess; and how far off pose, guess and map are."""
 
 import os
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -71,7 +72,11 @@ def run(cases: Sequence[Case], seeds: Sequence[int] = SEEDS) -> list[Outcome]:
         for seed in seeds for driving in STICKS if any(case.driving == driving for case in cases)
     ]  # fmt: skip
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        return [outcome for part in pool.map(work, jobs) for outcome in part]
+        found = []
+        for (chosen, seed), part in zip(jobs, pool.map(work, jobs), strict=True):
+            print(f"{chosen[0].driving}, seed {seed}: {len(part)} runs", file=sys.stderr)
+            found += part
+        return found
 
 
 def work(job: tuple[Sequence[Case], int]) -> list[Outcome]:

@@ -45,8 +45,9 @@ def pace(case: Case) -> str:
 
 
 def percentile(parts: Sequence[Array], scale: float = 1e3) -> str:
-    """The 95th of every column."""
-    return " | ".join(f"{scale * x:.3g}" for x in np.percentile(np.concatenate(parts), 95, axis=0))
+    """The 95th of every column, to three digits."""
+    found = scale * np.percentile(np.concatenate(parts), 95, axis=0)
+    return " | ".join(f"{float(f'{x:.3g}'):g}" for x in found)
 
 
 def rms(parts: Sequence[Array]) -> str:

@@ -76,7 +76,7 @@ int give_row(P& self, T t, const Vector& values, bool scale) {
 }
 
 template <std::size_t N>
-Out1 row(const double (&from)[N]) {
+Out1 row_of(const double (&from)[N]) {
   double* out = nullptr;
   auto to = fresh<Out1>({N}, &out);
   std::copy(from, from + N, out);
@@ -95,8 +95,9 @@ Out2 square(const double (&from)[N][N]) {
 using Answer = std::tuple<double, Out1, Out1, Out2, Out1, double, unsigned>;
 
 Answer answer(const Estimate& e) {
-  return {e.time,      row(e.pose), row(e.velocity), square(e.covariance), row(e.disturbance),
-          e.last_pose, e.health};
+  return {
+      e.time,      row_of(e.pose), row_of(e.velocity), square(e.covariance), row_of(e.disturbance),
+      e.last_pose, e.health};
 }
 
 void bind_predictor(nb::module_& m) {
@@ -138,7 +139,7 @@ using Published = std::tuple<std::int64_t, bool, Out1, Out2, Out1, Answer>;
 
 Published publish(Odometer& self, std::int64_t stamp) {
   const Odometry o = self.at(stamp);
-  return {o.stamp,         o.known, row(o.pose), square(o.covariance), row(o.map_to_odom),
+  return {o.stamp,         o.known, row_of(o.pose), square(o.covariance), row_of(o.map_to_odom),
           answer(o.motion)};
 }
 

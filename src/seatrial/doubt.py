@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The noise that the on-board filter believes: the model's own, and what its errors amount to.
 
-What a model's covariance amounts to is computed in the core (`core/include/seatrial/doubt.hpp`).
+Both are computed in the core (`core/include/seatrial/doubt.hpp`), which derives them.
 """
 
 from dataclasses import dataclass
@@ -17,30 +17,31 @@ from seatrial.schema import NoiseEntry
 
 @dataclass(frozen=True)
 class Doubt:
-    """What a model's covariance amounts to, as it is driven in its envelope."""
+    """What a model's covariance amounts to, averaged over a random drive within its envelope."""
 
     disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] standard deviations
+    memory: Array  # (3,) [s] of the disturbance
     walk: Array  # (3,) [m/s, m/s, rad/s per sqrt(s)] of the velocity
 
 
 def doubt(model: Model) -> Doubt:
-    """The doubt about a model. None where it does not say how fast it was identified."""
+    """The doubt about a model; none where it does not state how fast it was identified."""
     speeds = model.envelope.speeds
     if not set(SYMBOLS) <= set(speeds):
-        return Doubt(np.zeros(3), np.zeros(3))
+        return Doubt(*np.zeros((3, 3)))
     ranges = np.array([speeds[name] for name in SYMBOLS])
-    found = _core.doubt(model.boat, model.vehicle.chain, model.constants, ranges, model.covariance)
-    return Doubt(*found)
+    chain, constants = model.vehicle.chain, model.constants
+    return Doubt(*_core.doubt(model.boat, chain, constants, ranges, model.covariance))
 
 
 def believed_on_board(model: Model) -> Array:
     """Noise (10,) of poses and motion, in the order of the filter's noise.
 
     A model without process noise (the paper's method finds none) gets what the estimator starts
-    from. The doubt about the model's parameters is added in squares; the memory is in proportion.
+    from. The doubt about the model's parameters is added in squares.
     """
-    found = doubt(model)
-    return _core.believed_noise(_own(model.noise), found.disturbance, found.walk)
+    own, found = _own(model.noise), doubt(model)
+    return _core.believed_noise(own, found.disturbance, found.memory, found.walk)
 
 
 def _own(noise: NoiseEntry) -> Array:

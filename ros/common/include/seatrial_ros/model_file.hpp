@@ -122,22 +122,23 @@ inline bool read_envelope(const Value& envelope, const BoardVehicle& vehicle, On
 inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
                             const NamedStructure& named, OnboardModel& m) {
   UncertainModel uncertain;
-  uncertain.structure = named.structure;
+  Boat& boat = uncertain.boat;
+  boat.structure = named.structure;
   uncertain.chain = vehicle.chain;
-  read_values(file.at("coefficients"), named.coefficients, uncertain.coefficient);
+  read_values(file.at("coefficients"), named.coefficients, boat.coefficient);
   read_values(file.at("constants"), vehicle.constants, uncertain.q);
   std::vector<double> sign;
   for (const bool flips : named.flips) {
     sign.push_back(flips && vehicle.from_right_down ? -1.0 : 1.0);
   }
-  for (std::size_t i = 0; i < sign.size(); ++i) uncertain.coefficient[i] *= sign[i];
+  for (std::size_t i = 0; i < sign.size(); ++i) boat.coefficient[i] *= sign[i];
   sign.resize(sign.size() + vehicle.constants.size(), 1.0);
   read_covariance(file.at("covariance"), sign, uncertain.covariance);
   const bool bounded = read_envelope(file.at("envelope"), vehicle, m);
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
   m.boat.noise = believed_noise(read_noise(file.at("noise")), bounded ? doubt(uncertain) : Doubt{});
-  std::copy(uncertain.coefficient, uncertain.coefficient + kMaxCoefficients, m.boat.coefficient);
+  std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
 
