@@ -98,7 +98,8 @@ def correlated_table() -> str:
 
     Where the estimator found none there is nothing to choose: a row of its own.
     """
-    rows = ["| S7 | pose errors | seeds | samples | mean NEES | if right | inside the 95 % region, % | if right | RMS error u, mm/s | v | r, mrad/s |",
+    rows = ["| S7 | pose errors | seeds | samples | mean NEES | if right | inside the 95 % region, % | "
+            "if right | RMS error u, mm/s | v, mm/s | r, mrad/s |",
             "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for scene in CORRELATED.values():
         models = {seed: model(scene, seed) for seed in SEEDS}

@@ -87,7 +87,8 @@ inline void place(const MotionNoise& n, const PoseSample& pose, Belief& b) {
 }
 
 /// A pose's own covariance is of all its error: its white part is what the errors that hang
-/// together leave of it, no less than the model's white noise. Correlations stay.
+/// together leave of it, no less than the model's white noise, or all of it where it is smaller
+/// than that. Correlations stay.
 inline void leave_white(const MotionNoise& n, double noise[kSeen][kSeen]) {
   if (!n.coloured()) return;
   double share[kSeen];
