@@ -173,11 +173,11 @@ class BasicOdometer {
     arm[1] = s * lever_[0] + c * lever_[1];
     for (int i = 0; i < 2; ++i) origin[i] = eta[i] - arm[i];
     origin[2] = eta[2];
-    const double own[kSeen] = {n.position, n.position, n.heading};
     for (int i = 0; i < kCells; ++i) {
+      const int k = i / kSeen;
       const bool diagonal = i % (kSeen + 1) == 0;
-      const double white = diagonal ? own[i / kSeen] * own[i / kSeen] : 0.0;
-      spread[i] = covariance != nullptr ? covariance[i] : white;
+      const double own = diagonal ? n.white_variance(k) + n.colour_variance(k) : 0.0;
+      spread[i] = covariance != nullptr ? covariance[i] : own;
     }
     const double slope[2] = {arm[1], -arm[0]};  // d origin / d psi
     for (int i = 0; i < 2; ++i) {
