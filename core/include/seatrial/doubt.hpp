@@ -42,7 +42,7 @@ inline constexpr int kPiece = 100;              // ticks that are scheduled at o
 inline constexpr double kGentlest = 1.0 / 64;   // share of full commands
 
 /// Less is not believed, so that the covariance keeps its digits.
-inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3};
+inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, 1e-5, 1e-5, 0.02};
 
 /// Splitmix64: the same numbers on every machine.
 class Dice {
@@ -268,7 +268,7 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
   const detail::Together ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
   const detail::Together turning(own.disturbance_yaw, own.memory, d.disturbance[2], d.memory[2]);
   const MotionNoise& least = detail::kLeastNoise;
-  MotionNoise n;
+  MotionNoise n = own;
   n.position = std::max(own.position, least.position);
   n.heading = std::max(own.heading, least.heading);
   n.walk_linear =
@@ -279,6 +279,10 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
       std::max(ahead.spread * std::sqrt(ahead.memory / n.memory), least.disturbance_linear);
   n.disturbance_yaw =
       std::max(turning.spread * std::sqrt(turning.memory / n.memory), least.disturbance_yaw);
+  if (!own.coloured()) return n;
+  n.colour_position = std::max(own.colour_position, least.colour_position);
+  n.colour_heading = std::max(own.colour_heading, least.colour_heading);
+  n.colour_memory = std::max(own.colour_memory, least.colour_memory);
   return n;
 }
 
