@@ -319,6 +319,7 @@ BAD = [
     (lambda c: c.update(axes="forward-left-up"), "axes: differ from vehicle.axes"),
     (lambda c: c.update(axes="sideways"), "axes: got 'sideways'; expected forward-left-up, forward-right-down"),
     (lambda c: c["integration"].update(step=0.0), "integration.step: got '0.0', expected a number above 0"),
+    (lambda c: c["noise"].update(correlated={"position": 0.1, "heading": 0.1, "memory": 0.0}), "noise.correlated.memory: got '0.0', expected a number above 0"),
     (lambda c: c["envelope"]["speeds"].update(u=[1.0]), "envelope.speeds.u: expected two numbers"),
     (lambda c: c["vehicle"]["chain"][0].update(actuators=["sail"]), "got 'sail'; the actuators are port_surge"),
     (lambda c: c["vehicle"]["chain"][0]["scale"].update(signal="wind"), "got 'wind'; scales has propeller_speed"),

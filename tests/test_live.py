@@ -272,6 +272,46 @@ def test_odometry_counts_and_looks(known):
         odometer.command(0, [1.0])
 
 
+def test_the_heading_in_odom_is_as_far_off_as_it_says():
+    off, said = [], []
+    for seed in (5, 6):
+        course, odometer = (
+            drive("hard, pushed", seed),
+            Odometer(model("hard, pushed", seed), lever=(0, 0)),
+        )
+        events = iter([*course.inputs.events(), (np.inf, "", 0.0, None)])
+        arrival, kind, stamp, values = next(events)
+        rows = []
+        for t in np.arange(course.inputs.pose_t[0], course.inputs.pose_t[-1], 0.02):
+            while arrival <= t:
+                getattr(odometer, kind)(round(stamp * 1e9), values)
+                arrival, kind, stamp, values = next(events)
+            out = odometer.at(round(t * 1e9))
+            rows.append((t, out.pose[2], out.covariance[2, 2]))
+        t, psi, variance = np.array(rows).T
+        truth = np.interp(t, course.inputs.pose_t, np.unwrap(course.truth[:, 2]))
+        step = 250  # 5 s
+        at = np.arange(500, len(t) - step, step)
+        # between poses that are missing for long the interpolated truth is no truth
+        longest = [
+            np.diff(
+                [
+                    a,
+                    *course.inputs.pose_t[(course.inputs.pose_t > a) & (course.inputs.pose_t < b)],
+                    b,
+                ]
+            ).max()
+            for a, b in zip(t[at], t[at + step], strict=True)
+        ]
+        at = at[np.array(longest) < 0.3]
+        wrong = np.unwrap(psi) - truth
+        off.append(wrong[at + step] - wrong[at])
+        said.append(variance[at + step] - variance[at])
+    off, said = np.concatenate(off), np.concatenate(said)
+    assert len(off) > 80
+    assert 0.7 < np.sqrt(np.mean(off**2) / np.mean(said)) < 1.15
+
+
 def test_standard_input_is_read_line_by_line_however_it_is_cut(tmp_path):
     fed, feeder = os.pipe()
     with (tmp_path / "out").open("wb") as out, os.fdopen(fed, "rb") as inlet:

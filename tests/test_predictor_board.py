@@ -33,8 +33,9 @@ def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers(tm
         "-fsanitize=address,undefined",
         "-fno-sanitize-recover=all",
     )
-    shown = run(str(program), "soak", "20000", "1")
-    assert "20000 steps, 0 estimates that are not sound, 0 allocations" in shown
+    for more in ((), ("coloured",)):
+        shown = run(str(program), "soak", "20000", "1", *more)
+        assert "20000 steps, 0 estimates that are not sound, 0 allocations" in shown
 
 
 def test_the_documented_lines_compile(tmp_path):
@@ -49,9 +50,11 @@ def test_on_aarch64_it_says_the_same(tmp_path):
     needed("c++", "aarch64-linux-gnu-g++", "qemu-aarch64")
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
-    here = run(str(build(tmp_path / "here", "c++", "-Werror", EXACT)), "script")
+    native = build(tmp_path / "here", "c++", "-Werror", EXACT)
     program = build(tmp_path / "there", "aarch64-linux-gnu-g++", "-Werror", "-static", EXACT)
-    there = run("qemu-aarch64", str(program), "script")
-    assert len(here.splitlines()) == ESTIMATES
-    assert {len(row.split()) for row in here.splitlines()} == {NUMBERS}
-    assert there == here
+    for more in ((), ("coloured",)):
+        here = run(str(native), "script", *more)
+        there = run("qemu-aarch64", str(program), "script", *more)
+        assert len(here.splitlines()) == ESTIMATES
+        assert {len(row.split()) for row in here.splitlines()} == {NUMBERS}
+        assert there == here

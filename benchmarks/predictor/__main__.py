@@ -21,6 +21,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "velocity": accuracy.velocity_table,
     "reckoning": accuracy.reckoning_table,
     "consistency": consistency.nees_table,
+    "correlated": consistency.correlated_table,
     "ship": consistency.ship_table,
     "matches": matches.table,
     "speed": board.speed,

@@ -37,8 +37,8 @@ def run(*arguments: str) -> str:
 
 
 def speed() -> str:
-    """Markdown."""
-    return f"```\n{run('time')}```"
+    """Markdown; then with pose errors that hang together."""
+    return "\n\n".join(f"```\n{run('time', *more)}```" for more in ((), ("coloured",)))
 
 
 def soak() -> str:

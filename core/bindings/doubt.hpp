@@ -38,7 +38,7 @@ std::tuple<Out1, Out1, Out1> run_doubt(const Boat& boat, const Chain& chain, Vec
   return {row_of(found.disturbance), row_of(found.memory), row_of(found.walk)};
 }
 
-/// Noise (7,) in the order of MotionNoise.
+/// Noise (10,) in the order of MotionNoise.
 Out1 run_believed_noise(Vector own, Vector disturbance, Vector memory, Vector walk) {
   Doubt d;
   for (const auto& [from, to] : {std::pair{&disturbance, d.disturbance},
@@ -47,8 +47,9 @@ Out1 run_believed_noise(Vector own, Vector disturbance, Vector memory, Vector wa
     std::copy(from->data(), from->data() + kAxes, to);
   }
   const MotionNoise n = believed_noise(make_noise(own), d);
-  const double row[7] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
-                         n.disturbance_linear, n.disturbance_yaw, n.memory};
+  const double row[10] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
+                          n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
+                          n.colour_heading,     n.colour_memory};
   return row_of(row);
 }
 

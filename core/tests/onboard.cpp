@@ -3,6 +3,7 @@
 //   onboard script            a drive with late, wrong and missing inputs; prints estimates
 //   onboard time              what a step costs on this machine
 //   onboard soak STEPS SEED   random inputs of every kind; fails on whatever is not sound
+// With `coloured` after it: by a model whose pose errors hang together.
 #include "onboard.hpp"
 
 #include <chrono>
@@ -33,8 +34,8 @@ void print(const Estimate& e) {
 }
 
 /// 20 s: late poses, a burst of false matches, a stretch without poses.
-int script() {
-  auto p = std::make_unique<Predictor>(model());
+int script(const OnboardModel& m) {
+  auto p = std::make_unique<Predictor>(m);
   const std::vector<Input> inputs = drive(5, 20.0);
   std::vector<Input> late;
   int poses = 0;
@@ -79,8 +80,7 @@ void show(const char* what, std::vector<double>& each) {
   std::printf("%-44s %8.2f %8.2f\n", what, at(0.5), at(0.99));
 }
 
-int timing() {
-  const OnboardModel m = model();
+int timing(const OnboardModel& m) {
   auto p = std::make_unique<Predictor>(m);
   const std::vector<Input> inputs = drive(6, 120.0);
   std::vector<double> look;
@@ -186,8 +186,8 @@ struct Trouble {
   }
 };
 
-int soak(long steps, std::uint64_t seed) {
-  auto p = std::make_unique<Predictor>(model());
+int soak(const OnboardModel& m, long steps, std::uint64_t seed) {
+  auto p = std::make_unique<Predictor>(m);
   Sea sea(seed);
   Trouble trouble{sea.random()};
   boats::Random& random = sea.random();
@@ -223,11 +223,14 @@ int soak(long steps, std::uint64_t seed) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc == 2 && std::strcmp(argv[1], "script") == 0) return script();
-  if (argc == 2 && std::strcmp(argv[1], "time") == 0) return timing();
+  const bool coloured = std::strcmp(argv[argc - 1], "coloured") == 0;
+  const OnboardModel m = coloured ? coloured_model() : model();
+  if (coloured) --argc;
+  if (argc == 2 && std::strcmp(argv[1], "script") == 0) return script(m);
+  if (argc == 2 && std::strcmp(argv[1], "time") == 0) return timing(m);
   if (argc == 4 && std::strcmp(argv[1], "soak") == 0) {
-    return soak(std::strtol(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10));
+    return soak(m, std::strtol(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10));
   }
-  std::fprintf(stderr, "onboard script | time | soak STEPS SEED\n");
+  std::fprintf(stderr, "onboard script | time | soak STEPS SEED [coloured]\n");
   return 2;
 }

@@ -48,6 +48,20 @@ inline OnboardModel model() {
   return m;
 }
 
+inline constexpr double kMemory = 0.3;  // [s] of pose errors that hang together
+
+/// The same told that all but a tenth of its pose noise hangs together.
+inline OnboardModel coloured_model() {
+  OnboardModel m = model();
+  MotionNoise& n = m.boat.noise;
+  n.position = 0.1 * kNoise[0];
+  n.heading = 0.1 * kNoise[2];
+  n.colour_position = kNoise[0];
+  n.colour_heading = kNoise[2];
+  n.colour_memory = kMemory;
+  return m;
+}
+
 /// Sum of twelve: nearly normal, without a function that machines compute differently.
 inline double normal(boats::Random& random) {
   double sum = -6.0;
@@ -67,11 +81,12 @@ inline Taken give(Predictor& p, const Input& in) {
 }
 
 /// The truth, driven by random pulses: it makes the inputs of a drive, in the order of their
-/// stamps.
+/// stamps. memory: [s] of the poses' errors; 0: white.
 class Sea {
  public:
-  explicit Sea(std::uint64_t seed)
-      : random_(seed),
+  explicit Sea(std::uint64_t seed, double memory = 0.0)
+      : stays_(memory > 0.0 ? std::exp(-kPosePeriod / memory) : 0.0),
+        random_(seed),
         structure_(boats::mallard()),
         coefficients_(boats::mallard_coefficients()),
         plant_(structure_, coefficients_.data(), chain(), model().q, 1.0 / 60.0) {}
@@ -86,7 +101,10 @@ class Sea {
     plant_.advance_to(in.time);
     if (in.pose) {
       ++poses_;
-      for (int i = 0; i < 3; ++i) in.values[i] = plant_.state()[i] + kNoise[i] * normal(random_);
+      for (int i = 0; i < 3; ++i) {
+        error_[i] = stays_ * error_[i] + std::sqrt(1.0 - stays_ * stays_) * normal(random_);
+        in.values[i] = plant_.state()[i] + kNoise[i] * error_[i];
+      }
       return in;
     }
     if (commands_++ % 70 == 0) random_.fill(stick_, 3, -1.0, 1.0);
@@ -101,6 +119,8 @@ class Sea {
   boats::Random& random() { return random_; }
 
  private:
+  double stays_;          // of an error until the next pose
+  double error_[3] = {};  // in standard deviations
   boats::Random random_;
   Structure structure_;
   std::vector<double> coefficients_;
@@ -111,21 +131,22 @@ class Sea {
 };
 
 /// The inputs of so many seconds.
-inline std::vector<Input> drive(std::uint64_t seed, double seconds) {
+inline std::vector<Input> drive(std::uint64_t seed, double seconds, double memory = 0.0) {
   std::vector<Input> all;
-  for (Sea sea(seed);;) {
+  for (Sea sea(seed, memory);;) {
     all.push_back(sea.next());
     if (all.back().time >= seconds) return all;
   }
 }
 
-/// Whether a symmetric n x n matrix has a Cholesky root.
-inline bool positive(const double* p, int n) {
-  double l[kBelieved][kBelieved];
+/// Whether the first n rows and columns are symmetric with a Cholesky root.
+template <int N>
+bool positive(const double (&p)[N][N], int n = N) {
+  double l[N][N];
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j <= i; ++j) {
-      if (p[i * n + j] != p[j * n + i]) return false;
-      double sum = p[i * n + j];
+      if (p[i][j] != p[j][i]) return false;
+      double sum = p[i][j];
       for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
       if (i == j && !(sum > 0.0)) return false;
       l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
@@ -151,8 +172,7 @@ inline bool sound(const Estimate& e) {
   const auto good = [](double x) { return std::isfinite(x); };
   return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kSeen, good) &&
          std::all_of(e.velocity, e.velocity + kAxes, good) &&
-         std::all_of(e.disturbance, e.disturbance + kAxes, good) &&
-         positive(&e.covariance[0][0], kStates);
+         std::all_of(e.disturbance, e.disturbance + kAxes, good) && positive(e.covariance);
 }
 
 }  // namespace onboard

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <vector>
+
 #include "boats.hpp"
 #include "onboard.hpp"
 
@@ -10,21 +12,39 @@ using boats::Worst;
 
 namespace {
 
-/// A boat under way, believed with a covariance that links everything.
-Belief under_way(std::uint64_t seed) {
+constexpr int kSizes[] = {kBelieved, kMostBelieved};
+
+/// A boat under way, believed with a covariance that links all n states.
+Belief under_way(std::uint64_t seed, int n = kBelieved) {
   Random random(seed);
   Belief b;
-  const double x[kBelieved] = {0.3, -0.2, 0.7, 0.25, -0.15, 0.5, 0.02, -0.03, 0.05};
-  std::copy(x, x + kBelieved, b.x);
-  double root[kBelieved][kBelieved];
-  for (auto& row : root) random.fill(row, kBelieved, -0.1, 0.1);
-  for (int i = 0; i < kBelieved; ++i) root[i][i] += 0.2;
-  for (int i = 0; i < kBelieved; ++i) {
-    for (int j = 0; j < kBelieved; ++j) {
-      for (int k = 0; k < kBelieved; ++k) b.p[i][j] += root[i][k] * root[j][k];
+  b.n = n;
+  const double x[kMostBelieved] = {0.3,  -0.2,  0.7,  0.25,  -0.15, 0.5,
+                                   0.02, -0.03, 0.05, 0.004, -0.01, 0.02};
+  std::copy(x, x + n, b.x);
+  double root[kMostBelieved][kMostBelieved];
+  for (auto& row : root) random.fill(row, n, -0.1, 0.1);
+  for (int i = 0; i < n; ++i) root[i][i] += 0.2;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      for (int k = 0; k < n; ++k) b.p[i][j] += root[i][k] * root[j][k];
     }
   }
   return b;
+}
+
+constexpr double kPoseNoise[kSeen][kSeen] = {
+    {4e-4, 1e-5, 0.0}, {1e-5, 9e-4, 2e-5}, {0.0, 2e-5, 1e-3}};
+
+/// Whether what is not among its states is left alone.
+bool rest_is_untouched(const Belief& b) {
+  for (int i = b.n; i < kMostBelieved; ++i) {
+    if (b.x[i] != 0.0) return false;
+    for (int j = 0; j < kMostBelieved; ++j) {
+      if (b.p[i][j] != 0.0 || b.p[j][i] != 0.0) return false;
+    }
+  }
+  return true;
 }
 
 constexpr double kForce[3][kMaxForces] = {{0.5, -0.3, 0.4}, {0.52, -0.2, 0.3}, {0.53, -0.1, 0.2}};
@@ -39,49 +59,85 @@ DrivenBoat boat(DisturbanceFrame frame) {
 }
 
 /// d state / d state over a step, by central differences of the mean.
-void slopes_by_differences(const DrivenBoat& boat, const Belief& at, double f[][kBelieved]) {
+void slopes_by_differences(const DrivenBoat& boat, const Belief& at, double f[][kMostBelieved]) {
   constexpr double kOff = 1e-5;
-  for (int j = 0; j < kBelieved; ++j) {
+  for (int j = 0; j < at.n; ++j) {
     Belief ahead = at;
     Belief back = at;
     ahead.x[j] += kOff;
     back.x[j] -= kOff;
     REQUIRE(believe_step(boat, kStep, kForce, ahead));
     REQUIRE(believe_step(boat, kStep, kForce, back));
-    for (int i = 0; i < kBelieved; ++i) f[i][j] = (ahead.x[i] - back.x[i]) / (2.0 * kOff);
+    for (int i = 0; i < at.n; ++i) f[i][j] = (ahead.x[i] - back.x[i]) / (2.0 * kOff);
   }
 }
 
 /// F P F'.
-void carried(const double f[][kBelieved], const Belief& b, double out[][kBelieved]) {
-  for (int i = 0; i < kBelieved; ++i) {
-    for (int j = 0; j < kBelieved; ++j) {
+void carried(const double f[][kMostBelieved], const Belief& b, double out[][kMostBelieved]) {
+  for (int i = 0; i < b.n; ++i) {
+    for (int j = 0; j < b.n; ++j) {
       out[i][j] = 0.0;
-      for (int k = 0; k < kBelieved; ++k) {
-        for (int l = 0; l < kBelieved; ++l) out[i][j] += f[i][k] * b.p[k][l] * f[j][l];
+      for (int k = 0; k < b.n; ++k) {
+        for (int l = 0; l < b.n; ++l) out[i][j] += f[i][k] * b.p[k][l] * f[j][l];
       }
     }
   }
 }
 
+using Dense = std::vector<std::vector<double>>;
+
+/// By Gauss and Jordan; of a positive definite matrix.
+Dense inverse(Dense a) {
+  const std::size_t n = a.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    const double pivot = 1.0 / a[k][k];
+    a[k][k] = 1.0;
+    for (double& x : a[k]) x *= pivot;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const double factor = a[i][k];
+      a[i][k] = 0.0;
+      for (std::size_t j = 0; j < n; ++j) a[i][j] -= factor * a[k][j];
+    }
+  }
+  return a;
+}
+
+/// The first n rows and columns.
+template <int N>
+Dense dense(const double (&from)[N][N], int n = N) {
+  Dense out;
+  for (int i = 0; i < n; ++i) out.emplace_back(from[i], from[i] + n);
+  return out;
+}
+
+/// d measured pose_k / d state_i.
+double measures(int k, std::size_t i) {
+  const bool pose = i == static_cast<std::size_t>(k);
+  return pose || i == static_cast<std::size_t>(kBelieved + k) ? 1.0 : 0.0;
+}
+
 }  // namespace
 
 TEST_CASE("the covariance is carried by the derivatives of the motion") {
-  for (const auto frame : {DisturbanceFrame::kEarth, DisturbanceFrame::kBody}) {
-    DrivenBoat b = boat(frame);
-    b.noise.walk_linear = b.noise.walk_yaw = 0.0;
-    b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
-    Belief belief = under_way(3);
-    double f[kBelieved][kBelieved];
-    double want[kBelieved][kBelieved];
-    slopes_by_differences(b, belief, f);
-    carried(f, belief, want);
-    REQUIRE(believe_step(b, kStep, kForce, belief));
-    Worst worst;
-    for (int i = 0; i < kBelieved; ++i) {
-      for (int j = 0; j < kBelieved; ++j) worst.see(belief.p[i][j], want[i][j]);
+  for (const int n : kSizes) {
+    for (const auto frame : {DisturbanceFrame::kEarth, DisturbanceFrame::kBody}) {
+      DrivenBoat b = boat(frame);
+      b.noise.walk_linear = b.noise.walk_yaw = 0.0;
+      b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
+      Belief belief = under_way(3, n);
+      double f[kMostBelieved][kMostBelieved];
+      double want[kMostBelieved][kMostBelieved];
+      slopes_by_differences(b, belief, f);
+      carried(f, belief, want);
+      REQUIRE(believe_step(b, kStep, kForce, belief));
+      Worst worst;
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) worst.see(belief.p[i][j], want[i][j]);
+      }
+      CHECK(worst.value() < 1e-9);
+      CHECK(rest_is_untouched(belief));
     }
-    CHECK(worst.value() < 1e-9);
   }
 }
 
@@ -108,71 +164,130 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
   CHECK(added(8, 8) == doctest::Approx(0.07 * 0.07 * (1.0 - std::exp(-2.0 * kStep / 2.0))));
 }
 
-TEST_CASE("a correction is Bayes' rule: information adds up") {
-  Belief b = under_way(5);
-  const Belief before = b;
-  const double noise[kSeen][kSeen] = {{4e-4, 1e-5, 0.0}, {1e-5, 9e-4, 2e-5}, {0.0, 2e-5, 1e-3}};
-  const double eta[kSeen] = {b.x[0] + 0.01, b.x[1] - 0.02, b.x[2] + 0.03 + 2.0 * kPi};
-  const Surprise found = surprise(b, eta, noise);
-  CHECK(found.e[2] == doctest::Approx(0.03));
-  correct(found, noise, b);
-  CHECK(onboard::positive(&b.p[0][0], kBelieved));
-  // P+ = P - P H' S^-1 H P, column by column; and the residual left is R S^-1 of it
-  Worst worst;
-  for (int j = 0; j < kBelieved; ++j) {
-    double z[kSeen] = {before.p[0][j], before.p[1][j], before.p[2][j]};
-    detail::solve_root(found.root, z);
-    for (int i = 0; i < kBelieved; ++i) {
-      const double less = before.p[i][0] * z[0] + before.p[i][1] * z[1] + before.p[i][2] * z[2];
-      worst.see(b.p[i][j], before.p[i][j] - less);
-    }
-  }
-  double z[kSeen] = {found.e[0], found.e[1], found.e[2]};
-  detail::solve_root(found.root, z);
+TEST_CASE(
+    "errors that hang together fade and renew themselves, and no step moves the boat by them") {
+  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  b.noise.colour_position = 0.006;
+  b.noise.colour_heading = 0.003;
+  b.noise.colour_memory = 0.3;
+  const Belief before = under_way(4, kMostBelieved);
+  Belief renewed = before;
+  Belief faded = before;
+  std::fill(renewed.x + kBelieved, renewed.x + kMostBelieved, 0.0);
+  REQUIRE(believe_step(b, kStep, kForce, renewed));
+  b.noise.colour_position = b.noise.colour_heading = 0.0;
+  REQUIRE(believe_step(b, kStep, kForce, faded));
+  const double stays = std::exp(-kStep / 0.3);
   for (int i = 0; i < kSeen; ++i) {
-    const double left = noise[i][0] * z[0] + noise[i][1] * z[1] + noise[i][2] * z[2];
-    worst.see(found.e[i] - (b.x[i] - before.x[i]), left);
+    const int c = kBelieved + i;
+    const double sigma = i < 2 ? 0.006 : 0.003;
+    CHECK(faded.x[c] == doctest::Approx(stays * before.x[c]));
+    CHECK(renewed.p[c][c] - faded.p[c][c] ==
+          doctest::Approx(sigma * sigma * (1.0 - stays * stays)).epsilon(1e-6));
   }
-  CHECK(worst.value() < 1e-14);
+  CHECK(onboard::same_bits(renewed.x, faded.x, kBelieved));
+}
+
+TEST_CASE("a correction is Bayes' rule: information adds up") {
+  const Dense precision = inverse(dense(kPoseNoise));
+  for (const int n : kSizes) {
+    Belief b = under_way(5, n);
+    const Belief before = b;
+    const double off[kSeen] = {0.01, -0.02, 0.03};
+    double eta[kSeen];
+    for (int i = 0; i < kSeen; ++i) {
+      eta[i] = off[i] + b.x[i] + (b.coloured() ? b.x[kBelieved + i] : 0.0);
+    }
+    eta[2] += 2.0 * kPi;
+    const Surprise found = surprise(b, eta, kPoseNoise);
+    correct(found, kPoseNoise, b);
+    CHECK(onboard::positive(b.p, n));
+    CHECK(rest_is_untouched(b));
+    Dense information = inverse(dense(before.p, n));  // and H' R^-1 H is added
+    std::vector<double> weighed(information.size());  // H' R^-1 e
+    for (std::size_t i = 0; i < weighed.size(); ++i) {
+      for (int k = 0; k < kSeen; ++k) {
+        for (int l = 0; l < kSeen; ++l) {
+          const double r = measures(k, i) * precision[k][l];
+          weighed[i] += r * off[l];
+          for (std::size_t j = 0; j < weighed.size(); ++j) {
+            information[i][j] += r * measures(l, j);
+          }
+        }
+      }
+    }
+    const Dense want = inverse(information);
+    Worst worst;
+    for (std::size_t i = 0; i < weighed.size(); ++i) {
+      double moved = 0.0;
+      for (std::size_t j = 0; j < weighed.size(); ++j) {
+        worst.see(b.p[i][j], want[i][j]);
+        moved += want[i][j] * weighed[j];
+      }
+      worst.see(b.x[i] - before.x[i], moved);
+    }
+    CHECK(worst.value() < 1e-13);
+    // the square is e' S^-1 e, and S what the poses are predicted with
+    double square = 0.0;
+    Dense s = dense(kPoseNoise);
+    for (int k = 0; k < kSeen; ++k) {
+      for (int l = 0; l < kSeen; ++l) {
+        for (std::size_t i = 0; i < weighed.size(); ++i) {
+          for (std::size_t j = 0; j < weighed.size(); ++j) {
+            s[k][l] += measures(k, i) * before.p[i][j] * measures(l, j);
+          }
+        }
+      }
+    }
+    const Dense gate = inverse(s);
+    for (int k = 0; k < kSeen; ++k) {
+      for (int l = 0; l < kSeen; ++l) square += off[k] * gate[k][l] * off[l];
+    }
+    CHECK(found.square == doctest::Approx(square).epsilon(1e-10));
+  }
 }
 
 TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth as much less") {
-  const Belief before = under_way(7);
-  const double noise[kSeen][kSeen] = {{4e-4, 1e-5, 0.0}, {1e-5, 9e-4, 2e-5}, {0.0, 2e-5, 1e-3}};
-  const auto moved = [&](double far, Belief& b) {
-    b = before;
-    const double eta[kSeen] = {b.x[0] + far, b.x[1] - far, b.x[2] + 0.5 * far};
-    const Surprise found = surprise(b, eta, noise);
-    correct_robustly(found, noise, 4.0, b);
-    return std::sqrt(found.square);
-  };
-  Belief at;
-  Belief beyond;
-  Belief within;
-  const double unit = moved(0.01, within) / 0.01;  // [sigma per m]
-  CHECK(moved(4.0 / unit, at) == doctest::Approx(4.0));
-  CHECK(moved(12.0 / unit, beyond) == doctest::Approx(12.0));
-  for (int i = 0; i < kBelieved; ++i) {  // the gain falls with the square of the distance
-    CHECK(beyond.x[i] - before.x[i] == doctest::Approx((at.x[i] - before.x[i]) / 3.0));
-    CHECK(at.p[i][i] == doctest::Approx(within.p[i][i]));
-    CHECK(before.p[i][i] - beyond.p[i][i] ==
-          doctest::Approx((before.p[i][i] - at.p[i][i]) / 9.0).epsilon(1e-6));
+  for (const int n : kSizes) {
+    const Belief before = under_way(7, n);
+    const auto moved = [&](double far, Belief& b) {
+      b = before;
+      double eta[kSeen] = {b.x[0] + far, b.x[1] - far, b.x[2] + 0.5 * far};
+      for (int i = 0; i < kSeen && b.coloured(); ++i) eta[i] += b.x[kBelieved + i];
+      const Surprise found = surprise(b, eta, kPoseNoise);
+      correct_robustly(found, kPoseNoise, 4.0, b);
+      return std::sqrt(found.square);
+    };
+    Belief at;
+    Belief beyond;
+    Belief within;
+    const double unit = moved(0.01, within) / 0.01;  // [sigma per m]
+    CHECK(moved(4.0 / unit, at) == doctest::Approx(4.0));
+    CHECK(moved(12.0 / unit, beyond) == doctest::Approx(12.0));
+    for (int i = 0; i < n; ++i) {  // the gain falls with the square of the distance
+      CHECK(beyond.x[i] - before.x[i] == doctest::Approx((at.x[i] - before.x[i]) / 3.0));
+      CHECK(at.p[i][i] == doctest::Approx(within.p[i][i]));
+      CHECK(before.p[i][i] - beyond.p[i][i] ==
+            doctest::Approx((before.p[i][i] - at.p[i][i]) / 9.0).epsilon(1e-6));
+    }
+    CHECK(onboard::positive(beyond.p, n));
   }
-  CHECK(onboard::positive(&beyond.p[0][0], kBelieved));
 }
 
 TEST_CASE("a covariance stays one through steps and corrections of very different size") {
-  DrivenBoat b = boat(DisturbanceFrame::kEarth);
-  b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3};
-  Belief belief = under_way(6);
   const double tight[kSeen][kSeen] = {{1e-12, 0.0, 0.0}, {0.0, 1e-12, 0.0}, {0.0, 0.0, 1e-12}};
-  for (int i = 0; i < 3000; ++i) {
-    REQUIRE(believe_step(b, kStep, kForce, belief));
-    if (i % 3 == 0 && (i < 1000 || i > 2000)) {
-      const double eta[kSeen] = {belief.x[0], belief.x[1], belief.x[2]};
-      correct(surprise(belief, eta, tight), tight, belief);
+  for (const double colour : {0.0, 1e-5, 0.1}) {
+    DrivenBoat b = boat(DisturbanceFrame::kEarth);
+    b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, colour, colour, 0.02};
+    Belief belief = under_way(6, b.noise.coloured() ? kMostBelieved : kBelieved);
+    for (int i = 0; i < 3000; ++i) {
+      REQUIRE(believe_step(b, kStep, kForce, belief));
+      if (i % 3 == 0 && (i < 1000 || i > 2000)) {
+        const double eta[kSeen] = {belief.x[0], belief.x[1], belief.x[2]};
+        correct(surprise(belief, eta, tight), tight, belief);
+      }
+      REQUIRE(onboard::positive(belief.p, belief.n));
     }
-    REQUIRE(onboard::positive(&belief.p[0][0], kBelieved));
   }
 }
 

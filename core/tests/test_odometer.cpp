@@ -150,6 +150,24 @@ TEST_CASE("poses of a point that is not the origin, with the arm told, are those
   CHECK(b.motion.covariance[0][0] > 0.0);
 }
 
+TEST_CASE("an arm of no length changes nothing, whether or not pose errors hang together") {
+  const double lever[2] = {1e-9, 0.0};
+  for (const OnboardModel& m : {onboard::model(), onboard::coloured_model()}) {
+    auto there = std::make_unique<Odometer>(m, lever);
+    auto here = std::make_unique<Odometer>(m, kNoLever);
+    for (const Input& in : onboard::drive(8, 5.0)) {
+      give(*here, in);
+      give(*there, in);
+    }
+    const Odometry a = here->at(stamp_of(5.0));
+    const Odometry b = there->at(stamp_of(5.0));
+    CHECK(difference(a, b) < 1e-8);
+    for (int i = 0; i < kStates; ++i) {
+      CHECK(a.motion.covariance[i][i] == doctest::Approx(b.motion.covariance[i][i]).epsilon(1e-6));
+    }
+  }
+}
+
 TEST_CASE("the arm's part of the covariance is that of many poses") {
   OnboardModel m = onboard::model();
   const double lever[2] = {0.6, 0.3};

@@ -114,6 +114,12 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("and where pose errors hang together") {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    CHECK(arrival_does_not_matter(onboard::coloured_model(), seed, 9.0, 0.5));
+  }
+}
+
 TEST_CASE("the past is not touched by what comes later") {
   const std::vector<Input> inputs = troubled(17, 9.0);
   auto p = fresh();
@@ -154,17 +160,26 @@ TEST_CASE("without poses it goes where the plant goes: one step, one chain, one 
   CHECK(worst.value() < 1e-7);  // the steps are cut elsewhere
 }
 
-TEST_CASE("it follows a noisy drive within what it says, and better than its poses") {
-  auto p = fresh();
-  onboard::Sea sea(8);
-  double pose_error = 0.0;
-  double sum = 0.0;
-  double squares = 0.0;
-  int n = 0;
+namespace {
+
+/// A minute along the truth.
+struct Followed {
+  int n = 0;              // poses
+  double largest = 0.0;   // [m] error of the position
+  double position = 0.0;  // [m] RMS error of x
+  double velocity = 0.0;  // [m/s] RMS error of u
+  double nees = 0.0;      // mean
+};
+
+/// memory: [s] of the poses' errors.
+Followed follow(const OnboardModel& m, std::uint64_t seed, double memory = 0.0) {
+  auto p = fresh(m);
+  onboard::Sea sea(seed, memory);
+  Followed out;
   for (;;) {
     const Input in = sea.next();
     if (in.time > 60.0) break;
-    give(*p, in);
+    REQUIRE(give(*p, in) == Taken::kUsed);
     if (!in.pose || in.time < 5.0) continue;
     const Estimate e = p->at(in.time);
     const double* x = sea.truth();
@@ -174,6 +189,9 @@ TEST_CASE("it follows a noisy drive within what it says, and better than its pos
       off[i] = i < kSeen ? e.pose[i] - x[i] : e.velocity[i - kSeen] - x[i];
     }
     off[2] = wrap(off[2]);
+    out.position += off[0] * off[0];
+    out.velocity += off[3] * off[3];
+    out.largest = std::max(out.largest, std::hypot(off[0], off[1]));
     for (int i = 0; i < kStates; ++i) {  // NEES by Cholesky
       for (int j = 0; j <= i; ++j) {
         double left = e.covariance[i][j];
@@ -182,17 +200,37 @@ TEST_CASE("it follows a noisy drive within what it says, and better than its pos
       }
       for (int k = 0; k < i; ++k) off[i] -= l[i][k] * off[k];
       off[i] /= l[i][i];
-      squares += off[i] * off[i];
+      out.nees += off[i] * off[i];
     }
-    sum += (e.pose[0] - x[0]) * (e.pose[0] - x[0]);
-    pose_error = std::max(pose_error, std::hypot(e.pose[0] - x[0], e.pose[1] - x[1]));
-    ++n;
+    ++out.n;
   }
-  CHECK(n > 800);
-  CHECK(std::sqrt(sum / n) < 0.6 * onboard::kNoise[0]);
-  CHECK(pose_error < 0.01);
-  CHECK(squares / n < 6.5);  // the truth has no disturbance: it may be more careful than need be
-  CHECK(squares / n > 1.0);
+  out.nees /= out.n;
+  out.position = std::sqrt(out.position / out.n);
+  out.velocity = std::sqrt(out.velocity / out.n);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("it follows a noisy drive within what it says, and better than its poses") {
+  const Followed got = follow(onboard::model(), 8);
+  CHECK(got.n > 800);
+  CHECK(got.position < 0.6 * onboard::kNoise[0]);
+  CHECK(got.largest < 0.01);
+  CHECK(got.nees < 6.5);  // the truth has no disturbance: it may be more careful than need be
+  CHECK(got.nees > 1.0);
+}
+
+TEST_CASE("pose errors that hang together are not taken for motion, nor for news") {
+  for (std::uint64_t seed = 8; seed < 11; ++seed) {
+    const Followed told = follow(onboard::coloured_model(), seed, onboard::kMemory);
+    const Followed not_told = follow(onboard::model(), seed, onboard::kMemory);
+    CHECK(told.nees < 6.5);
+    CHECK(told.nees > 1.0);
+    CHECK(not_told.nees > 10.0);
+    CHECK(told.velocity < not_told.velocity);
+    CHECK(told.position < onboard::kNoise[0]);
+  }
 }
 
 TEST_CASE("nothing is asked of the heap, whatever comes in") {

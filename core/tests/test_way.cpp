@@ -12,6 +12,7 @@ using namespace seatrial;  // NOLINT(google-build-using-namespace)
 namespace {
 
 const double kNothing[kAxes][kAxes] = {};
+const double kSecond[kAxes] = {1.0, 1.0, 1.0};
 
 }  // namespace
 
@@ -34,7 +35,7 @@ TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
   const double h = 2.0 * kPi / nu[2] / kSteps;
   double farthest = 0.0;
   for (int i = 0; i < kSteps; ++i) {
-    way.advance(h, nu, spread, 1.0);
+    way.advance(h, nu, spread, kSecond);
     farthest = std::max(farthest, std::hypot(way.pose()[0], way.pose()[1]));
   }
   const double diameter = 2.0 * std::hypot(nu[0], nu[1]) / nu[2];
@@ -45,7 +46,7 @@ TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
 TEST_CASE("a velocity without a covariance is not used") {
   Way way;
   const double nu[kAxes] = {1.0, 0.0, 0.0};
-  way.advance(0.1, nu, kNothing, 1.0);
+  way.advance(0.1, nu, kNothing, kSecond);
   CHECK(way.pose()[0] == 0.0);
 }
 
@@ -58,22 +59,24 @@ TEST_CASE("errors that last for ever grow as the time, short ones as its root") 
   Way lasting;
   Way brief;
   const double memory = 0.1;
+  const double each[kAxes] = {memory, memory, memory};
+  const double ever[kAxes] = {1e12, 1e12, 1e12};
   for (int i = 0; i < n; ++i) {
-    lasting.advance(h, nu, spread, 1e12);
-    brief.advance(h, nu, spread, memory);
+    lasting.advance(h, nu, spread, ever);
+    brief.advance(h, nu, spread, each);
   }
   const double length = h * n;
   CHECK(std::sqrt(lasting.covariance()[0][0]) == doctest::Approx(sd * length).epsilon(1e-6));
   // the exact sum of a discrete Markov chain's covariances
   const double a = std::exp(-h / memory);
-  const double each =
+  const double sum =
       (1.0 + a) / (1.0 - a) - 2.0 * a * (1.0 - std::pow(a, n)) / (n * (1.0 - a) * (1.0 - a));
   CHECK(std::sqrt(brief.covariance()[1][1]) ==
-        doctest::Approx(sd * h * std::sqrt(n * each)).epsilon(1e-6));
+        doctest::Approx(sd * h * std::sqrt(n * sum)).epsilon(1e-6));
 }
 
 TEST_CASE("the covariance is that of many drives with such errors") {
-  const double memory = 0.7;
+  const double memory[kAxes] = {0.7, 0.2, 1.5};
   const double h = 0.02;
   constexpr int kSteps = 300;
   constexpr int kDrives = 4000;
@@ -96,7 +99,8 @@ TEST_CASE("the covariance is that of many drives with such errors") {
     truth(h * i, nu);
     exact.advance(h, nu, spread, memory);
   }
-  const double stays = std::exp(-h / memory);
+  double stays[kAxes];
+  for (int k = 0; k < kAxes; ++k) stays[k] = std::exp(-h / memory[k]);
   double sum[kSeen][kSeen] = {};
   for (int drive = 0; drive < kDrives; ++drive) {
     Way way;
@@ -109,8 +113,8 @@ TEST_CASE("the covariance is that of many drives with such errors") {
         for (int k = 0; k < kAxes; ++k) nu[a] += root[a][k] * w[k];
       }
       way.advance(h, nu, spread, memory);
-      for (double& value : w) {
-        value = stays * value + std::sqrt(1.0 - stays * stays) * onboard::normal(random);
+      for (int k = 0; k < kAxes; ++k) {
+        w[k] = stays[k] * w[k] + std::sqrt(1.0 - stays[k] * stays[k]) * onboard::normal(random);
       }
     }
     double e[kSeen];

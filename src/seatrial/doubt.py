@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.filter_noise import MEMORY, NOISE_START
+from seatrial.filter_noise import COLOUR, MEMORY, NOISE_START
 from seatrial.frames import SYMBOLS, Array
 from seatrial.model import Model
 from seatrial.schema import NoiseEntry
@@ -35,25 +35,24 @@ def doubt(model: Model) -> Doubt:
 
 
 def believed_on_board(model: Model) -> Array:
-    """Noise (7,) of poses and motion: position, heading, walks, disturbances, memory.
+    """Noise (10,) of poses and motion, in the order of the filter's noise.
 
     A model without process noise (the paper's method finds none) gets what the estimator starts
-    from. Pose errors that hang together count as white ones of their size: the gate is right, what
-    many poses tell is taken for more than it is. The doubt about the model's parameters is added
-    in squares.
+    from. The doubt about the model's parameters is added in squares.
     """
     own, found = _own(model.noise), doubt(model)
     return _core.believed_noise(own, found.disturbance, found.memory, found.walk)
 
 
 def _own(noise: NoiseEntry) -> Array:
-    """Noise (7,) as the model file states it."""
-    own = NOISE_START[: MEMORY + 1].copy()
+    """Noise (10,) as the model file states it."""
+    own = NOISE_START.copy()
     own[:2] = noise.position, noise.heading
-    if noise.correlated is not None:
-        own[:2] = np.hypot(own[:2], [noise.correlated.position, noise.correlated.heading])
+    own[COLOUR] = 0.0
+    if (c := noise.correlated) is not None:
+        own[COLOUR[0] :] = c.position, c.heading, c.memory
     if noise.process is not None:
         p = noise.process
         own[2:6] = p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw
-        own[6] = p.memory
+        own[MEMORY] = p.memory
     return own

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the on-board predictor believes of a boat: its state and disturbance with their covariance,
-// through the model's own steps and by poses. No heap, no exceptions.
+// through the model's own steps and by poses; where the model has any, errors of the poses that
+// hang together, too, as in the estimator's filter. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@ namespace seatrial {
 
 inline constexpr int kBelieved = kStates + kAxes;  // x, y, psi, u, v, r and the disturbance's three
 inline constexpr int kSeen = 3;                    // x, y [m], psi [rad] are measured
+inline constexpr int kMostBelieved = kBelieved + kSeen;  // and the errors that hang together
 
 /// Noise of poses and motion; the names are the model file's.
 struct MotionNoise {
@@ -22,6 +24,16 @@ struct MotionNoise {
   double disturbance_linear = 3e-2;  // [m/s^2] that comes and goes
   double disturbance_yaw = 5e-2;     // [rad/s^2]
   double memory = 2.0;               // [s] time constant of the disturbance
+  double colour_position = 0.0;      // [m] errors of the poses that hang together, beside the white
+  double colour_heading = 0.0;       // [rad]
+  double colour_memory = 0.3;        // [s] time constant of these
+
+  bool coloured() const { return colour_position > 0.0 || colour_heading > 0.0; }
+  /// Of the poses' x, y [m^2], psi [rad^2].
+  double white_variance(int i) const { return i < 2 ? position * position : heading * heading; }
+  double colour_variance(int i) const {
+    return i < 2 ? colour_position * colour_position : colour_heading * colour_heading;
+  }
 };
 
 enum class DisturbanceFrame : std::uint8_t { kEarth, kBody };
@@ -49,10 +61,14 @@ inline bool add_disturbance(Structure& s) {
   return true;
 }
 
-/// Mean and covariance.
+/// Mean and covariance of the first n: x, y [m], psi [rad], u, v [m/s], r [rad/s], disturbance
+/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad].
 struct Belief {
-  double x[kBelieved] = {};  // x, y [m], psi [rad], u, v [m/s], r [rad/s], d [m/s^2, rad/s^2]
-  double p[kBelieved][kBelieved] = {};
+  int n = kBelieved;  // or kMostBelieved
+  double x[kMostBelieved] = {};
+  double p[kMostBelieved][kMostBelieved] = {};
+
+  bool coloured() const { return n == kMostBelieved; }
 };
 
 namespace detail {
@@ -69,11 +85,13 @@ inline Columns believed_columns(const Structure& s) {
   return columns;
 }
 
-/// F P F' with the motion's slopes less the identity; the disturbance keeps `stays` of itself.
-inline void carry(const double f[kStates][kBelieved], double stays, double p[][kBelieved]) {
-  double fp[kStates][kBelieved];
+/// F P F' of N states, with the motion's slopes less the identity; the others keep `stays` of
+/// themselves.
+template <int N>
+void carry(const double f[kStates][kBelieved], const double* stays, double p[][kMostBelieved]) {
+  double fp[kStates][N];
   for (int i = 0; i < kStates; ++i) {
-    for (int j = 0; j < kBelieved; ++j) {
+    for (int j = 0; j < N; ++j) {
       double sum = p[i][j];
       for (int m = 2; m < kBelieved; ++m) sum += f[i][m] * p[m][j];
       fp[i][j] = sum;
@@ -85,17 +103,17 @@ inline void carry(const double f[kStates][kBelieved], double stays, double p[][k
       for (int m = 2; m < kBelieved; ++m) sum += fp[i][m] * f[j][m];
       p[i][j] = p[j][i] = sum;
     }
-    for (int j = kStates; j < kBelieved; ++j) p[i][j] = p[j][i] = stays * fp[i][j];
+    for (int j = kStates; j < N; ++j) p[i][j] = p[j][i] = stays[j - kStates] * fp[i][j];
   }
-  for (int i = kStates; i < kBelieved; ++i) {
-    for (int j = kStates; j < kBelieved; ++j) p[i][j] *= stays * stays;
+  for (int i = kStates; i < N; ++i) {
+    for (int j = kStates; j < N; ++j) p[i][j] *= stays[i - kStates] * stays[j - kStates];
   }
 }
 
 /// Random walk of the velocity, integrated into the pose; renewal of the disturbance. c, s: of the
 /// heading. The walk of u is that of v: turned, it is the same.
 inline void add_noise(const MotionNoise& n, double c, double s, double h, double stays,
-                      double p[][kBelieved]) {
+                      double p[][kMostBelieved]) {
   const double turn[3][3] = {{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
   for (int a = 0; a < kAxes; ++a) {
     const double walk = a < 2 ? n.walk_linear : n.walk_yaw;
@@ -111,6 +129,13 @@ inline void add_noise(const MotionNoise& n, double c, double s, double h, double
   }
 }
 
+/// Of the errors that hang together.
+inline void renew_colour(const MotionNoise& n, double stays, double p[][kMostBelieved]) {
+  for (int i = 0; i < kSeen; ++i) {
+    p[kBelieved + i][kBelieved + i] += n.colour_variance(i) * (1.0 - stays * stays);
+  }
+}
+
 }  // namespace detail
 
 /// Whether the numbers are those of a boat: false where it, or what is known of it, ran away.
@@ -121,7 +146,7 @@ inline bool plausible(const Belief& b) {
   for (int i = 3; i < kStates; ++i) {
     if (!(std::abs(b.x[i]) < kFastest)) return false;
   }
-  for (int i = 0; i < kBelieved; ++i) {
+  for (int i = 0; i < b.n; ++i) {
     if (!(b.p[i][i] > 0.0 && b.p[i][i] < kMostVariance)) return false;
   }
   return true;
@@ -166,10 +191,19 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
     }
     f[i][i] -= 1.0;
   }
-  const double stays = std::exp(-h / boat.noise.memory);
-  for (int i = kStates; i < kBelieved; ++i) b.x[i] *= stays;
-  detail::carry(f, stays, b.p);
-  detail::add_noise(boat.noise, c, s, h, stays, b.p);
+  double stays[kMostBelieved - kStates];
+  std::fill(stays, stays + kAxes, std::exp(-h / boat.noise.memory));
+  if (b.coloured()) {
+    std::fill(stays + kAxes, stays + kAxes + kSeen, std::exp(-h / boat.noise.colour_memory));
+  }
+  for (int i = kStates; i < b.n; ++i) b.x[i] *= stays[i - kStates];
+  if (b.coloured()) {
+    detail::carry<kMostBelieved>(f, stays, b.p);
+    detail::renew_colour(boat.noise, stays[kAxes], b.p);
+  } else {
+    detail::carry<kBelieved>(f, stays, b.p);
+  }
+  detail::add_noise(boat.noise, c, s, h, stays[0], b.p);
   return plausible(b);
 }
 
@@ -200,6 +234,13 @@ inline void solve_root(const double l[kSeen][kSeen], double* x) {
   }
 }
 
+/// Covariance of the pose as it is predicted to be measured, but for its white error: of H P H'.
+inline double predicted(const Belief& b, int i, int j) {
+  if (!b.coloured()) return b.p[i][j];
+  return b.p[i][j] + b.p[i][kBelieved + j] + b.p[kBelieved + i][j] +
+         b.p[kBelieved + i][kBelieved + j];
+}
+
 }  // namespace detail
 
 /// A pose beside its prediction.
@@ -209,14 +250,15 @@ struct Surprise {
   double square = 0.0;             // e' S^-1 e; infinite where S has no root
 };
 
-/// noise: covariance of the pose.
+/// noise: covariance of the pose's white error.
 inline Surprise surprise(const Belief& b, const double* eta, const double noise[kSeen][kSeen]) {
   Surprise out;
   double s[kSeen][kSeen];
   double z[kSeen];
   for (int i = 0; i < kSeen; ++i) {
-    out.e[i] = z[i] = i < 2 ? eta[i] - b.x[i] : wrap(eta[i] - b.x[i]);
-    for (int j = 0; j < kSeen; ++j) s[i][j] = b.p[i][j] + noise[i][j];
+    const double off = b.coloured() ? eta[i] - b.x[i] - b.x[kBelieved + i] : eta[i] - b.x[i];
+    out.e[i] = z[i] = i < 2 ? off : wrap(off);
+    for (int j = 0; j < kSeen; ++j) s[i][j] = detail::predicted(b, i, j) + noise[i][j];
   }
   out.square = std::numeric_limits<double>::infinity();
   if (!detail::lower_root(s, out.root)) return out;
@@ -225,30 +267,50 @@ inline Surprise surprise(const Belief& b, const double* eta, const double noise[
   return out;
 }
 
-/// Kalman's update in Joseph's form, (I - K H) P (I - K H)' + K R K': positive definite and
-/// symmetric whatever the gain's rounding does.
-inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
-  double gain[kBelieved][kSeen];
-  double left[kBelieved][kBelieved];  // (I - K H) P
-  for (int i = 0; i < kBelieved; ++i) {
-    std::copy(b.p[i], b.p[i] + kSeen, gain[i]);
-    detail::solve_root(by.root, gain[i]);
+namespace detail {
+
+/// Of N states; H picks the pose and, in kMostBelieved of them, adds the errors that hang together.
+template <int N>
+void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
+  const auto seen = [](const double* row, int k) {  // of a row times H'
+    return N == kMostBelieved ? row[k] + row[kBelieved + k] : row[k];
+  };
+  double gain[N][kSeen];
+  double hp[kSeen][N];
+  double left[N][N];  // (I - K H) P
+  for (int i = 0; i < N; ++i) {
+    for (int k = 0; k < kSeen; ++k) gain[i][k] = hp[k][i] = seen(b.p[i], k);
+    solve_root(by.root, gain[i]);
     b.x[i] += gain[i][0] * by.e[0] + gain[i][1] * by.e[1] + gain[i][2] * by.e[2];
-    for (int j = 0; j < kBelieved; ++j) {
+  }
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j) {
       left[i][j] =
-          b.p[i][j] - (gain[i][0] * b.p[0][j] + gain[i][1] * b.p[1][j] + gain[i][2] * b.p[2][j]);
+          b.p[i][j] - (gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j]);
     }
   }
-  for (int i = 0; i < kBelieved; ++i) {
+  for (int i = 0; i < N; ++i) {
     double more[kSeen];  // K R - (I - K H) P H'
     for (int k = 0; k < kSeen; ++k) {
       more[k] = gain[i][0] * noise[0][k] + gain[i][1] * noise[1][k] + gain[i][2] * noise[2][k] -
-                left[i][k];
+                seen(left[i], k);
     }
-    for (int j = i; j < kBelieved; ++j) {
+    for (int j = i; j < N; ++j) {
       b.p[i][j] = b.p[j][i] =
           left[i][j] + more[0] * gain[j][0] + more[1] * gain[j][1] + more[2] * gain[j][2];
     }
+  }
+}
+
+}  // namespace detail
+
+/// Kalman's update in Joseph's form, (I - K H) P (I - K H)' + K R K': positive definite and
+/// symmetric whatever the gain's rounding does.
+inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
+  if (b.coloured()) {
+    detail::correct<kMostBelieved>(by, noise, b);
+  } else {
+    detail::correct<kBelieved>(by, noise, b);
   }
 }
 
@@ -266,7 +328,7 @@ inline void correct_robustly(const Surprise& by, const double noise[kSeen][kSeen
   for (int i = 0; i < kSeen; ++i) {
     for (int j = 0; j < kSeen; ++j) {
       less.root[i][j] *= std::sqrt(more);
-      larger[i][j] = more * noise[i][j] + (more - 1.0) * b.p[i][j];
+      larger[i][j] = more * noise[i][j] + (more - 1.0) * detail::predicted(b, i, j);
     }
   }
   correct(less, larger, b);

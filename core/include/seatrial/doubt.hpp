@@ -37,11 +37,12 @@ namespace detail {
 inline constexpr double kHold[2] = {1.0, 3.0};  // [s] that a command is held
 inline constexpr double kTick = 0.1;            // [s] between the instants that are averaged
 inline constexpr int kTicks = 6000;             // ten minutes
+inline constexpr int kEnough = kTicks / 10;     // instants that an average is made of
 inline constexpr int kPiece = 100;              // ticks that are scheduled at once
 inline constexpr double kGentlest = 1.0 / 64;   // share of full commands
 
 /// Less is not believed, so that the covariance keeps its digits.
-inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3};
+inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, 1e-5, 1e-5, 0.02};
 
 /// Splitmix64: the same numbers on every machine.
 class Dice {
@@ -65,9 +66,11 @@ struct Sticks {
 
   Sticks(int n_commands, double most) {
     Dice dice;
-    for (double t = 0.0; t < kTick * kTicks; t += dice(kHold[0], kHold[1])) {
+    double t = 0.0;
+    while (t < kTick * kTicks) {
       time.push_back(t);
       for (int j = 0; j < n_commands; ++j) value.push_back(dice(-most, most));
+      t += dice(kHold[0], kHold[1]);
     }
   }
 
@@ -101,16 +104,21 @@ inline void covariance_of(const double (*slope)[kMaxColumns], const double (*c)[
   }
 }
 
-/// The covariance without latencies and lags.
-inline void forget_timing(UncertainModel& m) {
-  const int first = m.boat.structure.n_coefficients;
+/// The covariance of latencies and lags only, or of all others only.
+inline UncertainModel part_of(const UncertainModel& m, bool timing) {
+  UncertainModel part = m;
+  bool timed[kMaxParameters] = {};
   for (int k = 0; k < m.chain.n_actuators(); ++k) {
     for (const int own : {m.chain.actuators[k].latency, m.chain.actuators[k].lag}) {
-      for (int i = 0; i < m.n_parameters() && own >= 0; ++i) {
-        m.covariance[first + own][i] = m.covariance[i][first + own] = 0.0;
-      }
+      if (own >= 0) timed[m.boat.structure.n_coefficients + own] = true;
     }
   }
+  for (int i = 0; i < m.n_parameters(); ++i) {
+    for (int j = 0; j < m.n_parameters(); ++j) {
+      if (timed[i] != timing || timed[j] != timing) part.covariance[i][j] = 0.0;
+    }
+  }
+  return part;
 }
 
 /// The boat at one instant of a drive.
@@ -143,9 +151,9 @@ struct Glance {
 
 /// Sums over a drive.
 struct DriveSums {
-  double variance[kAxes] = {};  // of the acceleration, timing aside
-  double slow[kAxes] = {};      // power, timing aside
-  double all[kAxes] = {};       // power
+  double variance[kAxes] = {};  // of the acceleration, by all but latency and lag
+  double pushed[kAxes] = {};    // power, by the same
+  double kicked[kAxes] = {};    // power, by latency and lag
   int instants = 0;             // within the envelope
 };
 
@@ -161,7 +169,7 @@ inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
 }
 
 /// A drive from rest with commands up to `most`; where it is outside the envelope is not counted.
-inline DriveSums random_drive(const UncertainModel& m, const UncertainModel& untimed, double most) {
+inline DriveSums random_drive(const UncertainModel& m, const UncertainModel& timing, double most) {
   const Columns columns = all_columns(m);
   const Sticks sticks(m.chain.allocation.n_commands, most);
   const Trace trace(m.chain, m.q, sticks.held(m.chain.allocation.n_commands), Held{}, columns);
@@ -181,10 +189,10 @@ inline DriveSums random_drive(const UncertainModel& m, const UncertainModel& unt
       if (good && !Envelope::outside(x + 3, m.speed, kAxes)) {
         const Glance now(m, trace, time[static_cast<std::size_t>(k) + 1], x + 3);
         DriveSums next = sum;
-        good = now.good && add_power(now.j, dx, m, next.all) &&
-               add_power(now.j, dx, untimed, next.slow);
+        good = now.good && add_power(now.j, dx, m, next.pushed) &&
+               add_power(now.j, dx, timing, next.kicked);
         double p[kAxes][kAxes];
-        covariance_of(now.slope, untimed.covariance, m.n_parameters(), p);
+        covariance_of(now.slope, m.covariance, m.n_parameters(), p);
         for (int a = 0; a < kAxes; ++a) next.variance[a] += p[a][a];
         ++next.instants;
         if (good) sum = next;
@@ -206,23 +214,23 @@ struct Doubt {
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
-/// The doubt about a model, under random commands so strong that the boat is within its envelope
-/// half of the time at least. None where no such command is found.
+/// The doubt about a model, under random commands up to the stops, or as strong as leave the boat
+/// within its envelope for a tenth of the time. None where no such command is found.
 inline Doubt doubt(const UncertainModel& m) {
   Doubt out;
   bool doubted = false;
   for (int i = 0; i < m.n_parameters(); ++i) doubted = doubted || m.covariance[i][i] > 0.0;
-  UncertainModel untimed = m;
-  detail::forget_timing(untimed);
+  const UncertainModel lasting = detail::part_of(m, false);
+  const UncertainModel timing = detail::part_of(m, true);
   for (double most = 1.0; doubted && most >= detail::kGentlest; most *= 0.5) {
-    const detail::DriveSums sum = detail::random_drive(m, untimed, most);
-    if (2 * sum.instants < detail::kTicks) continue;
+    const detail::DriveSums sum = detail::random_drive(lasting, timing, most);
+    if (sum.instants < detail::kEnough) continue;
     for (int a = 0; a < kAxes; ++a) {
       const double variance = std::max(sum.variance[a] / sum.instants, 0.0);
-      const double slow = std::max(sum.slow[a] / sum.instants, 0.0);
+      const double power = std::max(sum.pushed[a] / sum.instants, 0.0);
       out.disturbance[a] = std::sqrt(variance);
-      if (variance > 0.0) out.memory[a] = slow / (2.0 * variance);
-      out.walk[a] = std::sqrt(std::max(sum.all[a] / sum.instants - slow, 0.0));
+      if (variance > 0.0) out.memory[a] = power / (2.0 * variance);
+      out.walk[a] = std::sqrt(std::max(sum.kicked[a] / sum.instants, 0.0));
     }
     break;
   }
@@ -260,7 +268,7 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
   const detail::Together ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
   const detail::Together turning(own.disturbance_yaw, own.memory, d.disturbance[2], d.memory[2]);
   const MotionNoise& least = detail::kLeastNoise;
-  MotionNoise n;
+  MotionNoise n = own;
   n.position = std::max(own.position, least.position);
   n.heading = std::max(own.heading, least.heading);
   n.walk_linear =
@@ -271,6 +279,10 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
       std::max(ahead.spread * std::sqrt(ahead.memory / n.memory), least.disturbance_linear);
   n.disturbance_yaw =
       std::max(turning.spread * std::sqrt(turning.memory / n.memory), least.disturbance_yaw);
+  if (!own.coloured()) return n;
+  n.colour_position = std::max(own.colour_position, least.colour_position);
+  n.colour_heading = std::max(own.colour_heading, least.colour_heading);
+  n.colour_memory = std::max(own.colour_memory, least.colour_memory);
   return n;
 }
 

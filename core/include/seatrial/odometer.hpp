@@ -29,7 +29,8 @@ inline constexpr int kOutcomes = 6;  // of Taken
 template <int kMarks, int kRows, int kRecent>
 class BasicOdometer {
  public:
-  static constexpr double kLongestStep = 0.05;                    // [s] of the way
+  static constexpr double kLongestStep = 0.05;  // [s] of the way
+  static constexpr double kAhead = 0.05;        // [s] over which growth of a variance is looked at
   static constexpr std::int64_t kFarStamp = 4000000000000000000;  // [ns]
   static constexpr std::int64_t kSetBack = 5000000000;  // [ns] earlier than before: another clock
 
@@ -98,13 +99,15 @@ class BasicOdometer {
   }
 
  private:
+  static constexpr int kCells = kSeen * kSeen;
+
   /// An input as it came.
   struct Recent {
     Source source = Source::kCommand;
     bool own_noise = false;  // with a covariance
     std::int64_t stamp = 0;
     double values[kMaxCommands] = {};
-    double covariance[kSeen * kSeen] = {};
+    double covariance[kCells] = {};
   };
 
   int width(Source source) const {
@@ -131,7 +134,7 @@ class BasicOdometer {
     in.stamp = stamp;
     std::copy(values, values + width(source), in.values);
     in.own_noise = covariance != nullptr;
-    if (in.own_noise) std::copy(covariance, covariance + kSeen * kSeen, in.covariance);
+    if (in.own_noise) std::copy(covariance, covariance + kCells, in.covariance);
     const Taken taken = give(in);
     ++counts_[static_cast<int>(source)][static_cast<int>(taken)];
     return taken;
@@ -154,7 +157,7 @@ class BasicOdometer {
     const double* covariance = in.own_noise ? in.covariance : nullptr;
     if (lever_[0] == 0.0 && lever_[1] == 0.0) return predictor_.pose(t, in.values, covariance);
     double origin[kSeen];
-    double spread[kSeen * kSeen];
+    double spread[kCells];
     to_origin(in.values, covariance, origin, spread);
     return predictor_.pose(t, origin, spread);
   }
@@ -170,11 +173,11 @@ class BasicOdometer {
     arm[1] = s * lever_[0] + c * lever_[1];
     for (int i = 0; i < 2; ++i) origin[i] = eta[i] - arm[i];
     origin[2] = eta[2];
-    const double own[kSeen] = {n.position, n.position, n.heading};
-    for (int i = 0; i < kSeen * kSeen; ++i) {
+    for (int i = 0; i < kCells; ++i) {
+      const int k = i / kSeen;
       const bool diagonal = i % (kSeen + 1) == 0;
-      const double white = diagonal ? own[i / kSeen] * own[i / kSeen] : 0.0;
-      spread[i] = covariance != nullptr ? covariance[i] : white;
+      const double own = diagonal ? n.white_variance(k) + n.colour_variance(k) : 0.0;
+      spread[i] = covariance != nullptr ? covariance[i] : own;
     }
     const double slope[2] = {arm[1], -arm[0]};  // d origin / d psi
     for (int i = 0; i < 2; ++i) {
@@ -194,6 +197,8 @@ class BasicOdometer {
     if (!(length <= BasicPredictor<kMarks, kRows>::kReach)) return;
     const int n = steps_for(length, kLongestStep);
     const double h = length / n;
+    double memory[kAxes];
+    last_long(stamp, now, memory);
     Estimate before = last_;
     for (int i = 1; i <= n; ++i) {
       const Estimate after = i == n ? now : predictor_.at(from + h * i);
@@ -203,8 +208,21 @@ class BasicOdometer {
         nu[a] = 0.5 * (before.velocity[a] + after.velocity[a]);
         std::copy(after.covariance[3 + a] + 3, after.covariance[3 + a] + kStates, spread[a]);
       }
-      way_.advance(h, nu, spread, model().boat.noise.memory);
+      way_.advance(h, nu, spread, memory);
       before = after;
+    }
+  }
+
+  /// How long an error of the velocity lasts [s, each]. A filter takes from its errors what
+  /// uncertainty adds, in steady state the share g / P a second, with P the variance and g its
+  /// growth between poses; without poses they last as long as the disturbance.
+  void last_long(std::int64_t stamp, const Estimate& now, double* memory) {
+    const Estimate ahead = predictor_.at(seconds(stamp) + kAhead);
+    for (int a = 0; a < kAxes; ++a) {
+      const double variance = now.covariance[3 + a][3 + a];
+      const double growth = (ahead.covariance[3 + a][3 + a] - variance) / kAhead;
+      const double most = model().boat.noise.memory;
+      memory[a] = growth > 0.0 ? std::clamp(variance / growth, kAhead, most) : most;
     }
   }
 

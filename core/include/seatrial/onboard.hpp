@@ -29,7 +29,7 @@ struct OnboardModel {
   double patience = 0.5;  // [s] without a used pose after which it is dead reckoning
 };
 
-/// A pose as it is used: covariance included.
+/// A pose as it is used, with the covariance of its white error.
 struct PoseSample {
   double eta[kSeen] = {};
   double noise[kSeen][kSeen] = {};
@@ -57,16 +57,48 @@ inline constexpr double kUnknownPosition = 100.0;  // [m]
 inline constexpr double kUnknownHeading = 3.0;     // [rad]
 inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
 
+/// Begins the errors of the poses that hang together anew: as large as they ever are.
+inline void begin_colour(const MotionNoise& n, Belief& b) {
+  if (!b.coloured()) return;
+  for (int i = 0; i < kSeen; ++i) {
+    const int c = kBelieved + i;
+    b.x[c] = 0.0;
+    for (int j = 0; j < b.n; ++j) b.p[c][j] = b.p[j][c] = 0.0;
+    b.p[c][c] = n.colour_variance(i);
+  }
+}
+
 /// Pose out of nothing but the sample; what else is believed stays, its links to the pose do not.
-inline void place(const PoseSample& pose, Belief& b) {
+inline void place(const MotionNoise& n, const PoseSample& pose, Belief& b) {
   for (int i = 0; i < kSeen; ++i) {
     b.x[i] = pose.eta[i];
-    for (int j = 0; j < kBelieved; ++j) b.p[i][j] = b.p[j][i] = 0.0;
+    for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
   }
+  begin_colour(n, b);
   for (int i = 0; i < kSeen; ++i) {
     for (int j = 0; j < kSeen; ++j) {
       b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
     }
+    if (!b.coloured()) continue;
+    const double colour = n.colour_variance(i);  // the pose is eta less it
+    b.p[i][i] += kFirstSpread * kFirstSpread * colour;
+    b.p[i][kBelieved + i] = b.p[kBelieved + i][i] = -colour;
+  }
+}
+
+/// A pose's own covariance is of all its error: its white part is what the errors that hang
+/// together leave of it, no less than the model's white noise, or all of it where it is smaller
+/// than that. Correlations stay.
+inline void leave_white(const MotionNoise& n, double noise[kSeen][kSeen]) {
+  if (!n.coloured()) return;
+  double share[kSeen];
+  for (int i = 0; i < kSeen; ++i) {
+    const double all = noise[i][i];
+    const double least = std::min(all, n.white_variance(i));
+    share[i] = std::sqrt(std::max(all - n.colour_variance(i), least) / all);
+  }
+  for (int i = 0; i < kSeen; ++i) {
+    for (int j = 0; j < kSeen; ++j) noise[i][j] *= share[i] * share[j];
   }
 }
 
@@ -78,7 +110,9 @@ inline void know_nothing(const OnboardModel& m, Belief& b) {
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
       n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
   b = Belief{};
+  b.n = n.coloured() ? kMostBelieved : kBelieved;
   for (int i = 0; i < kBelieved; ++i) b.p[i][i] = spread[i] * spread[i];
+  begin_colour(n, b);
 }
 
 /// Whether a pose may be of this boat.
@@ -92,7 +126,7 @@ inline bool passes(const OnboardModel& m, const Surprise& found) {
 /// A second belief: at the pose, with the first one's velocity, which may be wrong.
 inline void begin_rival(const OnboardModel& m, const PoseSample& pose, Instant& now) {
   now.rival = now.belief;
-  place(pose, now.rival);
+  place(m.boat.noise, pose, now.rival);
   for (int a = 0; a < kAxes; ++a) now.rival.p[3 + a][3 + a] += m.doubt[a] * m.doubt[a];
   now.votes = 1;
   now.rival_since = now.time;
@@ -133,7 +167,7 @@ inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now
   const Belief before = now.belief;
   bool used = true;
   if (!now.alive || lost) {
-    detail::place(pose, now.belief);
+    detail::place(m.boat.noise, pose, now.belief);
     now.alive = true;
     if (lost) now.reinitialised = now.time;
   } else {

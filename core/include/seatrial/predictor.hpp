@@ -92,19 +92,21 @@ class BasicPredictor {
     return true;
   }
 
-  /// False where it is no covariance.
+  /// Covariance of the white error. False where the pose's own is no covariance.
   bool spread(const double* covariance, double noise[kSeen][kSeen]) const {
     const MotionNoise& n = model().boat.noise;
-    const double own[kSeen] = {n.position, n.position, n.heading};
     for (int i = 0; i < kSeen; ++i) {
       for (int j = 0; j < kSeen; ++j) {
-        noise[i][j] = i == j ? own[i] * own[i] : 0.0;
+        noise[i][j] = i == j ? n.white_variance(i) : 0.0;
         if (covariance == nullptr) continue;
         noise[i][j] = 0.5 * (covariance[kSeen * i + j] + covariance[kSeen * j + i]);
       }
     }
     double root[kSeen][kSeen];
-    return numbers(&noise[0][0], kSeen * kSeen, kFarthest) && detail::lower_root(noise, root);
+    if (!numbers(&noise[0][0], kSeen * kSeen, kFarthest)) return false;
+    if (!detail::lower_root(noise, root)) return false;
+    if (covariance != nullptr) detail::leave_white(n, noise);
+    return true;
   }
 
   Taken offer(Kind kind, double t, const double* values, int n) {
@@ -195,7 +197,7 @@ class BasicPredictor {
   Input held_;  // an input whose stamp leapt ahead
 };
 
-/// For commands at 100 Hz, poses at up to 200 Hz, and room to spare: 0.4 MB.
+/// For commands at 100 Hz, poses at up to 200 Hz, and room to spare: 0.5 MB.
 using Predictor = BasicPredictor<128, 1024>;
 
 }  // namespace seatrial

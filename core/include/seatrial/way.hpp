@@ -27,7 +27,7 @@ inline void inverse(const double* a, double* out) {
 /// x, y [m], psi [rad] since the start, and how far that may be off.
 ///
 /// Errors of a filtered velocity hang together. They are taken as L w: L the root of the velocity's
-/// covariance of the moment, w of unit covariance, forgetting with a time constant.
+/// covariance of the moment, w of unit covariance, each component forgetting with a time constant.
 /// Kept are the covariance P of the way and D = cov(way, w); as one matrix with I they stay
 /// positive semidefinite whatever L does.
 class Way {
@@ -36,8 +36,9 @@ class Way {
   const double (&covariance() const)[kSeen][kSeen] { return p_; }
 
   /// h [s] further at the body velocity nu [m/s, m/s, rad/s] of covariance `spread`, whose errors
-  /// last `memory` [s].
-  void advance(double h, const double* nu, const double spread[kAxes][kAxes], double memory) {
+  /// last `memory` [s, each].
+  void advance(double h, const double* nu, const double spread[kAxes][kAxes],
+               const double* memory) {
     const double psi = pose_[2] + 0.5 * h * nu[2];  // halfway
     double rate[kSeen];
     body_to_earth(psi, nu, rate);
@@ -49,7 +50,8 @@ class Way {
     turn(moved, d_);
     turn(moved, p_);
     for (auto& row : p_) turn_row(moved, row);
-    add(push, std::exp(-h / memory));
+    add(push);
+    forget(h, memory, push);
   }
 
  private:
@@ -80,8 +82,8 @@ class Way {
     row[1] += moved[0] * row[2];
   }
 
-  /// P + D B' + B D' + B B' with the push B; D + B, of which so much stays.
-  void add(const double b[kSeen][kAxes], double stays) {
+  /// P + D B' + B D' + B B' with the push B.
+  void add(const double b[kSeen][kAxes]) {
     for (int i = 0; i < kSeen; ++i) {
       for (int j = 0; j <= i; ++j) {
         for (int k = 0; k < kAxes; ++k) {
@@ -90,8 +92,13 @@ class Way {
         p_[j][i] = p_[i][j];
       }
     }
-    for (int i = 0; i < kSeen; ++i) {
-      for (int k = 0; k < kAxes; ++k) d_[i][k] = stays * (d_[i][k] + b[i][k]);
+  }
+
+  /// D + B, of which less stays the shorter the memory.
+  void forget(double h, const double* memory, const double b[kSeen][kAxes]) {
+    for (int k = 0; k < kAxes; ++k) {
+      const double stays = std::exp(-h / memory[k]);
+      for (int i = 0; i < kSeen; ++i) d_[i][k] = stays * (d_[i][k] + b[i][k]);
     }
   }
 

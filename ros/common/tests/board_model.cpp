@@ -49,8 +49,9 @@ void signals(const ros::BoardModel& board) {
 void noise(const ros::BoardModel& board) {
   const MotionNoise& n = board.model.boat.noise;
   const double row[] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
-                        n.disturbance_linear, n.disturbance_yaw, n.memory};
-  show(row, 7);
+                        n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
+                        n.colour_heading,     n.colour_memory};
+  show(row, 10);
   std::printf("\n");
 }
 

@@ -69,8 +69,9 @@ inline MotionNoise read_noise(const Value& noise) {
   n.heading = noise.at("heading").not_negative();
   if (const auto hangs = noise.find("correlated")) {
     hangs->only({"position", "heading", "memory"});
-    n.position = std::hypot(n.position, hangs->at("position").not_negative());
-    n.heading = std::hypot(n.heading, hangs->at("heading").not_negative());
+    n.colour_position = hangs->at("position").not_negative();
+    n.colour_heading = hangs->at("heading").not_negative();
+    n.colour_memory = hangs->at("memory").positive();
   }
   if (const auto p = noise.find("process")) {
     p->only({"walk_linear", "walk_yaw", "disturbance_linear", "disturbance_yaw", "memory"});
