@@ -141,13 +141,13 @@ TEST_CASE("a pose that brings the model's own total counts as one that brings no
   const OnboardModel m = coloured_model();
   auto plain = std::make_unique<Predictor>(m);
   auto told = std::make_unique<Predictor>(m);
-  double total[kSeen * kSeen] = {};
+  double total[kSeen][kSeen] = {};
   for (int i = 0; i < kSeen; ++i) {
-    total[4 * i] = m.boat.noise.white_variance(i) + m.boat.noise.colour_variance(i);
+    total[i][i] = m.boat.noise.white_variance(i) + m.boat.noise.colour_variance(i);
   }
   for (const onboard::Input& in : onboard::drive(4, 5.0, onboard::kMemory)) {
     onboard::give(*plain, in);
-    in.pose ? told->pose(in.time, in.values, total) : told->command(in.time, in.values);
+    in.pose ? told->pose(in.time, in.values, &total[0][0]) : told->command(in.time, in.values);
   }
   const Estimate a = plain->at(5.0);
   const Estimate b = told->at(5.0);

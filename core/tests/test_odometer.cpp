@@ -168,6 +168,24 @@ TEST_CASE("an arm of no length changes nothing, whether or not pose errors hang 
   }
 }
 
+TEST_CASE("with an arm a first pose is as unsure, whether its error is white or hangs together") {
+  const double lever[2] = {0.6, 0.3};
+  const double eta[3] = {1.0, 2.0, 0.8};
+  OnboardModel m = onboard::model();
+  Odometer white(m, lever);
+  MotionNoise& n = m.boat.noise;
+  n.colour_position = 0.8 * n.position;
+  n.colour_heading = 0.8 * n.heading;
+  n.position *= 0.6;
+  n.heading *= 0.6;
+  Odometer hangs(m, lever);
+  REQUIRE(white.pose(0, eta) == Taken::kUsed);
+  REQUIRE(hangs.pose(0, eta) == Taken::kUsed);
+  for (int i = 0; i < kSeen; ++i) {
+    CHECK(hangs.look(0).covariance[i][i] == doctest::Approx(white.look(0).covariance[i][i]));
+  }
+}
+
 TEST_CASE("the arm's part of the covariance is that of many poses") {
   OnboardModel m = onboard::model();
   const double lever[2] = {0.6, 0.3};
