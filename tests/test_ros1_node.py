@@ -10,6 +10,7 @@ import time
 import msgspec
 import numpy as np
 import pytest
+import script_tools
 from conftest import ROOT
 from ros1_node_tools import (
     CATKIN,
@@ -23,7 +24,6 @@ from ros1_node_tools import (
     stamp_of,
 )
 from ros1_tools import PARTS, Ros1
-from test_core_cpp import run
 
 import seatrial
 from seatrial.io.write import EPOCH, write_trial
@@ -183,10 +183,8 @@ def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
 
 
 def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
-    run("cmake", "-S", ".", "-B", "build/core", "-DSEATRIAL_SANITIZE=ON")
-    run("cmake", "--build", "build/core", "--parallel", "2", "--target", "script")
     done = subprocess.run(
-        [ROOT / "build/core/ros/common/tests/script", f"model={known}"],
+        [script_tools.program(), f"model={known}"],
         input="\n".join(script(recorded[0])), capture_output=True, text=True, check=True,
     )  # fmt: skip
     rows = [line.split() for line in done.stdout.splitlines() if line[0].isdigit()]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import script_tools
 from conftest import ROOT, TABLE_II, make_model
 from test_board_model import changed, skiff
-from test_core_cpp import run
 
 import seatrial
 from seatrial.odometer import Odometer
@@ -18,16 +18,11 @@ from seatrial.schema import EnvelopeEntry, NoiseEntry
 from seatrial.vehicle import vehicle_from
 
 EPOCH = 1_700_000_000 * 10**9
-PROGRAM = ROOT / "build" / "core" / "ros" / "common" / "tests" / "script"
 
 
 @pytest.fixture(scope="module")
 def program() -> Path:
-    if not Path("/usr/include/yaml-cpp").exists():
-        pytest.skip("libyaml-cpp-dev is not installed")
-    run("cmake", "-S", ".", "-B", "build/core", "-DSEATRIAL_SANITIZE=ON")
-    run("cmake", "--build", "build/core", "--parallel", "2", "--target", "script")
-    return PROGRAM
+    return script_tools.program()
 
 
 @pytest.fixture
