@@ -63,6 +63,7 @@ class Ros1:
             process = subprocess.Popen(
                 [str(BIN / program), *map(str, arguments)], env=self.environment, cwd=self.folder,
                 stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
+                preexec_fn=_interruptible,
             )  # fmt: skip
         process.said = path  # type: ignore[attr-defined]
         return process
@@ -162,6 +163,11 @@ class Ros1:
         for process in self.processes():
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
+
+
+def _interruptible() -> None:
+    """Tests that run in the background may ignore SIGINT; rosbag can't then end a bag."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def ask(uri: str, question: str, *arguments: object) -> list:
