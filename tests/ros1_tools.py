@@ -63,7 +63,7 @@ class Ros1:
             process = subprocess.Popen(
                 [str(BIN / program), *map(str, arguments)], env=self.environment, cwd=self.folder,
                 stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=_interruptible,
+                preexec_fn=_interruptible,  # noqa: PLW1509 there is one thread here
             )  # fmt: skip
         process.said = path  # type: ignore[attr-defined]
         return process
