@@ -17,11 +17,11 @@ CMAKE = Path(sys.executable).parent / "cmake"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
 SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
-LATENCY = NODE.parent / "latency"
+LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
 
 
 def build() -> Path:
-    """Node and what it is timed with; the folder of both."""
+    """Node and what it is timed with; their folder."""
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}
     cmake = str(CMAKE if CMAKE.exists() else shutil.which("cmake"))
     for command in (

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Plays boat and SLAM for the odometry node, and measures how long it takes from a command to the
-// odometry that it brings about. Commands at 100 Hz, poses at 15 Hz; node with rate 0.
+// odometry that it brings about (node with rate 0). Poses at 15 Hz.
 //
-//   latency _seconds:=30        prints: commands answers p50 p99 worst [ms]
+//   latency _seconds:=30 _commands:=100        prints: commands answers p50 p99 worst [ms]
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
@@ -15,8 +15,7 @@
 
 namespace {
 
-constexpr double kCommandPeriod = 0.01;  // [s]
-constexpr int kAxes = 6;                 // of the joypad
+constexpr int kAxes = 6;  // of the joypad
 
 double at(const std::vector<double>& sorted, double share) {
   return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
@@ -27,7 +26,9 @@ double at(const std::vector<double>& sorted, double share) {
 int main(int argc, char** argv) {
   ros::init(argc, argv, "latency");
   ros::NodeHandle node;
-  const double seconds = ros::NodeHandle("~").param("seconds", 30.0);
+  const ros::NodeHandle own("~");
+  const double seconds = own.param("seconds", 30.0);
+  const double rate = own.param("commands", 100.0);  // [Hz]
   const auto hints = ros::TransportHints().tcpNoDelay();
   ros::Publisher joypad = node.advertise<sensor_msgs::Joy>("joy", 10);
   ros::Publisher slam = node.advertise<geometry_msgs::PoseStamped>("slam/pose", 10);
@@ -64,7 +65,7 @@ int main(int argc, char** argv) {
     sent = ros::WallTime::now();
     joypad.publish(joy);
     ++commands;
-    const ros::WallTime next = begin + ros::WallDuration(kCommandPeriod * commands);
+    const ros::WallTime next = begin + ros::WallDuration(commands / rate);
     while (ros::ok() && ros::WallTime::now() < next) {
       ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.001));
     }
