@@ -25,7 +25,6 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"init"},
     {"demo"},
     {"commands"},
-    {"arguments"},
     {"cli"},
 ]  # fmt: skip
 LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}

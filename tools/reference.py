@@ -9,7 +9,7 @@ import inspect
 from pathlib import Path
 
 import seatrial
-from seatrial.arguments import make_parser
+from seatrial.commands import make_parser
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 

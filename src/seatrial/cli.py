@@ -5,8 +5,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from seatrial.arguments import make_parser
-from seatrial.commands import Command
+from seatrial.commands import make_parser
+from seatrial.commands.shared import Command
 from seatrial.errors import SeatrialError
 from seatrial.progress import Progress
 

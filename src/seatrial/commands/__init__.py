@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: MIT
+"""The commands, one file each: its arguments, and what it does; no logic.
+
+Each reads, calls the library function of the same name, prints and writes.
+"""
+
+import argparse
+from importlib.metadata import version
+
+from seatrial.commands import (
+    compare,
+    demo,
+    identify,
+    init,
+    inspect,
+    predict,
+    report,
+    select,
+    simulate,
+    validate,
+)
+
+ORDER = (
+    demo,
+    inspect,
+    init,
+    simulate,
+    identify,
+    validate,
+    report,
+    compare,
+    select,
+    predict,
+)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Of the program: one parser below it for every command."""
+    parser = argparse.ArgumentParser(
+        prog="seatrial", description="Dynamic models of small surface vehicles from a recording."
+    )
+    parser.add_argument("--version", action="version", version=f"seatrial {version('seatrial')}")
+    verbs = parser.add_subparsers(required=True, metavar="COMMAND")
+    for command in ORDER:
+        command.add(verbs)
+    return parser

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial compare`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_exports,
+    add_horizon,
+    add_json,
+    add_recordings,
+    check_png,
+    guard,
+    read_all,
+)
+from seatrial.predict import DEFAULT_HORIZON
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+    from seatrial.recording import Recording
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    compare = add_command(
+        verbs,
+        "compare",
+        run,
+        "which of a boat's numbers changed; does it matter",
+    )
+    compare.add_argument("a", type=Path, metavar="A", help="model from before")
+    compare.add_argument("b", type=Path, metavar="B", help="model from after")
+    add_recordings(compare, vehicle_required=False, count="*")
+    add_horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
+    add_json(compare)
+    compare.add_argument(
+        "-o", "--out", type=Path, metavar="HTML", help="also one offline HTML file with both"
+    )
+    add_exports(compare)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Two models side by side, on the terminal and as a page."""
+    from seatrial.compare import compare, comparison_json, drive_of
+    from seatrial.compare.text import comparison_text
+    from seatrial.errors import FileError
+    from seatrial.files import dump_json, write_text
+    from seatrial.model import load
+    from seatrial.vehicle import load_vehicle
+
+    inputs = args.a, args.b, args.vehicle, *args.recordings
+    guard(args.json, "{", *inputs)
+    guard(args.out, "<!doctype html", *inputs)
+    if args.out is None and (args.figures or args.tables):
+        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
+    check_png(args)
+    a, b = load(args.a), load(args.b)
+    recordings: list[Recording] = []
+    if args.recordings:
+        vehicle = None if args.vehicle is None else load_vehicle(args.vehicle)
+        a, b = drive_of(a, b, vehicle)
+        recordings = read_all(args, a.vehicle, progress)
+    progress.say("comparing")
+    labels = str(args.a), str(args.b)
+    found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
+    if args.json is not None:
+        write_text(args.json, dump_json(comparison_json(found)))
+    if args.out is not None:
+        from seatrial.report.beside import write_comparison
+
+        progress.say("drawing")
+        write_comparison(
+            a, b, recordings, found, args.out,
+            horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+        )  # fmt: skip
+    progress.clear()
+    print(comparison_text(found))
+    if args.out is not None:
+        print(f"wrote {args.out}")

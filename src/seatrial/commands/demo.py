@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial demo`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    demo = add_command(verbs, "demo", run, "everything below on the bundled recordings")
+    demo.add_argument(
+        "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
+    )
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Everything on the bundled recordings."""
+    from seatrial.demo import demo
+
+    def say(text: str) -> None:
+        progress.clear()
+        print(text)
+
+    demo(args.out, say, progress.say)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial identify`."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_recordings,
+    guard,
+    read_all,
+)
+from seatrial.identify import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    identify = add_command(verbs, "identify", run, "a model from recordings")
+    add_recordings(identify, vehicle_required=True)
+    identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
+    identify.add_argument(
+        "--method", choices=METHODS, default=DEFAULT_METHOD,
+        help="equation-error is the paper's least squares; output-error, on the raw poses, finds the thrusters' "
+        "latency, lag and dead zone, too (default: %(default)s)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
+        help="recordings that identify surge, sway or yaw (default: found from the excitation)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--effect", action="append", default=[], choices=KINDS,
+        help="also seek this: the sensor's lever arm, or each recording's current, trim or wind",
+    )  # fmt: skip
+    identify.add_argument(
+        "--minutes", action="store_true", help="accuracy against the length that was driven"
+    )
+    identify.add_argument(
+        "--profile", nargs="+", action="extend", default=[], metavar="NAME",
+        help="intervals of these by profile likelihood",
+    )  # fmt: skip
+    identify.add_argument(
+        "--bootstrap", type=int, default=0, metavar="N",
+        help="intervals from N refits to blocks drawn anew (200 are usual)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--literal",
+        action="store_true",
+        help="Eq. (17) as printed, surge acceleration one step late",
+    )
+    identify.add_argument(
+        "--prior", type=Path, metavar="OLD",
+        help="model of this boat from before its payload changed: then a short recording will do",
+    )  # fmt: skip
+    identify.add_argument(
+        "--prior-spread", type=float, default=PRIOR_SPREAD, metavar="SHARE",
+        help="by how much its parameters may have changed (default: %(default)g)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """A model, its summary, and the evidence that was asked for."""
+    from seatrial.identify import EquationErrorSettings, identify, summary
+    from seatrial.model import load, save
+    from seatrial.vehicle import load_vehicle
+
+    guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
+    vehicle = load_vehicle(args.vehicle)
+    prior = None if args.prior is None else load(args.prior)
+    recordings = read_all(args, vehicle, progress)
+    progress.say("identifying")
+    settings = EquationErrorSettings(literal=args.literal)
+    roles = _roles(args.role)
+    model = identify(
+        recordings, vehicle, method=args.method, roles=roles, settings=settings,
+        prior=prior, prior_spread=args.prior_spread, effects=args.effect,
+    )  # fmt: skip
+    told = ""
+    if args.minutes or args.profile or args.bootstrap:
+        from seatrial.identify.evidence import evidence
+
+        progress.say("weighing the evidence")
+        told = evidence(
+            model, recordings, vehicle,
+            replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+        )  # fmt: skip
+    save(model, args.out)
+    progress.clear()
+    print(summary(model))
+    print(f"\n{told}\n" if told else "", end="")
+    print(f"wrote {args.out}")
+
+
+def _roles(given: Sequence[str]) -> dict[str, list[str]]:
+    from seatrial.errors import RecordingError
+    from seatrial.frames import AXES
+
+    roles: dict[str, list[str]] = {}
+    for text in given:
+        axis, _, names = text.partition("=")
+        if axis not in AXES or not names:
+            raise RecordingError(f"--role {text}: expected surge=NAME, sway=NAME or yaw=NAME")
+        roles.setdefault(axis, []).extend(names.split(","))
+    return roles

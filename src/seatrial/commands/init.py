@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial init`."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_salvage,
+    guard,
+)
+from seatrial.frames import Axes
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+AXES_NAMES = tuple(axes.value for axes in Axes)
+AXES_QUESTION = """\
+No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
+port) or fall (y to starboard)?"""
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    init = add_command(
+        verbs,
+        "init",
+        run,
+        "a vehicle file to start from, proposed from a recording",
+    )
+    init.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
+    init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
+    init.add_argument("--name", help="the boat's name (default: the recording's)")
+    init.add_argument(
+        "--axes",
+        choices=AXES_NAMES,
+        help=f"of the recording (default: {AXES_NAMES[0]})",
+    )
+    init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
+    init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    init.add_argument(
+        "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
+    )
+    init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
+    add_salvage(init)
+    init.add_argument("--force", action="store_true", help="write over an existing file")
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """A vehicle file proposed from a recording; asks where it may."""
+    from seatrial.errors import FileError
+    from seatrial.files import write_text
+    from seatrial.init import Choices, init
+
+    guard(args.out, "", *args.recordings)
+    if args.out.exists() and not args.force:
+        raise FileError(
+            f"{args.out}: exists already; give another name, or --force to write over it"
+        )
+    ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
+    axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
+    choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
+    progress.say("looking")
+    proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
+    write_text(args.out, proposal.text)
+    progress.clear()
+    shown = " ".join(str(path) for path in args.recordings)
+    print(proposal.text, end="")
+    print(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
+
+
+def _ask(question: str, options: Sequence[str]) -> str:
+    """Let the user choose by number; enter is the first."""
+    print(question)
+    for i, option in enumerate(options, 1):
+        print(f"  {i}  {option}")
+    while True:
+        try:
+            answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+        except EOFError:
+            return options[0]
+        if answer.isdecimal() and 1 <= int(answer) <= len(options):
+            return options[int(answer) - 1]

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial inspect`."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_json,
+    add_recordings,
+    guard,
+    read_all,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    inspect = add_command(
+        verbs,
+        "inspect",
+        run,
+        "rates, gaps, faults, clocks, excitation, signs; without --vehicle the topics or columns",
+    )
+    add_recordings(inspect, vehicle_required=False)
+    add_json(inspect)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
+    from seatrial.files import dump_json, write_text
+
+    guard(args.json, "{", args.vehicle, *args.recordings)
+    if args.vehicle is None:
+        from seatrial.io.look import look
+
+        found = [look(path, salvage=args.salvage) for path in args.recordings]
+        text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
+    else:
+        from seatrial.inspect import inspect, inspection_json
+        from seatrial.inspect.text import inspection_text
+        from seatrial.vehicle import load_vehicle
+
+        vehicle = load_vehicle(args.vehicle)
+        inspection = inspect(read_all(args, vehicle, progress), vehicle)
+        progress.clear()
+        text, content = inspection_text(inspection), inspection_json(inspection)
+    if args.json is not None:
+        write_text(args.json, dump_json(content))
+    print(text)

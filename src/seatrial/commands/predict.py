@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial predict`."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_recordings,
+    guard,
+    load_model,
+    read_all,
+)
+from seatrial.live.lines import FORMATS as LINE_FORMATS
+from seatrial.live.loop import CLOCKS as LINE_CLOCKS
+from seatrial.live.loop import RATE as LINE_RATE
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+    from seatrial.live import Settings
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    predict = add_command(
+        verbs, "predict", run,
+        "velocity and odometry as on board: along a recording, or live from lines",
+    )  # fmt: skip
+    predict.add_argument("model", type=Path, metavar="MODEL")
+    add_recordings(predict, vehicle_required=False, count="*")
+    predict.add_argument(
+        "-o", "--out", type=Path, metavar="FILE", help="odometry along the recording"
+    )
+    predict.add_argument(
+        "--live", action="store_true", help="lines from standard input, or --udp, until it ends"
+    )
+    predict.add_argument(
+        "--udp", type=int, metavar="PORT", help="live: listen there on loopback instead"
+    )
+    predict.add_argument(
+        "--to", type=int, metavar="PORT", help="live: answer there (default: to whoever wrote last)"
+    )
+    predict.add_argument(
+        "--format", choices=LINE_FORMATS, help="of the lines (default: json; of a .csv file: csv)"
+    )
+    predict.add_argument(
+        "--rate",
+        type=float,
+        default=LINE_RATE,
+        metavar="HZ",
+        help="of the odometry (default: %(default)g)",
+    )
+    predict.add_argument(
+        "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
+        help="live: odometry is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Odometry along a recording, or live."""
+    from seatrial.errors import LiveError
+    from seatrial.live import Settings
+
+    if args.live == bool(args.recordings):
+        raise LiveError("give a recording, or --live for lines from standard input or --udp PORT")
+    form = args.format or ("csv" if args.out is not None and args.out.suffix == ".csv" else "json")
+    settings = Settings(form, args.rate, args.clock)
+    if args.live:
+        _predict_live(args, settings)
+    else:
+        _predict_along(args, settings, progress)
+
+
+def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
+    from seatrial.errors import LiveError
+    from seatrial.live import serve
+    from seatrial.live.sources import Datagrams, Pipes
+
+    if args.out is not None or args.vehicle is not None:
+        raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
+    if args.udp is None and args.to is not None:
+        raise LiveError("--to belongs to --udp PORT")
+
+    def complain(words: str) -> None:
+        print(f"seatrial: {words}", file=sys.stderr, flush=True)
+
+    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
+    serve(args.model, source, settings, complain)
+
+
+def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
+    from seatrial.errors import LiveError
+    from seatrial.files import write_text
+    from seatrial.live import Writer, replay
+
+    if args.udp is not None or args.to is not None:
+        raise LiveError("--udp and --to belong to --live")
+    if len(args.recordings) != 1 or args.out is None:
+        raise LiveError("give one recording, and -o FILE for the odometry along it")
+    guard(args.out, "t," if settings.form == "csv" else "{", args.model, *args.recordings)
+    model = load_model(args)
+    (recording,) = read_all(args, model.vehicle, progress)
+    progress.say("predicting")
+    writer = Writer(model.vehicle, settings.form)
+    lines = [] if writer.header is None else [writer.header]
+    lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
+    write_text(args.out, "\n".join(lines) + "\n")
+    progress.clear()
+    print(f"wrote {args.out}")

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial report`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_exports,
+    add_horizon,
+    add_recordings,
+    check_png,
+    guard,
+    load_model,
+    read_all,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    command = add_command(verbs, "report", run, "one offline HTML file with the evidence")
+    command.add_argument("model", type=Path, metavar="MODEL")
+    add_recordings(command, vehicle_required=False)
+    add_horizon(command, "how far ahead [s] (default: %(default)g)")
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
+    add_exports(command)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """The page, and its figures and tables beside it."""
+    from seatrial.report import write_report
+
+    guard(args.out, "<!doctype html", args.model, args.vehicle, *args.recordings)
+    check_png(args)
+    model = load_model(args)
+    recordings = read_all(args, model.vehicle, progress)
+    progress.say("drawing")
+    write_report(
+        model, recordings, args.out,
+        horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+    )  # fmt: skip
+    progress.clear()
+    written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
+    print(f"wrote {', '.join(map(str, written))}")

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial select`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_horizon,
+    add_json,
+    add_recordings,
+    guard,
+    read_all,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    select = add_command(verbs, "select", run, "which terms recordings ask for, and which repeat")
+    add_recordings(select, vehicle_required=True)
+    select.add_argument(
+        "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
+        help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",
+    )  # fmt: skip
+    add_horizon(
+        select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
+    )
+    select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
+    add_json(select)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """The table of terms, and the vehicle with the chosen ones."""
+    from seatrial.files import dump_json, dump_yaml, write_text
+    from seatrial.select import given_candidates, select, selection_json, selection_text
+    from seatrial.vehicle import load_vehicle
+
+    guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
+    guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
+    vehicle = load_vehicle(args.vehicle)
+    candidates = None if args.candidates is None else given_candidates(vehicle, args.candidates)
+    found = select(
+        read_all(args, vehicle, progress), vehicle,
+        candidates=candidates, horizon=args.horizon, say=progress.say,
+    )  # fmt: skip
+    if args.json is not None:
+        write_text(args.json, dump_json(selection_json(found)))
+    if args.out is not None:
+        write_text(args.out, dump_yaml(found.vehicle.to_mapping()))
+    progress.clear()
+    print(selection_text(found))
+    if args.out is not None:
+        print(f"wrote {args.out}")

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""What several commands have in common: reading, guarding files, arguments."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.predict import DEFAULT_HORIZON
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.model import Model
+    from seatrial.recording import Recording
+    from seatrial.vehicle import Vehicle
+
+    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
+
+Command = Callable[[argparse.Namespace, Progress], None]
+
+
+def guard(out: Path | None, begins: str, *inputs: object) -> None:
+    """Refuse an output that is an input, or a file that is something else."""
+    from seatrial.errors import FileError
+
+    given = [Path(str(path)).resolve() for path in inputs if path is not None]
+    if out is not None and out.resolve() in given:
+        raise FileError(f"{out}: is an input of this command; give another name to write to")
+    if out is None or not out.is_file():  # a folder or an odd path is refused where it is written
+        return
+    try:
+        with out.open("rb") as file:
+            first = file.read(len(begins)).decode("utf-8", "replace")
+    except OSError as error:
+        raise FileError(f"{out}: can't be written ({error.strerror})") from None
+    if first.lower() != begins.lower():
+        raise FileError(
+            f"{out}: exists, and is not a file of this kind; give another name, or remove it"
+        )
+
+
+def read_all(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "list[Recording]":
+    """All recordings of a command, cut as it says."""
+    from seatrial.io import read
+
+    found = []
+    for path in progress.over(args.recordings, "reading", len(args.recordings)):
+        recording = read(path, vehicle, salvage=args.salvage)
+        if args.start is not None or args.end is not None:
+            recording = recording.cut(args.start, args.end)
+        found.append(recording)
+    return found
+
+
+def load_model(args: argparse.Namespace) -> "Model":
+    """The model, with another vehicle where one is given."""
+    from seatrial.model import load
+    from seatrial.vehicle import load_vehicle
+
+    model = load(args.model)
+    return model if args.vehicle is None else model.with_vehicle(load_vehicle(args.vehicle))
+
+
+def check_png(args: argparse.Namespace) -> None:
+    """Before the work of minutes: where to, and whether it can be done."""
+    from seatrial.errors import FileError
+    from seatrial.report.png import check
+
+    if args.png and args.figures is None:
+        raise FileError("--png belongs to the figures: say where with --figures FOLDER")
+    if args.png:
+        check()
+
+
+def add_command(
+    verbs: "Verbs",
+    name: str,
+    run: Command,
+    text: str,
+) -> argparse.ArgumentParser:
+    """A parser below the program's for one command."""
+    command = verbs.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+    command.add_argument("-q", "--quiet", action="store_true", help="no progress")
+    command.set_defaults(run=run)
+    return command
+
+
+def add_recordings(
+    command: argparse.ArgumentParser, *, vehicle_required: bool, count: str = "+"
+) -> None:
+    """Recordings, and how they are read."""
+    command.add_argument("recordings", nargs=count, type=Path, metavar="RECORDING")
+    text = "vehicle file" + (
+        ""
+        if vehicle_required
+        else " for signals and allocation (default: the model's own); terms and chain stay the model's"
+    )
+    command.add_argument("--vehicle", required=vehicle_required, metavar="V", help=text)
+    command.add_argument(
+        "--start", type=float, metavar="S", help="use each recording from here [s]"
+    )
+    add_salvage(command)
+    command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
+
+
+def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
+    """--horizon."""
+    command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
+
+
+def add_json(command: argparse.ArgumentParser, text: str = "also write it for programs") -> None:
+    """--json."""
+    command.add_argument("--json", type=Path, metavar="FILE", help=text)
+
+
+def add_salvage(command: argparse.ArgumentParser) -> None:
+    """--salvage."""
+    text = "read what is left of a damaged bag"
+    command.add_argument("--salvage", action="store_true", help=text)
+
+
+def add_exports(command: argparse.ArgumentParser) -> None:
+    """Figures and tables beside a page."""
+    command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
+    command.add_argument(
+        "--png", action="store_true", help="the figures as PNG, too (pip install 'seatrial[png]')"
+    )
+    command.add_argument(
+        "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )

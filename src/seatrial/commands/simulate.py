@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial simulate`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+)
+from seatrial.io.write_bag import FORMATS
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    simulate = add_command(verbs, "simulate", run, "recordings like the paper's S1-S7")
+    simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
+    simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
+    simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
+    simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument(
+        "--format", choices=("csv", *FORMATS), default="csv",
+        help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
+    )  # fmt: skip
+    simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Trials of a plan, written vehicle by vehicle."""
+    from seatrial.io.write import write_setting, write_trial
+    from seatrial.model import load
+    from seatrial.plan import load_plan, with_seed
+    from seatrial.simulate import plant_model, simulate
+    from seatrial.vehicle import load_vehicle
+
+    plan = load_plan(args.plan)
+    if args.seed is not None:
+        plan = with_seed(plan, args.seed)
+    given = None if args.model is None else load(args.model)
+    for name in plan.vehicles if args.vehicle is None else [args.vehicle]:
+        vehicle = load_vehicle(name)
+        truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
+        print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
+        for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
+            print(f"  {write_trial(trial, args.out, args.format)}")

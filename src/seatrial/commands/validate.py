@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial validate`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import (
+    add_command,
+    add_horizon,
+    add_json,
+    add_recordings,
+    guard,
+    load_model,
+    read_all,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    command = add_command(verbs, "validate", run, "how well a model predicts recordings")
+    command.add_argument("model", type=Path, metavar="MODEL")
+    add_recordings(command, vehicle_required=False)
+    add_horizon(command, "how far ahead [s] (default: %(default)g)")
+    add_json(command, "also write scores.json")
+    command.add_argument(
+        "--against", type=Path, metavar="OTHER", help="another model, beside it in a 2 x 2 table"
+    )
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Scores, horizons, and another model beside it."""
+    from seatrial.against import against_text
+    from seatrial.files import dump_json, write_text
+    from seatrial.model import load
+    from seatrial.sanity import concerns
+    from seatrial.validate import LEGEND, horizons_text, scores_json, scores_text, validate
+
+    guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
+    model = load_model(args)
+    other = None if args.against is None else load(args.against)
+    recordings = read_all(args, model.vehicle, progress)
+    progress.say("validating")
+    scores = validate(model, recordings, args.horizon, other=other)
+    if args.json is not None:
+        write_text(args.json, dump_json(scores_json(scores)))
+    progress.clear()
+    print(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
+    if scores.against is not None:
+        print(against_text(scores.against))
+    for doubt in concerns(model):
+        print(f"  doubt: {doubt}")
