@@ -92,6 +92,7 @@ class Allocator {
       limit(wrench, out, within);
       least_effort(within, out, y);
     }
+    for (int k = 0; k < n; ++k) y[k] = std::abs(y[k]) < kRounding ? 0.0 : y[k];
     const bool waits = setup_.scheme != AllocatorScheme::kMoorePenrose;
     for (int k = 0; k < n; ++k) {
       const double c = curve_[k].command(setup_.chain, y[k], waits ? side_[k] : Side::kOff);
@@ -267,14 +268,22 @@ class Allocator {
     }
   }
 
-  /// As much of the wrench as the limits let: the axes of rank 0 first, then what is left for those
-  /// of rank 1; axes of the same rank all by one factor, so that their direction stays.
+  /// The wrench itself where that is within reach. Else, rank by rank, as much as can be had with
+  /// any share of what comes later; axes of a rank all by one factor, so that their direction
+  /// stays.
   void limit(const double* wrench, Allotment& out, double* within) const {
+    std::copy(wrench, wrench + kWrenchAxes, within);
+    if (reach_.depth(wrench) >= 0.0) return;
     std::fill(within, within + kWrenchAxes, 0.0);
     for (int rank = 0; rank < kWrenchAxes; ++rank) {
       double part[kWrenchAxes];
       if (!part_of(wrench, rank, part)) continue;
-      const double alpha = reach_.along(within, part, 1.0);
+      double later[kWrenchAxes];
+      for (int j = 0; j < kWrenchAxes; ++j) later[j] = setup_.rank[j] > rank ? wrench[j] : 0.0;
+      double alpha = 0.0;
+      double rest = 0.0;
+      reach_.most(within, part, later, &alpha, &rest);
+      alpha = std::min(std::max(alpha, 0.0), 1.0);
       for (int j = 0; j < kWrenchAxes; ++j) within[j] += alpha * part[j];
       note_share(rank, alpha, out);
     }
@@ -300,18 +309,25 @@ class Allocator {
   void least_effort(const double* wrench, Allotment& out, double* y) {
     const bool switches = setup_.scheme != AllocatorScheme::kMoorePenrose && idle_.n_switching > 0;
     if (switches && kept_reach_.depth(wrench) >= -setup_.hysteresis) {
-      const double error = effort_.solve(kept_, wrench, y);
+      const double error = solve(kept_reach_, kept_, wrench, y);
       out.held = error > kSame && error <= setup_.hysteresis;
       if (out.held || error <= kSame) return;
     }
-    effort_.solve(idle_.bounds, wrench, y);
+    solve(reach_, idle_.bounds, wrench, y);
     if (switches) take_sides(y);
+  }
+
+  double solve(const Reach& reach, Bounds bounds, const double* wrench, double* y) const {
+    reach.pin(setup_.effectiveness, wrench, bounds);
+    return effort_.solve(bounds, wrench, y);
   }
 
   void take_sides(const double* y) {
     bool changed = false;
     for (int k = 0; k < setup_.effectiveness.n; ++k) {
-      const Side side = y[k] > 0.0 ? Side::kForward : y[k] < 0.0 ? Side::kReverse : side_[k];
+      const Side side = y[k] > kRounding    ? Side::kForward
+                        : y[k] < -kRounding ? Side::kReverse
+                                            : side_[k];
       changed = changed || side != side_[k];
       side_[k] = side;
     }

@@ -43,7 +43,7 @@ class LeastEffort {
       const double before = error;
       error = deviation(wrench, y);
       // within reach a pass divides the error by rho, out of reach it stays
-      if (error < kExact || error > 0.5 * before) break;
+      if (error < 10 * kExact || error > 0.5 * before) break;
       std::copy(lambda, lambda + kWrenchAxes, centre);
     }
     return error;
@@ -53,7 +53,7 @@ class LeastEffort {
   static constexpr double kRho = 1e7;
   static constexpr double kExact = 1e-14;
   static constexpr double kRounding = 1e-15;  // of a multiplier
-  static constexpr int kPasses = 3;
+  static constexpr int kPasses = 4;
   static constexpr int kSteps = 40;
 
   void thrusts(const Bounds& b, const double* lambda, double* y) const {
@@ -178,6 +178,7 @@ class LeastEffort {
     const double from = high == 0 ? 0.0 : ends[high - 1];
     const double at_from = slope(b, ray, from);
     const double at_end = slope(b, ray, ends[high]);
+    if (at_from <= 0.0) return from;  // no more in it than rounding
     return from + (ends[high] - from) * at_from / (at_from - at_end);
   }
 

@@ -37,27 +37,28 @@ struct Idle {
   double authority = 0.0;               // the largest wrench that is given in every direction
   int n_switching = 0;
 
-  bool better_than(const Idle& other) const {
-    constexpr double same = 1e-9;
-    if (!other.found || std::abs(power - other.power) > same) {
-      return !other.found || power < other.power;
-    }
-    if (std::abs(authority - other.authority) > same) return authority > other.authority;
-    return n_forward() > other.n_forward();
-  }
-
- private:
   int n_forward() const {
     int n = 0;
     for (const Side s : side) n += s == Side::kForward ? 1 : 0;
     return n;
   }
+
+  bool better_than(const Idle& other) const {
+    if (!other.found) return true;
+    const double gained = authority - other.authority;
+    if (std::abs(gained) > kSameAuthority * other.authority) return gained > 0.0;
+    return n_forward() > other.n_forward();
+  }
+
+ private:
+  static constexpr double kSameAuthority = 0.01;
 };
 
 namespace detail {
 
 inline constexpr double kLeastAuthority = 0.05;  // [command units] less is none
-inline constexpr double kLeastShare = 0.05;      // of full thrust: power's root is straight below
+inline constexpr double kLeastShare = 1e-4;      // of full thrust: power's slope is taken from here
+inline constexpr double kHardlyMore = 1.05;      // power that is not worth a loss of authority
 inline constexpr int kReweightings = 60;
 
 inline void take_side(const ThrustRange& r, int k, Side side, Idle& idle) {
@@ -78,7 +79,7 @@ inline void rest(const Effectiveness& t, const ThrustRange& r, Idle& idle) {
     double next[kMaxActuators];
     for (int k = 0; k < t.n; ++k) {
       const bool ahead = idle.thrust[k] >= 0.0;
-      const double full = std::max(ahead ? r.full_forward[k] : r.full_reverse[k], kLeastShare);
+      const double full = ahead ? r.full_forward[k] : r.full_reverse[k];
       const double share = std::max(std::abs(idle.thrust[k]) / full, kLeastShare);
       next[k] = full * full * std::sqrt(share);
       mean += next[k] / t.n;
@@ -103,23 +104,36 @@ inline Side side_of(int code, int k, int base) {
 
 }  // namespace detail
 
-/// The best sides with exactly `n_switching` thrusters that keep to none: out of all 3^n ways to
-/// run, those with the least power at rest, then with the most authority, then with the most
-/// forward.
+/// One of the ways to run with exactly `n_switching` thrusters that keep to no side; not `found`
+/// where it is another number, or leaves no authority.
+inline Idle idle_of(const Effectiveness& t, const ThrustRange& r, int code, int base,
+                    int n_switching) {
+  Idle idle;
+  for (int k = 0; k < t.n; ++k) detail::take_side(r, k, detail::side_of(code, k, base), idle);
+  if (idle.n_switching != n_switching) return idle;
+  const double still[kWrenchAxes] = {};
+  idle.authority = Reach(t, idle.bounds).depth(still);
+  if (idle.authority < detail::kLeastAuthority) return idle;
+  idle.found = true;
+  detail::rest(t, r, idle);
+  return idle;
+}
+
+/// The best of these: the least power at rest; of those that take hardly more, the one with the
+/// most authority, and then with the most thrusters forward.
 inline Idle idle_with(const Effectiveness& t, const ThrustRange& r, int n_switching) {
-  Idle best;
   const int base = n_switching == 0 ? 2 : 3;
   int codes = 1;
   for (int k = 0; k < t.n; ++k) codes *= base;
+  double least = std::numeric_limits<double>::infinity();
   for (int code = 0; code < codes; ++code) {
-    Idle idle;
-    for (int k = 0; k < t.n; ++k) detail::take_side(r, k, detail::side_of(code, k, base), idle);
-    if (idle.n_switching != n_switching) continue;
-    const double still[kWrenchAxes] = {};
-    idle.authority = Reach(t, idle.bounds).depth(still);
-    if (idle.authority < detail::kLeastAuthority) continue;
-    idle.found = true;
-    detail::rest(t, r, idle);
+    const Idle idle = idle_of(t, r, code, base, n_switching);
+    if (idle.found) least = std::min(least, idle.power);
+  }
+  Idle best;
+  for (int code = 0; code < codes && std::isfinite(least); ++code) {
+    const Idle idle = idle_of(t, r, code, base, n_switching);
+    if (!idle.found || idle.power > detail::kHardlyMore * least) continue;
     if (idle.better_than(best)) best = idle;
   }
   return best;

@@ -4,6 +4,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "seatrial/allocation.hpp"
 
@@ -69,6 +70,48 @@ class Reach {
     return std::max(alpha, 0.0);
   }
 
+  /// The largest a in [0, 1] for which from + a first + b rest is within reach with some b in [0,
+  /// 1], and then the largest b: a linear programme in the plane, face by face (Seidel 1991). There
+  /// must be such a and b.
+  void most(const double* from, const double* first, const double* rest, double* a,
+            double* b) const {
+    Half half[2 * kMaxFaces + 4] = {{1, 0, 1}, {0, 1, 1}, {-1, 0, 0}, {0, -1, 0}};
+    int n = 4;
+    for (int i = 0; i < n_; ++i) {
+      const double p = detail::dot(normal_[i], first);
+      const double q = detail::dot(normal_[i], rest);
+      const double length = std::sqrt(p * p + q * q);
+      if (length < kParallel) continue;
+      const double at = detail::dot(normal_[i], from);
+      half[n++] = {p / length, q / length, (high_[i] - at) / length};
+      half[n++] = {-p / length, -q / length, (at - low_[i]) / length};
+    }
+    *a = *b = 1.0;
+    for (int i = 4; i < n; ++i) {
+      if (half[i].p * *a + half[i].q * *b > half[i].bound + kParallel) best_on(half, i, a, b);
+    }
+  }
+
+  /// On a face only the thrusters that span it are free: fixes all others of each face that the
+  /// wrench lies on at the bound that the face stands for.
+  void pin(const Effectiveness& t, const double* wrench, Bounds& bounds) const {
+    if (std::abs(depth(wrench)) > kOnFace) return;
+    for (int i = 0; i < n_; ++i) {
+      const double at = detail::dot(normal_[i], wrench);
+      const bool top = std::abs(high_[i] - at) < kOnFace;
+      if (!top && std::abs(at - low_[i]) >= kOnFace) continue;
+      for (int k = 0; k < t.n; ++k) {
+        const double share = detail::dot(normal_[i], t.column[k]);
+        if (std::abs(share) < kInPlane) continue;
+        if (top == (share > 0.0)) {
+          bounds.low[k] = bounds.high[k];
+        } else {
+          bounds.high[k] = bounds.low[k];
+        }
+      }
+    }
+  }
+
   /// How far a wrench is inside the nearest face; negative outside.
   double depth(const double* wrench) const {
     double least = n_ > 0 ? high_[0] - low_[0] : 0.0;
@@ -81,6 +124,32 @@ class Reach {
 
  private:
   static constexpr double kParallel = 1e-12;
+  static constexpr double kOnFace = 1e-11;  // [command units]
+  static constexpr double kInPlane = 1e-9;
+
+  /// p a + q b <= bound, with p^2 + q^2 = 1.
+  struct Half {
+    double p;
+    double q;
+    double bound;
+  };
+
+  /// The best point within the first `last` half planes on the line that ends half plane `last`.
+  static void best_on(const Half* half, int last, double* a, double* b) {
+    const Half& line = half[last];
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < last; ++i) {  // the point bound (p, q) + t (-q, p)
+      const double rate = half[i].q * line.p - half[i].p * line.q;
+      const double left = half[i].bound - line.bound * (half[i].p * line.p + half[i].q * line.q);
+      if (rate > kParallel) high = std::min(high, left / rate);
+      if (rate < -kParallel) low = std::max(low, left / rate);
+    }
+    const bool up = std::abs(line.q) > kParallel ? line.q < 0.0 : line.p > 0.0;
+    const double t = low > high ? 0.5 * (low + high) : up ? high : low;
+    *a = line.bound * line.p - t * line.q;
+    *b = line.bound * line.q + t * line.p;
+  }
 
   void add_face(const Effectiveness& t, const Bounds& bounds, int i, int j) {
     double* normal = normal_[n_];
