@@ -177,7 +177,9 @@ def test_idling_takes_the_least_power_of_all_sides(vehicle):
 
     for code in range(2**n):
         side = np.array([1 if code >> k & 1 else -1 for k in range(n)])
-        floor = chain.of(np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN)
+        floor = chain.of(
+            np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN
+        )
         ends = np.where(side > 0, floor, low), np.where(side > 0, high, floor)
         authority = depth(T, *ends, np.zeros(3))
         if authority < 0.05:
@@ -407,7 +409,9 @@ def test_bad_settings_are_one_clear_line(change, says):
 def test_bad_boats_are_one_clear_line(cse1_vehicle):
     square = [(0.2, 0.2, 135), (0.2, -0.2, -135), (-0.2, 0.2, 45), (-0.2, -0.2, -45)]
     wide = boat(square, [ChainGroup(dead_zone=DeadZone(0.6, 0.1))], limit=0.5)
-    with pytest.raises(AllocationError, match=r"T_0: dead zone to 0.6 .* limit 0.5; raise the limit"):
+    with pytest.raises(
+        AllocationError, match=r"T_0: dead zone to 0.6 .* limit 0.5; raise the limit"
+    ):
         seatrial.Allocator(wide)
     inside = boat(square, [ChainGroup(dead_zone=DeadZone(0.2, 0.1))], F_os=0.15)
     with pytest.raises(AllocationError, match=r"F_os 0.15 lies in the dead zone of T_0"):
@@ -428,7 +432,9 @@ def test_a_wrench_out_of_reach_is_refused_where_that_is_asked_for():
     allocator = seatrial.Allocator(MALLARD, "moore-penrose")
     with pytest.raises(AllocationError, match=r"wrench 4, 0, 0: moore-penrose reaches 0.5 of it"):
         allocator.allocate([4, 0, 0], saturate=False)
-    np.testing.assert_allclose(allocator.wrench(allocator.allocate([4, 0, 0])), [2, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        allocator.wrench(allocator.allocate([4, 0, 0])), [2, 0, 0], atol=1e-12
+    )
     with pytest.raises(AllocationError, match="not a finite number"):
         allocator.allocate([np.nan, 0, 0])
     with pytest.raises(AllocationError, match=r"shape \(2,\); expected \(3,\)"):

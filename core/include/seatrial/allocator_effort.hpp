@@ -42,18 +42,20 @@ class LeastEffort {
       thrusts(bounds, lambda, y);
       const double before = error;
       error = deviation(wrench, y);
-      // within reach a pass divides the error by rho, out of reach it stays
-      if (error < 10 * kExact || error > 0.5 * before) break;
+      // within reach a pass moves lambda by up to rho times the error; out of reach, the error
+      // stays
+      if (error < 10 * kExact || (error > kOutOfReach && error > 0.5 * before)) break;
       std::copy(lambda, lambda + kWrenchAxes, centre);
     }
     return error;
   }
 
  private:
-  static constexpr double kRho = 1e7;
+  static constexpr double kRho = 1e8;
   static constexpr double kExact = 1e-14;
-  static constexpr double kRounding = 1e-15;  // of a multiplier
-  static constexpr int kPasses = 4;
+  static constexpr double kRounding = 1e-15;   // of a multiplier
+  static constexpr double kOutOfReach = 1e-6;  // [command units]
+  static constexpr int kPasses = 8;
   static constexpr int kSteps = 40;
 
   void thrusts(const Bounds& b, const double* lambda, double* y) const {

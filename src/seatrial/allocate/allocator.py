@@ -267,9 +267,7 @@ def _rows(values: ArrayLike, width: int, what: str) -> tuple[Array, bool]:
     """(m, width) contiguous, and whether a single row was given."""
     array = np.array(values, dtype=float, order="C")
     if array.ndim not in (1, 2) or array.shape[-1] != width:
-        raise AllocationError(
-            f"{what} of shape {array.shape}; expected ({width},) or (m, {width})"
-        )
+        raise AllocationError(f"{what} of shape {array.shape}; expected ({width},) or (m, {width})")
     if not np.isfinite(array).all():
         raise AllocationError(f"{what} {array.tolist()}: not a finite number")
     return np.atleast_2d(array), array.ndim == 1

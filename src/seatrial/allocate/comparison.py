@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.allocate.allocator import HYSTERESIS, PRIORITY, Allocator, AllocatorScheme
 from seatrial.allocate.effectiveness import Effectiveness, effectiveness
 from seatrial.errors import AllocationError
-from seatrial.frames import Array, Mask
+from seatrial.frames import Array, Mask, frozen_array
 from seatrial.model import Model
 from seatrial.recording import Recording, Signal
 from seatrial.vehicle import Vehicle
@@ -30,11 +30,15 @@ class Drive:
 
     recording: str
     minutes: float
-    crossings: Mapping[str, float]  # by thruster, each minute: enters its dead zone, or jumps over it
+    crossings: Mapping[
+        str, float
+    ]  # by thruster, each minute: enters its dead zone, or jumps over it
     error: Array  # (3,) RMS of wrench given - asked, by axis [command units]
     asked: Array  # (3,) RMS of wrench asked [command units]
     limited: float  # share of the time in which limits take part of the wrench
     power: float  # mean; 1 is one thruster at full command
+    t: Array  # (m,) [s] of the commands
+    commands: Array  # (m, n)
 
     @property
     def crossing(self) -> float:
@@ -138,9 +142,7 @@ def authority(allocator: Allocator) -> Array:
     return allocator.reach(both).reshape(2, 3).T
 
 
-def _row(
-    name: str, made: Allocator, judge: Allocator, recordings: Sequence[Recording]
-) -> Row:
+def _row(name: str, made: Allocator, judge: Allocator, recordings: Sequence[Recording]) -> Row:
     drives = []
     for recording in recordings:
         asked = made.boat.asked(recording)
@@ -179,6 +181,8 @@ def _drive(
         np.sqrt(weight @ asked**2),
         float(weight @ limited),
         float(weight @ judge.power(commands)),
+        frozen_array(recording.seconds(recording.commands.stamps)),
+        frozen_array(commands),
     )
 
 
@@ -188,4 +192,3 @@ def _held(commands: Signal) -> Array:
         raise AllocationError("a recording with one command; a drive needs more")
     gaps = np.diff(commands.stamps) * 1e-9
     return np.append(gaps, np.median(gaps))
-

@@ -133,4 +133,3 @@ def _driven(found: AllocationComparison, place: int, drive: Drive) -> Sequence[s
                 f"{100 * d.limited:8.1f} %{d.power:9.3f}"
             )
     return lines
-

@@ -82,9 +82,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.out is not None:
         from seatrial.report.schemes import write_allocation
 
-        write_allocation(
-            found, args.out, figures=args.figures, raster=args.png, tables=args.tables
-        )
+        write_allocation(found, args.out, figures=args.figures, raster=args.png, tables=args.tables)
     progress.clear()
     print(text)
     if args.out is not None:
