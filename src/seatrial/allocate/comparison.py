@@ -81,6 +81,10 @@ class AllocationComparison:
         """What each thruster gives."""
         return self.allocator.boat
 
+    def row(self, name: str) -> Row:
+        """A scheme's row, by its name."""
+        return next(row for row in self.rows if row.name == name)
+
 
 class Options(TypedDict):
     """What all schemes of a comparison have in common."""

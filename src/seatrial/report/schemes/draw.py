@@ -15,11 +15,18 @@ POINTS = 1500  # of a curve of commands at most
 
 def slices(found: AllocationComparison, first: int, second: int) -> Figure:
     """Attainable wrenches with the third axis at rest, of every scheme."""
+    outlines: list[tuple[list[str], tuple[Array, Array]]] = []
+    for name, allocator in shown(found):
+        new = outline(allocator, first, second)
+        same = next((names for names, old in outlines if np.allclose(old, new, atol=1e-6)), None)
+        if same is None:
+            outlines.append(([name], new))
+        else:
+            same.append(name)
     traces = []
-    for place, (name, allocator) in enumerate(shown(found)):
+    for place, (names, (x, y)) in enumerate(outlines):
         colour, dash = colour_of(place)
-        x, y = outline(allocator, first, second)
-        traces.append(line(name, x, y, colour, dash=dash))
+        traces.append(line(", ".join(names), x, y, colour, dash=dash))
     return figure(
         traces, _wrench(first), _wrench(second),
         yaxis={"scaleanchor": "x"}, showlegend=True,

@@ -28,10 +28,10 @@ def verdict(found: AllocationComparison) -> Section:
     head = ("thruster", *AXES, "dead zone", "limit")
     rows: list[list[Cell]] = []
     for k, name in enumerate(own.thrusters):
-        ahead, astern = own.edges[:, k]
+        ahead, astern = own.edges[:, k].tolist()
         zone = Interval(-astern, ahead) if ahead or astern else NOTHING
-        given = [Number(x, 3) for x in found.boat.T[:, k]]
-        rows.append([Text(name), *given, zone, Number(own.limits[k], 3)])
+        given = [Number(x, 3) for x in found.boat.T[:, k].tolist()]
+        rows.append([Text(name), *given, zone, Number(float(own.limits[k]), 3)])
     table = Table("thrusters", "Wrench of each thruster's unit thrust", head, rows)
     html = f"""<header><h1>{escape(found.boat.vehicle.name)}</h1>
 <p class="subtitle">Thrust allocation</p></header>
