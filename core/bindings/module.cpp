@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "allocator.hpp"
 #include "arrays.hpp"
 #include "doubt.hpp"
 #include "filter.hpp"
@@ -378,6 +379,7 @@ NB_MODULE(_core, m) {
   bind_predictor(m);
   bind_odometer(m);
   bind_doubt(m);
+  bind_allocator(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,

@@ -43,5 +43,9 @@ class PredictorError(SeatrialError):
     """An input that does not fit the predictor's model."""
 
 
+class AllocationError(SeatrialError):
+    """Thrusters, or a wrench, that nothing can be allocated to."""
+
+
 class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""

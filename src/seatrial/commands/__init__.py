@@ -8,6 +8,7 @@ import argparse
 from importlib.metadata import version
 
 from seatrial.commands import (
+    allocate,
     compare,
     demo,
     identify,
@@ -31,6 +32,7 @@ ORDER = (
     compare,
     select,
     predict,
+    allocate,
 )
 
 
