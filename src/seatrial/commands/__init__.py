@@ -10,6 +10,7 @@ from importlib.metadata import version
 from seatrial.commands import (
     compare,
     demo,
+    export,
     identify,
     init,
     inspect,
@@ -31,6 +32,7 @@ ORDER = (
     compare,
     select,
     predict,
+    export,
 )
 
 

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""The formats that there are. A new one is a function here that calls its own small file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from seatrial.errors import ExportError
+from seatrial.export import c
+from seatrial.export.content import Content, identifier
+from seatrial.export.hull import Hull
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be written, and what the user said besides."""
+
+    content: Content
+    out: Path
+    model_path: Path | None = None  # of model.yaml, for programs that read it themselves
+    hull: Hull | None = None  # mass and size, for what is dimensional
+    ros: int = 2  # ROS 1 or ROS 2
+
+    @property
+    def name(self) -> str:
+        """The file's name as a name in a program."""
+        return identifier(self.out.stem)
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format."""
+
+    about: str
+    suffix: str  # of its files
+    begins: str  # what its files begin with, so that no other is written over
+    runs: bool  # it moves a boat: an unstable model is refused
+    write: Callable[[Request], bytes]
+
+
+def _c(request: Request) -> bytes:
+    return c.header(request.content, request.name).encode()
+
+
+FORMATS = {
+    "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
+}
+
+
+def format_of(name: str) -> Format:
+    """A format by its name. Raises ExportError."""
+    if name not in FORMATS:
+        raise ExportError(f"no format '{name}'; there are {', '.join(FORMATS)}")
+    return FORMATS[name]
