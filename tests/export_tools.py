@@ -30,6 +30,9 @@ class Drive:
         n = int(np.searchsorted(self.t, seconds))
         return Drive(self.t[:n], self.commands[:n], self.scales[:n])
 
+    def every(self, n: int) -> "Drive":
+        return Drive(*(np.ascontiguousarray(a[::n]) for a in (self.t, self.commands, self.scales)))
+
 
 def program(*names: str) -> None:
     for name in names:
@@ -161,8 +164,11 @@ def trace_states(model: seatrial.Model, run: Drive) -> np.ndarray:
     return in_own_axes(model, states)
 
 
+def core_states(model: seatrial.Model, run: Drive) -> np.ndarray:
+    """The core's states along a drive. Its plant takes known signals to be at their references."""
+    return (trace_states if model.vehicle.scales else plant_states)(model, run)
+
+
 @cache
 def truth(name: str) -> np.ndarray:
-    """The core's states along the drive. Its plant takes known signals to be at their references."""
-    model = boat(name)
-    return (trace_states if model.vehicle.scales else plant_states)(model, drive(name))
+    return core_states(boat(name), drive(name))

@@ -57,6 +57,7 @@ def words(content: Content, name: str) -> dict[str, str]:
         "prepare": _prepare(content, name),
         "levels": block(_levels(content), "      "),
         "queue": queue,
+        "thrusts": block(_thrusts(content, name), "  "),
         "reset": _reset(content),
     }
 
@@ -322,6 +323,14 @@ def _multiplier(content: Content, name: str, actuator: Actuator) -> str:
     reference = number(list(content.scales.values())[actuator.scale])
     power = _macro(name, actuator.constants["scale_power"])
     return f"{name}_multiplier(boat->scale[{actuator.scale}], {reference}, {power})"
+
+
+def _thrusts(content: Content, name: str) -> list[str]:
+    gains = [
+        f"{_multiplier(content, name, a)} * " if a.scale is not None else ""
+        for a in content.actuators
+    ]
+    return [f"thrust[{k}] = {gain}boat->level[{k}];" for k, gain in enumerate(gains)]
 
 
 def _levels(content: Content) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.errors import ExportError
-from seatrial.export import c
+from seatrial.export import c, fmu, octave
 from seatrial.export.content import Content, identifier
 from seatrial.export.hull import Hull
 
@@ -42,8 +42,22 @@ def _c(request: Request) -> bytes:
     return c.header(request.content, request.name).encode()
 
 
+def _octave(request: Request) -> bytes:
+    if request.out.stem != request.name:
+        raise ExportError(
+            f"{request.out}: MATLAB and Octave call a function by its file's name; name it {request.name}.m"
+        )
+    return octave.function(request.content, request.name).encode()
+
+
+def _fmu(request: Request) -> bytes:
+    return fmu.unit(request.content, request.name)
+
+
 FORMATS = {
     "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
+    "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
+    "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
 }
 
 

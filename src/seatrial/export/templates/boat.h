@@ -94,6 +94,11 @@ ${levels}
 }
 
 ${queue}
+/* What each actuator gives now, in command units. */
+static inline void ${name}_thrust(const ${name}_boat* boat, double thrust[${NAME}_ACTUATORS]) {
+${thrusts}
+}
+
 /* At rest at the origin, thrusters settled at command 0. */
 static inline void ${name}_reset(${name}_boat* boat) {
   const double still[${NAME}_COMMANDS] = {0.0};
