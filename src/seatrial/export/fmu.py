@@ -117,7 +117,7 @@ def description(content: Content, name: str, guid: str) -> bytes:
             known = {"dependencies": ""} if kind == "Outputs" else {}
             Xml.SubElement(listed, "Unknown", {"index": str(place), **known})
     Xml.indent(root)
-    return Xml.tostring(root, encoding="utf-8", xml_declaration=True)
+    return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
 def _variables(content: Content, into: Xml.Element) -> list[int]:
@@ -150,10 +150,5 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
     for name, measure in STATES:
         add(name, "of the boat", {"unit": measure}, **seen)
     for name in content.forces:
-        add(
-            f"tau_{name}" if name in content.inputs else name,
-            "generalised force, in command units",
-            {},
-            **seen,
-        )
+        add(f"{name}_given", "generalised force, in command units", {}, **seen)
     return outputs
