@@ -44,9 +44,10 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Content:
-    """A model in the axes of its vehicle file."""
+    """A model in the axes of its vehicle file, or in others."""
 
     model: Model
+    other_axes: Axes | None = None
 
     @property
     def vehicle_name(self) -> str:
@@ -55,8 +56,8 @@ class Content:
 
     @property
     def axes(self) -> Axes:
-        """The vehicle file's."""
-        return self.model.vehicle.axes
+        """Of states, commands and forces here."""
+        return self.model.vehicle.axes if self.other_axes is None else self.other_axes
 
     @cached_property
     def structure(self) -> Structure:
@@ -110,7 +111,8 @@ class Content:
     def inverse(self) -> Array:
         """T+ (actuators, inputs) from commands in these axes to actuator commands."""
         vehicle = self.model.vehicle
-        return _tidy(vehicle.inverse * vehicle.input_signs)
+        turned = self.axes is Axes.FRD
+        return _tidy(vehicle.inverse * (vehicle.input_signs if turned else 1.0))
 
     @cached_property
     def mix(self) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.errors import ExportError
-from seatrial.export import c, fmu, octave
+from seatrial.export import c, casadi, fmu, octave
 from seatrial.export.content import Content, identifier
 from seatrial.export.hull import Hull
 
@@ -54,10 +54,15 @@ def _fmu(request: Request) -> bytes:
     return fmu.unit(request.content, request.name)
 
 
+def _casadi(request: Request) -> bytes:
+    return casadi.write(request.content)
+
+
 FORMATS = {
     "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
     "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
     "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
+    "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
 }
 
 
