@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.errors import ExportError
-from seatrial.export import c, casadi, fmu, octave
+from seatrial.export import c, casadi, fmu, json, latex, octave, ros
 from seatrial.export.content import Content, identifier
 from seatrial.export.hull import Hull
 
@@ -58,11 +58,26 @@ def _casadi(request: Request) -> bytes:
     return casadi.write(request.content)
 
 
+def _ros(request: Request) -> bytes:
+    return ros.text(request.content, request.model_path, request.ros).encode()
+
+
+def _latex(request: Request) -> bytes:
+    return latex.text(request.content).encode()
+
+
+def _json(request: Request) -> bytes:
+    return json.text(request.content).encode()
+
+
 FORMATS = {
     "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
     "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
     "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
     "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
+    "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),
+    "latex": Format("LaTeX equations and table", ".tex", "%", False, _latex),
+    "json": Format("JSON, all of it", ".json", "{", False, _json),
 }
 
 
