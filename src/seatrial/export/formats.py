@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.errors import ExportError
-from seatrial.export import c, casadi, fmu, json, latex, octave, ros
+from seatrial.export import c, casadi, fmu, json, latex, octave, ros, sdf
 from seatrial.export.content import Content, identifier
 from seatrial.export.hull import Hull
 
@@ -54,6 +54,10 @@ def _fmu(request: Request) -> bytes:
     return fmu.unit(request.content, request.name)
 
 
+def _sdf(request: Request) -> bytes:
+    return sdf.text(request.content.model, request.name, request.hull)
+
+
 def _casadi(request: Request) -> bytes:
     return casadi.write(request.content)
 
@@ -74,6 +78,7 @@ FORMATS = {
     "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
     "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
     "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
+    "sdf": Format("Gazebo model", ".sdf", "<?xml", True, _sdf),
     "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
     "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),
     "latex": Format("LaTeX equations and table", ".tex", "%", False, _latex),
