@@ -30,14 +30,8 @@ def export(
     say, and ModelError for a model that runs away.
     """
     chosen, path = format_of(to), Path(out)
-    if path.suffix != chosen.suffix and path.suffix:
-        raise ExportError(
-            f"{path}: {chosen.about}: expected a name that ends in {chosen.suffix}, got {path.suffix}"
-        )
-    if not path.suffix:
-        raise ExportError(
-            f"{path}: expected a name that ends in {chosen.suffix}, for {chosen.about}"
-        )
+    if path.suffix != chosen.suffix:
+        raise ExportError(f"{path}: expected a name that ends in {chosen.suffix}: {chosen.about}")
     if chosen.runs:
         sanity(model)
     source = None if model_path is None else Path(model_path)
