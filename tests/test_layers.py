@@ -22,7 +22,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"advice", "compare", "live"},
     {"select"},
     {"io", "report"},
-    {"init"},
+    {"export", "init"},
     {"demo"},
     {"commands"},
     {"cli"},

@@ -49,3 +49,7 @@ class AllocationError(SeatrialError):
 
 class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""
+
+
+class ExportError(SeatrialError):
+    """A format that there is not, or that can't say what the model says."""

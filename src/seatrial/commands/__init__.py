@@ -11,6 +11,7 @@ from seatrial.commands import (
     allocate,
     compare,
     demo,
+    export,
     identify,
     init,
     inspect,
@@ -33,6 +34,7 @@ ORDER = (
     select,
     predict,
     allocate,
+    export,
 )
 
 
