@@ -45,3 +45,7 @@ class PredictorError(SeatrialError):
 
 class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""
+
+
+class SimulatorError(SeatrialError):
+    """A scene, a boat or a command that can't be simulated."""
