@@ -16,6 +16,7 @@ from seatrial.commands import (
     predict,
     report,
     select,
+    sim,
     simulate,
     validate,
 )
@@ -31,6 +32,7 @@ ORDER = (
     compare,
     select,
     predict,
+    sim,
 )
 
 
