@@ -6,6 +6,7 @@ from seatrial.identify import EquationErrorSettings, identify
 from seatrial.init import init
 from seatrial.inspect import inspect
 from seatrial.io import read
+from seatrial.mimic import Carrier, Mimic
 from seatrial.model import Model, load, save
 from seatrial.odometer import Odometer, Odometry
 from seatrial.predict import Prediction, predict
@@ -17,9 +18,11 @@ from seatrial.vehicle import Vehicle, load_vehicle
 from seatrial.velocity import Motion, motion
 
 __all__ = [
+    "Carrier",
     "EquationErrorSettings",
     "Estimate",
     "Health",
+    "Mimic",
     "Model",
     "Motion",
     "Odometer",

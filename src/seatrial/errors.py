@@ -49,3 +49,7 @@ class LiveError(SeatrialError):
 
 class SimulatorError(SeatrialError):
     """A scene, a boat or a command that can't be simulated."""
+
+
+class MimicError(SeatrialError):
+    """A carrier that can't follow a boat."""

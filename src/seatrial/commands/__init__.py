@@ -13,6 +13,7 @@ from seatrial.commands import (
     identify,
     init,
     inspect,
+    mimic,
     predict,
     report,
     select,
@@ -33,6 +34,7 @@ ORDER = (
     select,
     predict,
     sim,
+    mimic,
 )
 
 
