@@ -1,132 +1,83 @@
 # SPDX-License-Identifier: MIT
 """The mimic: a simulated carrier with wheels that slip follows what the boat really did."""
 
-from dataclasses import dataclass, replace
+import sys
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
 from seatrial.errors import MimicError, PredictorError
 from seatrial.mimic import Carrier, Mimic, MimicHealth
 from seatrial.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model, simulate
 
-DT = 0.02  # [s] of the carrier's velocities
+sys.path.insert(0, str(ROOT))
+from benchmarks.mimic import DT, driven, follow
+
 LAG = Carrier(lag=0.14)  # the ground's lag and delay
 
 
-@dataclass(frozen=True)
-class Run:
-    """A carrier's way beside the boat's."""
-
-    t: np.ndarray
-    carrier: np.ndarray  # (n, 3) true
-    boat: np.ndarray  # (n, 3)
-    motions: list
-
-    @property
-    def off(self):
-        """RMS distance [m], RMS heading error [rad]."""
-        d = self.carrier - self.boat
-        return float(np.sqrt(np.mean(d[:, 0] ** 2 + d[:, 1] ** 2))), float(
-            np.sqrt(np.mean(d[:, 2] ** 2))
-        )
-
-
-def follow(trial, model, ground, settings=LAG, seed=1):
-    """The carrier starts where the boat does; commands come at their stamps."""
-    mimic, carrier = Mimic(model, settings), SimulatedCarrier(ground, DT, seed)
-    commands = list(zip(trial.command_stamps * 1e-9, trial.command, strict=True))
-    mimic.pose(commands[0][0], carrier.eta)
-    t = np.arange(0.0, trial.truth_t[-1], DT)
-    way, motions = [], []
-    for now in t.tolist():
-        while commands and commands[0][0] <= now:
-            mimic.command(*commands.pop(0))
-        for stamp, pose in carrier.poses():
-            mimic.pose(stamp, pose)
-        motions.append(mimic.at(now))
-        way.append(carrier.eta)
-        carrier.step(motions[-1].velocity)
-    truth = trial.truth
-    boat = np.column_stack(
-        [
-            np.interp(t, trial.truth_t, np.unwrap(truth[:, i]) if i == 2 else truth[:, i])
-            for i in range(3)
-        ]
-    )
-    return Run(t, np.array(way), boat, motions)
-
-
 @pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("clean"), mp)
-
-
-def driven(mp, duration):
-    plan = load_plan("clean")
-    entry = msgspec.structs.replace(plan.trials["S7"], duration=duration)
-    plan = msgspec.structs.replace(plan, trials={"S7": entry})
-    return next(iter(simulate(plan, mp)))
-
-
-@pytest.fixture(scope="module")
-def whole(mp):
+def whole():
     """All of the bundled S7; its truth is what the boat did."""
-    return driven(mp, load_plan("clean").trials["S7"].duration)
+    return driven()
 
 
 @pytest.fixture(scope="module")
-def trial(mp):
-    """Its first minute."""
-    return driven(mp, 60.0)
+def minute():
+    """Its first."""
+    return driven(60.0)
 
 
-def test_the_carrier_follows_the_boat_within_two_centimetres_on_s7(whole, boat):
-    for seed in (1, 2, 3):
-        run = follow(whole, boat, Ground(), seed=seed)
+@pytest.fixture(scope="module")
+def boat(minute):
+    return minute[0]
+
+
+def test_the_carrier_follows_the_boat_within_two_centimetres_on_s7(whole):
+    for seed in (1, 2):
+        run = follow(*whole, Ground(), LAG, seed)
         position, heading = run.off
         assert position < 0.02, position
         assert heading < 0.03, heading
     assert np.hypot(*np.diff(run.boat[:, :2], axis=0).T).sum() > 20.0  # [m] it really drove
 
 
-def test_the_boats_way_is_that_of_the_recorded_trial(trial, boat):
-    run = follow(trial, boat, Ground())
+def test_the_boats_way_is_that_of_the_recorded_trial(minute):
+    run = follow(*minute, Ground(), LAG)
     poses = np.array([m.pose for m in run.motions])
     assert np.abs(poses - run.boat).max() < 1e-3
 
 
-def test_without_the_way_back_it_drifts_away(whole, boat):
-    blind = follow(whole, boat, Ground(), Carrier(lag=0.14, gain=0.0, lost=1e3))
+def test_without_the_way_back_it_drifts_away(whole):
+    blind = follow(*whole, Ground(), Carrier(lag=0.14, gain=0.0, lost=1e3))
     assert blind.off[0] > 0.1
 
 
-def test_an_odometry_that_does_not_see_slip_can_not_bring_it_back(whole, boat):
+def test_an_odometry_that_does_not_see_slip_can_not_bring_it_back(whole):
     """It believes itself near; the truth is elsewhere. Said in docs/mimic.md."""
-    run = follow(whole, boat, Ground(sees_slip=False))
+    run = follow(*whole, Ground(sees_slip=False), LAG)
     believed = np.array([m.mismatch[:2] for m in run.motions])
     assert np.sqrt(np.mean(np.sum(believed**2, axis=1))) < 0.03
     assert run.off[0] > 0.1
 
 
-def test_the_lead_is_worth_what_it_costs(trial, boat):
+def test_the_lead_is_worth_what_it_costs(minute):
     """Wheels without faults: leading by the lag leaves a fraction of what is off without."""
     perfect = Ground(worn=0.0, slips_per_minute=0.0, position_noise=0.0, heading_noise=0.0)
-    led, late = (follow(trial, boat, perfect, Carrier(lag=lag)).off[0] for lag in (0.14, 0.0))
+    led, late = (follow(*minute, perfect, Carrier(lag=lag)).off[0] for lag in (0.14, 0.0))
     assert led < 0.3 * late
 
 
-def test_limits_are_respected_and_said(trial, boat):
+def test_limits_are_respected_and_said(minute):
     slow = Carrier(
         lag=0.14, speed=0.1, yaw_rate=0.3, acceleration=0.2, yaw_acceleration=0.5, lost=1e3
     )
-    run = follow(trial, boat, Ground(), slow)
+    run = follow(*minute, Ground(), slow)
     velocity = np.array([m.velocity for m in run.motions])
     assert np.hypot(velocity[:, 0], velocity[:, 1]).max() <= 0.1 + 1e-12
     assert np.abs(velocity[:, 2]).max() <= 0.3 + 1e-12

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The odometry node for ROS 1: subscriptions, publishers and clocks. What is done with the messages
 // is in seatrial_ros/node.hpp.
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
@@ -12,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "diagnostics.hpp"
 #include "numbers.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
@@ -128,24 +128,7 @@ class Shell {
     broadcaster_.sendTransform(message);
   }
 
-  void diagnose() {
-    const sr::Diagnosis found = node_.diagnose();
-    diagnostic_msgs::DiagnosticStatus status;
-    status.name = ros::this_node::getName() + ": odometry";
-    status.hardware_id = "seatrial";
-    status.level = found.level;
-    status.message = found.message;
-    for (const auto& [key, value] : found.values) {
-      diagnostic_msgs::KeyValue pair;
-      pair.key = key;
-      pair.value = value;
-      status.values.push_back(pair);
-    }
-    diagnostic_msgs::DiagnosticArray message;
-    message.header.stamp = ros::Time::now();
-    message.status.push_back(status);
-    diagnostics_.publish(message);
-  }
+  void diagnose() { diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry")); }
 
   std::string reload() {
     const std::string wrong = node_.reload();

@@ -9,19 +9,12 @@
 #include <vector>
 
 #include "seatrial/odometer.hpp"
+#include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/settings.hpp"
 #include "seatrial_ros/signal.hpp"
 
 namespace seatrial::ros {
-
-/// Level, message and values of diagnostic_msgs/DiagnosticStatus.
-struct Diagnosis {
-  enum Level : unsigned char { kOk = 0, kWarn = 1, kError = 2 };
-  Level level = kOk;
-  std::string message;
-  std::vector<std::pair<std::string, std::string>> values;
-};
 
 /// A pose message.
 struct PoseMessage {
