@@ -53,3 +53,9 @@ class LiveError(SeatrialError):
 
 class ExportError(SeatrialError):
     """A format that there is not, or that can't say what the model says."""
+class SimulatorError(SeatrialError):
+    """A scene, a boat or a command that can't be simulated."""
+
+
+class MimicError(SeatrialError):
+    """A carrier that can't follow a boat."""

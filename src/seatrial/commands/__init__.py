@@ -15,9 +15,11 @@ from seatrial.commands import (
     identify,
     init,
     inspect,
+    mimic,
     predict,
     report,
     select,
+    sim,
     simulate,
     validate,
 )
@@ -35,6 +37,8 @@ ORDER = (
     predict,
     allocate,
     export,
+    sim,
+    mimic,
 )
 
 
