@@ -45,3 +45,7 @@ class PredictorError(SeatrialError):
 
 class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""
+
+
+class ControlError(SeatrialError):
+    """A controller that the model, its delay or the request does not permit."""

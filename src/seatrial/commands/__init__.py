@@ -17,6 +17,7 @@ from seatrial.commands import (
     report,
     select,
     simulate,
+    tune,
     validate,
 )
 
@@ -30,6 +31,7 @@ ORDER = (
     report,
     compare,
     select,
+    tune,
     predict,
 )
 
