@@ -19,7 +19,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"model"},
     {"causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "odometer", "predictor", "simulate", "validate"},
-    {"advice", "compare", "control", "live"},
+    {"advice", "compare", "control", "live", "sim"},
     {"select"},
     {"io", "report"},
     {"init"},

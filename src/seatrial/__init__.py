@@ -11,6 +11,7 @@ from seatrial.odometer import Odometer, Odometry
 from seatrial.predict import Prediction, predict
 from seatrial.predictor import Estimate, Health, Predictor, Taken
 from seatrial.recording import Recording
+from seatrial.sim import Scene, Sensors, Simulator, World
 from seatrial.validate import Scores, validate
 from seatrial.vehicle import Vehicle, load_vehicle
 from seatrial.velocity import Motion, motion
@@ -26,10 +27,14 @@ __all__ = [
     "Prediction",
     "Predictor",
     "Recording",
+    "Scene",
     "Scores",
     "SeatrialError",
+    "Sensors",
+    "Simulator",
     "Taken",
     "Vehicle",
+    "World",
     "identify",
     "init",
     "inspect",

@@ -56,13 +56,22 @@ class Plant {
       if (!advance(structure_, coefficient_, chain_, q_, next - time_, longest_step_, f_, x_)) {
         return false;
       }
+      // nothing depends on the place, so that this is exact
+      for (int i = 0; i < 2; ++i) x_[i] += current_[i] * (next - time_);
       time_ = std::max(time_, next);
       arrive();
     }
     return true;
   }
 
+  /// Of the water, earth-fixed [m/s]; the state's velocity is then that in the water.
+  void set_current(double x, double y) {
+    current_[0] = x;
+    current_[1] = y;
+  }
+
   double time() const { return time_; }
+  const double* current() const { return current_; }
   const double* state() const { return x_; }
   double* state() { return x_; }
 
@@ -130,6 +139,7 @@ class Plant {
   double longest_step_;
   double time_ = 0.0;
   double x_[kStates] = {};
+  double current_[2] = {0.0, 0.0};
   Thrust f_;
   int first_ = 0;
   int pending_ = 0;
