@@ -16,6 +16,7 @@
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 #include "simulator.hpp"
+#include "tracking.hpp"
 
 using namespace nb::literals;
 using namespace seatrial;
@@ -379,6 +380,7 @@ NB_MODULE(_core, m) {
   bind_predictor(m);
   bind_odometer(m);
   bind_doubt(m);
+  bind_tracking(m);
   bind_simulator(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);

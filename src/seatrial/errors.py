@@ -47,10 +47,9 @@ class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""
 
 
-<<<<<<< HEAD
 class ControlError(SeatrialError):
     """A controller that the model, its delay or the request does not permit."""
-=======
+
+
 class SimulatorError(SeatrialError):
     """A scene, a boat or a command that can't be simulated."""
->>>>>>> sim
