@@ -19,7 +19,9 @@ from seatrial.frames import Array
 from seatrial.model import Model
 
 Jet = tuple[float, float, float]  # a value and its first two derivatives
-SHARE = 0.6  # of what thrusters and identified speeds allow that a course asks for; the rest corrects
+SHARE = (
+    0.6  # of what thrusters and identified speeds allow that a course asks for; the rest corrects
+)
 SAMPLES = 600  # of a course, where its demands are looked at
 SLOWEST = 1e4  # [s] of a course
 
@@ -201,4 +203,3 @@ def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> floa
     full = commands / np.maximum(size, 1e-12)[:, None]
     _, given = _core.allocate(model.vehicle.chain, np.ascontiguousarray(full))
     return float(max((size / given).max(), (np.abs(nu) / most).max()))
-
