@@ -47,8 +47,8 @@ std::tuple<Out1, int> track(Tracker& self, int inputs, double dt, Vector eta, Ve
                             Matrix ahead) {
   require(eta.shape(0) == kAxes && nu.shape(0) == kAxes, "eta and nu: 3 each");
   double values[kMaxCommands];
-  const Tracked done = self.command(dt, eta.data(), nu.data(), make_reference(now),
-                                    make_reference(ahead), values);
+  const Tracked done =
+      self.command(dt, eta.data(), nu.data(), make_reference(now), make_reference(ahead), values);
   double* out = nullptr;
   auto found = fresh<Out1>({static_cast<std::size_t>(inputs)}, &out);
   std::copy(values, values + inputs, out);

@@ -38,8 +38,8 @@ enum class Tracked : std::uint8_t {
   kNotNumber  // an input is not a number: the command is zero, nothing is remembered
 };
 
-/// Its memory is the integral of the pose error, earth-fixed: what disturbs a boat for long (current,
-/// wind, a tether) is, and in a turn an integral fixed to the body would be unstable.
+/// Its memory is the integral of the pose error, earth-fixed: what disturbs a boat for long
+/// (current, wind, a tether) is, and in a turn an integral fixed to the body would be unstable.
 class Tracker {
  public:
   static constexpr double kLongestStep = 0.5;  // [s] that is integrated at once

@@ -9,6 +9,7 @@ j alone is 1 / S_jj - 1 with S = (I + L)^-1.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,44 +49,62 @@ def frequencies(knob: float, delay: float, points: int = GRID) -> Array:
     return np.geomspace(SLOWEST / knob, FASTEST / fast, points)
 
 
-def open_loop(
-    boat: LinearBoat, gains: Sequence[Gains], omega: Array, hold: float, strength: float = 1.0
-) -> Complex:
-    """L (m, n, 3, 3) about each steady motion at angular frequencies (n,) [rad/s].
+@dataclass(frozen=True)
+class Feedback:
+    """Gains, and where the loop that they close is looked at."""
 
-    gains: of the three axes, in accelerations. hold [s]: delay of the controller itself. strength: of the
-    thrusters, over what the model says.
-    """
-    s = 1j * omega
-    kp, ki, kd = (np.diag([getattr(g, name) for g in gains]) for name in _PARTS)
-    B = boat.actuators.response(omega) * (strength * np.exp(-s * hold))[:, None, None]
-    eye = np.eye(3)
-    found = []
-    for nu, A in zip(boat.speeds, boat.slopes, strict=True):
-        W = _turned(nu)
-        velocity = np.linalg.solve(s[:, None, None] * eye - A, B)
-        turning = s[:, None, None] * eye + nu[2] * S_2D
-        pose = np.linalg.solve(turning - W, velocity)
-        asked = kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (velocity + W @ pose)
-        found.append(asked / boat.authority[:, None])
-    return np.array(found)
+    gains: Sequence[Gains]  # of the three axes, in accelerations
+    speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]
+    omega: Array  # (n,) [rad/s]
+    hold: float  # [s] delay of the controller itself
+
+    @property
+    def integral(self) -> bool:
+        """Whether it remembers."""
+        return any(g.integral != 0.0 for g in self.gains)
+
+    @cached_property
+    def response(self) -> Complex:
+        """Accelerations (m, n, 3, 3) asked for per velocity: the controller with the kinematics."""
+        parts = ("proportional", "integral", "derivative")
+        kp, ki, kd = (np.diag([getattr(g, name) for g in self.gains]) for name in parts)
+        s, eye = 1j * self.omega[:, None, None], np.eye(3)
+        found = []
+        for nu in self.speeds:
+            W = _turned(nu)
+            turning = s * eye + nu[2] * S_2D
+            pose = np.linalg.inv(turning - W)
+            found.append(kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (eye + W @ pose))
+        return np.array(found) * np.exp(-s * self.hold)
 
 
-_PARTS = ("proportional", "integral", "derivative")
+def open_loop(boat: LinearBoat, feedback: Feedback, strength: float = 1.0) -> Complex:
+    """L (m, n, 3, 3) about each steady motion; strength: of the thrusters, over what the model says."""
+    s = 1j * feedback.omega
+    B = strength * boat.actuators.response(feedback.omega)
+    velocity = np.linalg.solve(s[:, None, None] * np.eye(3) - boat.slopes[:, None], B[None])
+    return np.asarray(feedback.response @ velocity / boat.authority[:, None])
 
 
-def margins(
-    boat: LinearBoat, gains: Sequence[Gains], omega: Array, hold: float, strength: float = 1.0
-) -> Margins:
+def margins(boat: LinearBoat, feedback: Feedback, strength: float = 1.0) -> Margins:
     """Of the loop about each steady motion (m,); arguments as of `open_loop`."""
-    L = open_loop(boat, gains, omega, hold, strength)
-    S = np.linalg.inv(np.eye(3) + L)
-    own = np.moveaxis(np.diagonal(S, axis1=2, axis2=3), 1, 2)  # (m, 3, n)
-    alone: Complex = np.asarray(1.0 / own - 1.0)
+    L = open_loop(boat, feedback, strength)
+    whole, own = _determinants(np.eye(3) + L)
+    alone: Complex = np.asarray(whole[:, None] / own - 1.0)
     up, down = gain_margins(alone)
-    phase, delay, crossover = phase_margins(alone, omega)
-    stable = unstable_poles(boat, L, omega, gains) == 0
-    return Margins(stable, up, down, phase, delay, np.abs(own).max(axis=-1), crossover)
+    phase, delay, crossover = phase_margins(alone, feedback.omega)
+    stable = unstable_poles(boat, feedback, whole) == 0
+    sensitivity = np.abs(own / whole[:, None]).max(axis=-1)
+    return Margins(stable, up, down, phase, delay, sensitivity, crossover)
+
+
+def _determinants(m: Complex) -> tuple[Complex, Complex]:
+    """Of matrices (m, n, 3, 3), and of what is left without row and column j: (m, n), (m, 3, n)."""
+    a, b, c = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    d, e, f = m[..., 0, 1], m[..., 0, 2], m[..., 1, 2]
+    g, h, i = m[..., 1, 0], m[..., 2, 0], m[..., 2, 1]
+    left = np.stack([b * c - f * i, a * c - e * h, a * b - d * g], axis=1)
+    return a * left[:, 0] - d * (g * c - f * h) + e * (g * i - b * h), left
 
 
 def gain_margins(L: Complex) -> tuple[Array, Array]:
@@ -116,27 +135,19 @@ def phase_margins(L: Complex, omega: Array) -> tuple[Array, Array, Array]:
     return np.asarray(phase), np.asarray(delay), np.where(crosses, at, 0.0).max(axis=-1)
 
 
-def unstable_poles(
-    boat: LinearBoat, L: Complex, omega: Array, gains: Sequence[Gains]
-) -> NDArray[np.int64]:
+def unstable_poles(boat: LinearBoat, feedback: Feedback, whole: Complex) -> NDArray[np.int64]:
     """Number (m,) of closed-loop poles in the right half plane, by the argument principle.
 
-    The characteristic function det(s I - A) det(s I + r_0 S - W) det(s I + r_0 S) det(I + L) has no poles
-    there; from s = 0 to i inf it turns by as many right angles as there are states, and by two fewer for each
-    zero on the right.
+    whole: det(I + L) (m, n). The characteristic function det(s I - A) (s (s^2 + r_0^2))^k det(I + L), k = 2 with
+    an integral and 1 without, has no poles there; from s = 0 to i inf it turns by as many right angles as
+    there are states, and by two fewer for each zero on the right.
     """
-    s = 1j * omega[:, None, None]
-    eye = np.eye(3)
-    integral = any(g.integral != 0.0 for g in gains)
-    states = 9 if integral else 6
+    s, k = 1j * feedback.omega, 2 if feedback.integral else 1
     found = []
-    for nu, A, loop in zip(boat.speeds, boat.slopes, L, strict=True):
-        turning = s * eye + nu[2] * S_2D
-        value = np.linalg.det(eye + loop) * np.linalg.det(s * eye - A)
-        value *= np.linalg.det(turning - _turned(nu))
-        value *= np.linalg.det(turning) if integral else 1.0
-        turns = np.unwrap(np.angle(value))
-        found.append(round((states * np.pi / 2 - (turns[-1] - turns[0])) / np.pi))
+    for nu, A, value in zip(boat.speeds, boat.slopes, whole, strict=True):
+        free = np.prod(s[:, None] - np.linalg.eigvals(A), axis=1)
+        turns = np.unwrap(np.angle(value * free * (s * (s**2 + nu[2] ** 2)) ** k))
+        found.append(round((3 * (1 + k) * np.pi / 2 - (turns[-1] - turns[0])) / np.pi))
     return np.array(found)
 
 

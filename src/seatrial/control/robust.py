@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from seatrial.control.linear import LinearBoat, redrawn
-from seatrial.control.loops import Margins, frequencies, margins
+from seatrial.control.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.rules import Gains
 from seatrial.frames import Array
 from seatrial.model import Model
@@ -45,7 +45,8 @@ def worst_of(
     """Margins (boats, ...) of each boat, the worst of its motions."""
     longest = float(boats[0].actuators.delay.max()) + hold
     omega = frequencies(knob, longest, GRID)
-    found = [margins(boat, gains, omega, hold, strength).worst() for boat in boats]
+    feedback = Feedback(gains, boats[0].speeds, omega, hold)
+    found = [margins(boat, feedback, strength).worst() for boat in boats]
     return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
 
 

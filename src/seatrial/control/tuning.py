@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from seatrial.control.linear import LinearBoat, linearise, steepest
-from seatrial.control.loops import Margins, frequencies, margins
+from seatrial.control.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.robust import DRAWS, SEED, draws_of, worst_of
 from seatrial.control.rules import Gains, pd_gains, pid_gains
 from seatrial.errors import ControlError
@@ -19,6 +19,7 @@ KNOB = 1.0  # [s]
 RATE = 50.0  # [Hz] of the controller
 LIMIT = 2.0  # of the sensitivity: at least 29 degrees and a factor of 2 are left (Skogestad)
 SLOWEST = 100.0  # [s] of a knob
+FINENESS = 1.002  # of the smallest knob, before it is rounded up
 SUSPECTS = 8  # draws by which the smallest knob is sought; all of them have the last word
 
 
@@ -81,7 +82,7 @@ def tune(
     if not permitted(spread):
         raise ControlError(_refused(model, boats, spread, (knob, hold, action, strength)))
     omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
-    nominal = margins(boat, gains, omega, hold).worst()
+    nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold)).worst()
     return Tuning(
         model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed
     )  # fmt: skip
@@ -159,7 +160,7 @@ def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> 
         low, high = high, 1.5 * high
         if high > SLOWEST:
             return None
-    while high > 1.01 * low:
+    while high > FINENESS * low:
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if safe(middle, suspects) else (middle, high)
     knob = rounded_up(high)
