@@ -19,7 +19,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"model"},
     {"allocate", "causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
     {"against", "identify", "inspect", "odometer", "predictor", "simulate", "validate"},
-    {"advice", "compare", "live", "mimic", "sim"},
+    {"advice", "compare", "control", "live", "mimic", "sim"},
     {"select"},
     {"io", "report"},
     {"export", "init"},

@@ -18,6 +18,7 @@
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 #include "simulator.hpp"
+#include "tracking.hpp"
 
 using namespace nb::literals;
 using namespace seatrial;
@@ -382,6 +383,7 @@ NB_MODULE(_core, m) {
   bind_odometer(m);
   bind_doubt(m);
   bind_allocator(m);
+  bind_tracking(m);
   bind_simulator(m);
   bind_mimic(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);

@@ -53,6 +53,10 @@ class LiveError(SeatrialError):
 
 class ExportError(SeatrialError):
     """A format that there is not, or that can't say what the model says."""
+class ControlError(SeatrialError):
+    """A controller that the model, its delay or the request does not permit."""
+
+
 class SimulatorError(SeatrialError):
     """A scene, a boat or a command that can't be simulated."""
 

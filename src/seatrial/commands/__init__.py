@@ -21,6 +21,7 @@ from seatrial.commands import (
     select,
     sim,
     simulate,
+    tune,
     validate,
 )
 
@@ -34,6 +35,7 @@ ORDER = (
     report,
     compare,
     select,
+    tune,
     predict,
     allocate,
     export,
