@@ -56,7 +56,7 @@ class LeastEffort {
   static constexpr double kRounding = 1e-15;   // of a multiplier
   static constexpr double kOutOfReach = 1e-6;  // [command units]
   static constexpr int kPasses = 8;
-  static constexpr int kSteps = 40;
+  static constexpr int kSteps = 20;
 
   void thrusts(const Bounds& b, const double* lambda, double* y) const {
     for (int k = 0; k < t_.n; ++k) {
