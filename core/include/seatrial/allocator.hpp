@@ -163,14 +163,14 @@ class Allocator {
     }
     double adjoint[kWrenchAxes][kWrenchAxes];
     for (int i = 0; i < kWrenchAxes; ++i) {
-      detail::cross(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
+      detail::cross3(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
     }
-    const double determinant = detail::dot(gram[0], adjoint[0]);
+    const double determinant = detail::dot3(gram[0], adjoint[0]);
     const double size = gram[0][0] * gram[1][1] * gram[2][2];
     if (!(determinant > kLeastRank * size)) return false;
     for (int k = 0; k < t.n; ++k) {
       for (int j = 0; j < kWrenchAxes; ++j) {
-        const double entry = detail::dot(adjoint[j], t.column[k]) / determinant;
+        const double entry = detail::dot3(adjoint[j], t.column[k]) / determinant;
         inverse_[k][j] = std::abs(entry) < kRounding ? 0.0 : entry;
       }
     }
