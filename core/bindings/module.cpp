@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "allocator.hpp"
 #include "arrays.hpp"
 #include "doubt.hpp"
 #include "filter.hpp"
@@ -17,6 +18,7 @@
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
 #include "simulator.hpp"
+#include "tracking.hpp"
 
 using namespace nb::literals;
 using namespace seatrial;
@@ -380,6 +382,8 @@ NB_MODULE(_core, m) {
   bind_predictor(m);
   bind_odometer(m);
   bind_doubt(m);
+  bind_allocator(m);
+  bind_tracking(m);
   bind_simulator(m);
   bind_mimic(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);

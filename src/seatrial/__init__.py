@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Dynamic models of small surface vehicles from a recording: identify, prove, use."""
 
+from seatrial.allocate import Allocator
 from seatrial.errors import SeatrialError
 from seatrial.identify import EquationErrorSettings, identify
 from seatrial.init import init
@@ -18,6 +19,7 @@ from seatrial.vehicle import Vehicle, load_vehicle
 from seatrial.velocity import Motion, motion
 
 __all__ = [
+    "Allocator",
     "Carrier",
     "EquationErrorSettings",
     "Estimate",

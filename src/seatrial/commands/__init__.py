@@ -8,8 +8,10 @@ import argparse
 from importlib.metadata import version
 
 from seatrial.commands import (
+    allocate,
     compare,
     demo,
+    export,
     identify,
     init,
     inspect,
@@ -19,6 +21,7 @@ from seatrial.commands import (
     select,
     sim,
     simulate,
+    tune,
     validate,
 )
 
@@ -32,7 +35,10 @@ ORDER = (
     report,
     compare,
     select,
+    tune,
     predict,
+    allocate,
+    export,
     sim,
     mimic,
 )
