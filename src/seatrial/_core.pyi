@@ -164,6 +164,17 @@ def doubt(boat: Boat, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(sh
 
 def believed_noise(own: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], disturbance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], memory: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], walk: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
+class Tracker:
+    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool) -> None: ...
+
+    def command(self, inputs: int, dt: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], now: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], ahead: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], int]:
+        """Commands (inputs,), and what became of the call."""
+
+    def forget(self) -> None: ...
+
+    @property
+    def integral(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
 HULL_RADIUS: float = 0.3
 
 class Scene:
