@@ -35,6 +35,19 @@ Scene make_scene(const Matrix& segments, const Matrix& circles) {
   return scene;
 }
 
+Out2 box_of(double x, double y, double length, double width, double turn) {
+  const double centre[2] = {x, y};
+  Segment sides[4];
+  box(centre, length, width, turn, sides);
+  double* out = nullptr;
+  auto made = fresh<Out2>({std::size_t{4}, std::size_t{4}}, &out);
+  for (const Segment& s : sides) {
+    out = std::copy(s.begin, s.begin + 2, out);
+    out = std::copy(s.end, s.end + 2, out);
+  }
+  return made;
+}
+
 Out1 ranges_of(const Scene& scene, const Matrix& origin, const Vector& angle) {
   const std::size_t n = angle.shape(0);
   require(origin.shape(0) == n && origin.shape(1) == 2, "origin: one row of 2 for each angle");
@@ -160,6 +173,7 @@ void bind_simulator(nb::module_& m) {
           "segments"_a, "circles"_a)
       .def("ranges", &ranges_of, "origin"_a, "angle"_a)
       .def("distance", &distances_of, "points"_a);
+  m.def("box", &box_of, "x"_a, "y"_a, "length"_a, "width"_a, "turn"_a);
   bind_sensors(m);
   nb::class_<Simulator>(m, "Simulator")
       .def(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
+#include "seatrial/allocator.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/tangents.hpp"
 
@@ -68,4 +69,22 @@ double drive_with_tangents(double* slope) {
   }
   *slope = dx.row[3][0];
   return x[3];
+}
+
+/// Command of the first of four thrusters at the corners for a yaw moment of 0.3.
+double allocate_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  constexpr double signs[4][3] = {{-1, 1, 1}, {-1, -1, -1}, {1, 1, -1}, {1, -1, 1}};
+  AllocatorSetup s;
+  s.scheme = AllocatorScheme::kMoorePenrose;
+  s.effectiveness.n = 4;
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 3; ++j) s.effectiveness.column[k][j] = 0.5 * signs[k][j];
+    s.limit[k] = 1.0;
+  }
+  Allocator allocator(s);
+  if (allocator.fault() != AllocatorFault::kOk) return std::nan("");
+  const double wrench[3] = {0.0, 0.0, 0.3};
+  double command[kMaxActuators];
+  return allocator.allocate(wrench, command).limited ? std::nan("") : command[0];
 }

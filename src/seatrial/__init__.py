@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Dynamic models of small surface vehicles from a recording: identify, prove, use."""
 
+from seatrial.allocate import Allocator
 from seatrial.errors import SeatrialError
 from seatrial.identify import EquationErrorSettings, identify
 from seatrial.init import init
 from seatrial.inspect import inspect
 from seatrial.io import read
+from seatrial.mimic import Carrier, Mimic
 from seatrial.model import Model, load, save
 from seatrial.odometer import Odometer, Odometry
 from seatrial.predict import Prediction, predict
@@ -17,9 +19,12 @@ from seatrial.vehicle import Vehicle, load_vehicle
 from seatrial.velocity import Motion, motion
 
 __all__ = [
+    "Allocator",
+    "Carrier",
     "EquationErrorSettings",
     "Estimate",
     "Health",
+    "Mimic",
     "Model",
     "Motion",
     "Odometer",

@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import _core, structure
 from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
@@ -135,6 +136,18 @@ class Vehicle:
         return self.constants.estimated
 
     @cached_property
+    def inverse(self) -> Array:
+        """T+ (actuators, inputs) of the allocation; the identity where it is direct."""
+        direct = self.scheme is Scheme.DIRECT
+        return np.eye(len(self.inputs)) if direct else self._inverse(self.scheme)
+
+    @cached_property
+    def stages(self) -> NDArray[np.int32]:
+        """Rows (actuators, 16): which constant each stage of the chain uses, as `ChainReader.rows`."""
+        signs = np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
+        return self._reader.rows(self.constants, self.scales, signs)
+
+    @cached_property
     def chain(self) -> _core.Chain:
         """The core's actuator chain."""
         if max(len(self.inputs), len(self.actuators)) > _core.MAX_ACTUATORS:
@@ -144,8 +157,6 @@ class Vehicle:
             )
         limit = self.file.allocation.limit
         scheme = self.scheme
-        direct = scheme is Scheme.DIRECT
-        inverse = np.eye(len(self.inputs)) if direct else self._inverse(scheme)
         offset = self.file.allocation.F_os
         if scheme is Scheme.AF and limit is not None and offset >= limit:
             raise VehicleError(
@@ -156,15 +167,11 @@ class Vehicle:
             raise VehicleError(f"{self.source}: chain: one table at most, for one group")
         return _core.Chain(
             scheme.code,
-            np.ascontiguousarray(inverse),
+            np.ascontiguousarray(self.inverse),
             offset,
             float("inf") if limit is None else limit,
             np.ascontiguousarray(self.mix),
-            self._reader.rows(
-                self.constants,
-                self.scales,
-                np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs,
-            ),
+            self.stages,
             len(self.constants.names),
             np.array([s.reference for s in self.file.scales.values()], dtype=float),
             np.array(tables[0] if tables else [], dtype=float).reshape(-1, 2),

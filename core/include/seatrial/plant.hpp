@@ -78,6 +78,13 @@ class Plant {
   /// Generalised forces F = T f now.
   void forces(double* force) const { forces_after(chain_, q_, f_, 0.0, force); }
 
+  /// Time derivative of the state now (in the water); false where it can't be solved.
+  bool rate(double* x_dot) const {
+    double force[kMaxForces];
+    forces(force);
+    return state_rate(structure_, coefficient_, x_, force, x_dot);
+  }
+
  private:
   struct Pending {
     double time = 0.0;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "seatrial/frames.hpp"
+
 namespace seatrial {
 
 /// A straight surface from one end to the other [m].
@@ -25,6 +27,22 @@ struct Scene {
   std::vector<Segment> segments;
   std::vector<Circle> circles;
 };
+
+/// The sides of a box around a centre (2), turned by `turn` [rad]; one after the other.
+inline void box(const double* centre, double length, double width, double turn, Segment* sides) {
+  static constexpr double kCorner[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  double corner[4][2];
+  for (int i = 0; i < 4; ++i) {
+    const double off[3] = {length * kCorner[i][0], width * kCorner[i][1], 0.0};
+    double turned[3];
+    body_to_earth(turn, off, turned);
+    for (int a = 0; a < 2; ++a) corner[i][a] = centre[a] + turned[a];
+  }
+  for (int i = 0; i < 4; ++i) {
+    std::copy(corner[i], corner[i] + 2, sides[i].begin);
+    std::copy(corner[(i + 1) % 4], corner[(i + 1) % 4] + 2, sides[i].end);
+  }
+}
 
 /// How far a surface is from a point, and which way leads away from it.
 struct Clearance {

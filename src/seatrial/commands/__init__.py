@@ -8,14 +8,18 @@ import argparse
 from importlib.metadata import version
 
 from seatrial.commands import (
+    allocate,
     compare,
     demo,
+    export,
     identify,
     init,
     inspect,
+    mimic,
     predict,
     report,
     select,
+    sim,
     simulate,
     tune,
     validate,
@@ -33,6 +37,10 @@ ORDER = (
     select,
     tune,
     predict,
+    allocate,
+    export,
+    sim,
+    mimic,
 )
 
 

@@ -19,11 +19,16 @@ def equations(structure: Structure, values: Values | None = None) -> str:
     """All three as HTML, and below them what can be copied: text, and LaTeX for `align*`."""
     drawn = "".join(_mathml(structure, axis, values) for axis in range(3))
     plain = "\n".join(structure.equation(axis, values) for axis in range(3))
-    tex = " \\\\\n".join(_latex(structure, axis, values) for axis in range(3))
+    tex = latex_equations(structure, values)
     return (
         f'<div class="equations">{drawn}<details class="fine"><summary>as text and LaTeX</summary>'
         f"<pre>{escape(plain)}</pre><pre>{escape(tex)}</pre></details></div>"
     )
+
+
+def latex_equations(structure: Structure, values: Values | None = None) -> str:
+    """All three as the lines of an `align*`."""
+    return " \\\\\n".join(_latex(structure, axis, values) for axis in range(3))
 
 
 def _mathml(structure: Structure, axis: int, values: Values | None) -> str:

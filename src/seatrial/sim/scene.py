@@ -55,11 +55,7 @@ OPEN_WATER = Scene(np.zeros((0, 4)), np.zeros((0, 3)))
 
 def box(x: float, y: float, length: float, width: float, turn: float = 0.0) -> Array:
     """Sides (4, 4) of a box around x, y [m], turned by `turn` [rad]."""
-    half = 0.5 * np.array([length, width])
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
-    c, s = np.cos(turn), np.sin(turn)
-    corners = corners @ np.array([[c, s], [-s, c]]) + [x, y]
-    return np.hstack([corners, np.roll(corners, -1, axis=0)])
+    return _core.box(x, y, length, width, turn)
 
 
 def pool(length: float, width: float) -> Scene:

@@ -24,6 +24,7 @@ from seatrial.sim.scene import Scene, SceneFile, load_scene
 from seatrial.sim.sensors import Sensors, check, core_imu, core_lidar, core_pose
 
 R = TypeVar("R", bound=Reading)
+ABREAST = 1.5  # [m] to port of each other, where no scene says where boats begin
 SPACE = "place the boats with start: in the scene, or give a smaller radius"
 
 
@@ -106,11 +107,12 @@ class SimulatedBoat:
         entries = world.file.boats
         entry = entries[self._place] if self._place < len(entries) else None
         chosen = (entry.name if entry else "") if name is None else name
-        self.name = chosen or self.model.name
+        self.name = chosen or self._free_name()
         if self.name in [boat.name for boat in world.boats]:
             raise SimulatorError(f"two boats are called {self.name}; give names of their own")
+        abreast = (0.0, ABREAST * self._place, 0.0)
         begin = np.array(
-            (entry.start if entry else (0, 0, 0)) if start is None else start, dtype=float
+            (entry.start if entry else abreast) if start is None else start, dtype=float
         )
         if begin.shape != (3,) or not np.isfinite(begin).all():
             raise SimulatorError(f"start {start}: expected three numbers, x, y [m] and psi [rad]")
@@ -120,6 +122,12 @@ class SimulatedBoat:
             raise SimulatorError(f"radius {radius} m: expected 0 m or more")
         self._enter(begin, world.file.sensors if sensors is None else sensors, lever)
         self._last: dict[type[Reading], Reading] = {}
+
+    def _free_name(self) -> str:
+        """The model's, with a number where another boat has it."""
+        taken = [boat.name for boat in self.world.boats]
+        names = (self.model.name, *(f"{self.model.name}-{i}" for i in range(2, len(taken) + 2)))
+        return next(name for name in names if name not in taken)
 
     def _enter(self, start: Array, sensors: Sensors, lever: Sequence[float] | None) -> None:
         model, vehicle = self.model, self.model.vehicle

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial export`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import add_command, guard, load_model
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+    from seatrial.export import Hull
+
+HULL = ("mass", "inertia", "size")
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    command = add_command(verbs, "export", run, "a model for another program")
+    command.add_argument("model", type=Path, metavar="MODEL")
+    command.add_argument(
+        "--to", required=True, metavar="FORMAT",
+        help="c, octave (and MATLAB), fmu, sdf (Gazebo), casadi, ros, latex, json",
+    )  # fmt: skip
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="PATH")
+    command.add_argument(
+        "--vehicle",
+        metavar="V",
+        help="vehicle file for inputs and allocation (default: the model's own)",
+    )
+    command.add_argument("--mass", type=float, metavar="KG", help="sdf: of the boat")
+    command.add_argument(
+        "--inertia", type=float, metavar="KGM2", help="sdf: about the vertical axis [kg m^2]"
+    )
+    command.add_argument(
+        "--size", type=float, nargs=3, metavar=("L", "W", "H"), help="sdf: of the hull's box [m]"
+    )
+    command.add_argument(
+        "--added-mass", type=float, nargs=3, metavar=("X", "Y", "N"), default=(0.0, 0.0, 0.0),
+        help="sdf: of water in surge and sway [kg] and yaw [kg m^2], not part of --mass (default: 0 0 0)",
+    )  # fmt: skip
+    command.add_argument(
+        "--ros",
+        type=int,
+        choices=(1, 2),
+        default=2,
+        help="ros: whose parameter file (default: %(default)d)",
+    )
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """The file."""
+    from seatrial.export import export, format_of
+
+    chosen = format_of(args.to)
+    guard(args.out, chosen.begins, args.model, args.vehicle)
+    model = load_model(args)
+    progress.say("exporting")
+    export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
+    progress.clear()
+    print(f"wrote {args.out}: {chosen.about}")
+
+
+def _hull(args: argparse.Namespace) -> "Hull | None":
+    """Mass and size, where they are given. Raises ExportError where only some are."""
+    from seatrial.errors import ExportError
+    from seatrial.export import Hull
+
+    given = [name for name in HULL if getattr(args, name) is not None]
+    if not given:
+        return None
+    if len(given) < len(HULL):
+        missing = ", ".join(f"--{name}" for name in HULL if name not in given)
+        raise ExportError(f"{missing} missing: give mass, inertia and size together")
+    return Hull(args.mass, args.inertia, tuple(args.size), tuple(args.added_mass))

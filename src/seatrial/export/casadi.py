@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: MIT
+"""The model as CasADi functions, for optimal control: same coefficients, exact derivatives by CasADi.
+
+States x are [x, y, psi, u, v, r] (m, m, rad, m/s, m/s, rad/s), forces F and commands in command units.
+In the library all is forward-left-up; in a file the axes are the vehicle file's.
+"""
+
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from seatrial.allocation import Scheme
+from seatrial.errors import ExportError
+from seatrial.export.content import Actuator, Content
+from seatrial.frames import SYMBOLS, Axes
+from seatrial.model import Model
+
+if TYPE_CHECKING:
+    import casadi
+
+Symbol = Any  # casadi has no types: an SX
+STATES = 6
+
+
+def casadi_dynamics(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
+    """rate(x, F) -> x_dot: Eqs. (1) and (12), forward-left-up.
+
+    x (6,), F (forces,). `smooth` [m/s and rad/s]: |a| is sqrt(a^2 + smooth^2), for solvers that want
+    second derivatives everywhere; it moves a drag term by at most smooth times its other factors.
+    Raises ExportError without casadi.
+    """
+    return Functions(Content(model, Axes.FLU), smooth).rate()
+
+
+def casadi_step(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
+    """step(x, F, dt) -> x_next: one Runge-Kutta step of dt [s] with F held, as the core's."""
+    return Functions(Content(model, Axes.FLU), smooth).step()
+
+
+def casadi_targets(model: Model) -> "casadi.Function":
+    """targets(command) -> thrust that each actuator tends to: allocation, then its curve."""
+    return Functions(Content(model, Axes.FLU)).targets()
+
+
+def casadi_mix(model: Model) -> "casadi.Function":
+    """mix(level, scale) -> F = T f: forces of the actuators' thrust, with known signals."""
+    return Functions(Content(model, Axes.FLU)).mix()
+
+
+def casadi_drive(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
+    """drive(x, level, target, scale, dt) -> (x_next, level_next): boat and lagging thrusters.
+
+    Targets are held over dt [s]; the lag is exact, as in the core. Latency is not in it: give the
+    targets of the command of that time ago.
+    """
+    return Functions(Content(model, Axes.FLU), smooth).drive()
+
+
+def write(content: Content) -> bytes:
+    """All functions serialized, `rate` first: Function.load finds that, a FileDeserializer all."""
+    ca = _casadi()
+    functions = Functions(content)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "functions"
+        file = ca.FileSerializer(str(path))
+        for function in (
+            functions.rate(),
+            functions.step(),
+            functions.targets(),
+            functions.mix(),
+            functions.drive(),
+        ):
+            file.pack(function)
+        del file  # closes it
+        return path.read_bytes()
+
+
+class Functions:
+    """The functions of one boat."""
+
+    def __init__(self, content: Content, smooth: float = 0.0) -> None:
+        if not 0 <= smooth < float("inf"):
+            raise ExportError(f"smooth {smooth:g}: expected a speed >= 0 [m/s]")
+        self.ca = _casadi()
+        self.content, self.smooth = content, smooth
+
+    def rate(self) -> "casadi.Function":
+        """See `casadi_dynamics`."""
+        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        return self._function("rate", {"x": x, "F": force}, {"x_dot": self._rate(x, force)})
+
+    def step(self) -> "casadi.Function":
+        """See `casadi_step`."""
+        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        dt = self._symbol("dt", 1)
+        after = self._runge_kutta(x, [force] * 3, dt)
+        return self._function("step", {"x": x, "F": force, "dt": dt}, {"x_next": after})
+
+    def targets(self) -> "casadi.Function":
+        """See `casadi_targets`."""
+        command = self._symbol("command", len(self.content.inputs))
+        target = self._curves(self._allocate(command))
+        return self._function("targets", {"command": command}, {"target": target})
+
+    def mix(self) -> "casadi.Function":
+        """See `casadi_mix`."""
+        level, scale = self._symbol("level", len(self.content.actuators)), self._scale()
+        force = self._mix(level, scale)
+        return self._function("mix", {"level": level, "scale": scale}, {"F": force})
+
+    def drive(self) -> "casadi.Function":
+        """See `casadi_drive`."""
+        n = len(self.content.actuators)
+        x, level, target = (
+            self._symbol("x", STATES),
+            self._symbol("level", n),
+            self._symbol("target", n),
+        )
+        scale, dt = self._scale(), self._symbol("dt", 1)
+        middle, end = self._fades(dt)
+        away = level - target
+        levels = [level, target + middle * away, target + end * away]
+        # without a lag the level has jumped to its target
+        still = [not self.content.lagged(a) for a in self.content.actuators]
+        levels[0] = self.ca.vertcat(*(target[k] if s else level[k] for k, s in enumerate(still)))
+        after = self._runge_kutta(x, [self._mix(f, scale) for f in levels], dt)
+        given = {"x": x, "level": level, "target": target, "scale": scale, "dt": dt}
+        return self._function("drive", given, {"x_next": after, "level_next": levels[2]})
+
+    def _symbol(self, name: str, size: int) -> Symbol:
+        return self.ca.SX.sym(name, size)
+
+    def _scale(self) -> Symbol:
+        return self._symbol("scale", len(self.content.scales))
+
+    def _function(
+        self, name: str, given: dict[str, Symbol], found: dict[str, Symbol]
+    ) -> "casadi.Function":
+        made: casadi.Function = self.ca.Function(
+            name, list(given.values()), list(found.values()), list(given), list(found)
+        )
+        return made
+
+    def _abs(self, value: Symbol) -> Symbol:
+        return self.ca.sqrt(value**2 + self.smooth**2) if self.smooth > 0 else self.ca.fabs(value)
+
+    def _rate(self, x: Symbol, force: Symbol) -> Symbol:
+        cos, sin = self.ca.cos(x[2]), self.ca.sin(x[2])
+        along, across = cos * x[3] - sin * x[4], sin * x[3] + cos * x[4]  # Eq. (1)
+        return self.ca.vertcat(along, across, x[5], self._acceleration(x[3:6], force))
+
+    def _acceleration(self, nu: Symbol, force: Symbol) -> Symbol:
+        """Eq. (12): (I - A) nu_dot = g."""
+        ca, content = self.ca, self.content
+        known = {s: nu[i] for i, s in enumerate(SYMBOLS)}
+        known |= {f"|{s}|": self._abs(nu[i]) for i, s in enumerate(SYMBOLS)}
+        known |= {name: force[j] for j, name in enumerate(content.forces)}
+        g, a = ca.SX.zeros(3, 1), ca.SX.zeros(3, 3)
+        for term in content.structure.terms:
+            value = ca.SX(
+                term.number * (content.values[term.coefficient] if term.coefficient else 1.0)
+            )
+            for factor in term.factors:
+                value = value * known[factor]
+            if term.acceleration is None:
+                g[term.axis] += value
+            else:
+                a[term.axis, term.acceleration] += value
+        left = ca.SX.eye(3) - a
+        return ca.mtimes(ca.inv_minor(ca.DM(left)), g) if left.is_constant() else ca.solve(left, g)
+
+    def _runge_kutta(self, x: Symbol, force: list[Symbol], h: Symbol) -> Symbol:
+        k1 = self._rate(x, force[0])
+        k2 = self._rate(x + 0.5 * h * k1, force[1])
+        k3 = self._rate(x + 0.5 * h * k2, force[1])
+        k4 = self._rate(x + h * k3, force[2])
+        return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+    def _allocate(self, command: Symbol) -> Symbol:
+        ca, content = self.ca, self.content
+        inverse, limit = ca.DM(content.inverse), content.limit
+        if content.scheme is Scheme.DIRECT:
+            f = ca.mtimes(inverse, command)
+            return f if limit is None else ca.fmin(ca.fmax(f, -limit), limit)
+        if content.scheme is Scheme.MP:
+            f = ca.mtimes(inverse, command)  # Eq. (10)
+        else:  # Table I and Eq. (11)
+            f = ca.sum2(ca.fmax(2.0 * inverse * ca.repmat(command.T, inverse.shape[0], 1), 0.0))
+        if limit is not None:  # scales the whole wrench, never a single thruster
+            room = max(0.0, limit - content.offset)
+            f = f * room / ca.fmax(room, ca.norm_inf(f))
+        return f + content.offset
+
+    def _own(self, actuator: Actuator, stage: str, neutral: float) -> float:
+        name = actuator.constants.get(stage)
+        return neutral if name is None else self.content.values[name]
+
+    def _curves(self, f: Symbol) -> Symbol:
+        actuators = self.content.actuators
+        found = []
+        for k, a in enumerate(actuators):
+            gain = self._own(a, "gain", 1.0)
+            if a.partner is not None:
+                g = self._pair(a, self._component(f, k), self._component(f, a.partner))
+            elif a.tabulated:
+                commands, thrusts = zip(*self.content.table, strict=True)
+                held = self.ca.fmin(self.ca.fmax(f[k], commands[0]), commands[-1])
+                g = self.ca.pw_lin(held, self.ca.DM(list(commands)), self.ca.DM(list(thrusts)))
+            else:
+                g = self._curve(a, f[k]) if a.curved else f[k]
+            found.append(gain * g)
+        return self.ca.vertcat(*found)
+
+    def _curve(self, actuator: Actuator, f: Symbol) -> Symbol:
+        power = self._own(actuator, "power", 1.0)
+
+        def past(size: Symbol, edge: float) -> Symbol:
+            share = self.ca.fmax(size - edge, 0.0) / (1.0 - edge)
+            return share if power == 1.0 else share**power
+
+        ahead = past(f, self._own(actuator, "edge_forward", 0.0))
+        astern = past(-f, self._own(actuator, "edge_reverse", 0.0))
+        ratio = self._own(actuator, "reverse_ratio", 1.0)
+        return self.ca.if_else(f >= 0, ahead, -ratio * astern)
+
+    def _component(self, f: Symbol, k: int) -> Symbol:
+        a = self.content.actuators[k]
+        offset = self._own(a, "pair_offset_across" if a.across else "pair_offset_along", 0.0)
+        return (-f[k] if a.mirrored else f[k]) + offset
+
+    def _pair(self, actuator: Actuator, own: Symbol, other: Symbol) -> Symbol:
+        ca, dead = self.ca, self._own(actuator, "pair_dead_zone", 0.0)
+        length = ca.sqrt(own**2 + other**2)
+        share = ca.fmax(ca.fmin(length, 1.0) - dead, 0.0) / (1.0 - dead)
+        turned = -1.0 if actuator.mirrored else 1.0
+        return turned * ca.if_else(length > dead, own / ca.fmax(length, 1e-300) * share, 0.0)
+
+    def _mix(self, f: Symbol, scale: Symbol) -> Symbol:
+        ca, references = self.ca, list(self.content.scales.values())
+        given = []
+        for k, a in enumerate(self.content.actuators):
+            if a.scale is None:
+                given.append(f[k])
+                continue
+            ratio = ca.fmax(scale[a.scale], 0.0) / references[a.scale]
+            given.append(ratio ** self._own(a, "scale_power", 1.0) * f[k])
+        return ca.mtimes(ca.DM(self.content.mix), ca.vertcat(*given))
+
+    def _fades(self, h: Symbol) -> tuple[Symbol, Symbol]:
+        """What the lags leave of the distance to the targets, in the middle and at the end of h."""
+        ca, middle, end = self.ca, [], []
+        for a in self.content.actuators:
+            if not self.content.lagged(a):
+                middle.append(ca.SX(0.0))
+                end.append(ca.SX(0.0))
+                continue
+            ratio = h / self.content.values[a.constants["lag"]]
+            mean = ca.if_else(
+                ratio < 1e-4, 1.0 - ratio / 2.0 + ratio**2 / 6.0, -ca.expm1(-ratio) / ratio
+            )
+            end.append(ca.exp(-ratio))
+            middle.append((6.0 * mean - 1.0 - end[-1]) / 4.0)
+        return ca.vertcat(*middle), ca.vertcat(*end)
+
+
+def _casadi() -> ModuleType:
+    try:
+        import casadi  # noqa: PLC0415
+    except ImportError:
+        raise ExportError("casadi is not installed: pip install 'seatrial[mpc]'") from None
+    return casadi

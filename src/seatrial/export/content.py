@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: MIT
+"""What every export says: a model as plain numbers and names, in its vehicle's own axes.
+
+Inside seatrial all is forward-left-up; whoever uses an export has the axes of the vehicle file.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+
+import numpy as np
+
+from seatrial.allocation import Scheme
+from seatrial.chain import STAGES, USES
+from seatrial.errors import ExportError
+from seatrial.frames import Array, Axes
+from seatrial.model import Model
+from seatrial.structure import Structure
+
+TIDY = 14  # decimals of matrices whose entries are about 1
+SHORTEST_LAG = 1e-6  # [s] a smaller one counts as none, as in the core
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One actuator: the constants of its stages by stage (absent: no such stage), and its pair."""
+
+    name: str
+    constants: dict[str, str]  # of STAGES
+    scale: int | None  # number of its scale signal
+    tabulated: bool
+    partner: int | None  # the pair's other actuator
+    across: bool  # the pair's second component
+    mirrored: bool  # its command counts with the other sign in the pair's vector
+
+    @property
+    def curved(self) -> bool:
+        """Whether it has edges, a power or another thrust astern."""
+        return bool(
+            {"edge_forward", "edge_reverse", "reverse_ratio", "power"} & set(self.constants)
+        )
+
+
+@dataclass(frozen=True)
+class Content:
+    """A model in the axes of its vehicle file, or in others."""
+
+    model: Model
+    other_axes: Axes | None = None
+
+    @property
+    def vehicle_name(self) -> str:
+        """The vehicle's name, on one line."""
+        return " ".join(self.model.name.split())
+
+    @property
+    def axes(self) -> Axes:
+        """Of states, commands and forces here."""
+        return self.model.vehicle.axes if self.other_axes is None else self.other_axes
+
+    @cached_property
+    def structure(self) -> Structure:
+        """The terms in these axes."""
+        own = self.model.structure
+        return own.flipped() if self.axes is Axes.FRD else own
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Coefficients, then constants of the actuator chain, by name."""
+        found = np.concatenate([self.model.coefficients, self.model.constants]) * self._signs
+        return dict(zip(self.model.parameters, found.tolist(), strict=True))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of these values, in their order."""
+        return np.asarray(self.model.covariance * np.outer(self._signs, self._signs))
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """SI unit of every value."""
+        constants = self.model.vehicle.constants
+        return {**self.structure.units, **{name: constants.unit(name) for name in constants.names}}
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name; 0: the value was given."""
+        return self.model.standard_errors
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Commands to the boat."""
+        return self.model.vehicle.inputs
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Generalised forces F."""
+        return tuple(force.name for force in self.structure.forces)
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Reference of each known scale signal."""
+        return {name: s.reference for name, s in self.model.vehicle.file.scales.items()}
+
+    @property
+    def scheme(self) -> Scheme:
+        """How commands become actuator commands."""
+        return self.model.vehicle.scheme
+
+    @cached_property
+    def inverse(self) -> Array:
+        """T+ (actuators, inputs) from commands in these axes to actuator commands."""
+        vehicle = self.model.vehicle
+        turned = self.axes is Axes.FRD
+        return _tidy(vehicle.inverse * (vehicle.input_signs if turned else 1.0))
+
+    @cached_property
+    def mix(self) -> Array:
+        """T (forces, actuators): F = T f in these axes."""
+        flips = self.axes is Axes.FRD
+        signs = [-1.0 if flips and f.axis > 0 else 1.0 for f in self.structure.forces]
+        return _tidy(self.model.vehicle.mix * np.array(signs)[:, None])
+
+    @property
+    def offset(self) -> float:
+        """F_os, that always-forward adds to every thruster; 0 by other schemes."""
+        return self.model.vehicle.file.allocation.F_os if self.scheme is Scheme.AF else 0.0
+
+    @property
+    def limit(self) -> float | None:
+        """Largest actuator command."""
+        return self.model.vehicle.file.allocation.limit
+
+    @cached_property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """In the order of T's columns."""
+        vehicle = self.model.vehicle
+        found = []
+        for name, row in zip(vehicle.actuators, vehicle.stages.tolist(), strict=True):
+            own = {
+                s: vehicle.constants.names[i] for s, i in zip(STAGES, row, strict=False) if i >= 0
+            }
+            use = dict(zip(USES, row[len(STAGES) :], strict=True))
+            scale, partner = (use[w] if use[w] >= 0 else None for w in ("scale", "partner"))
+            flags = (use[w] == 1 for w in ("tabulated", "across", "mirrored"))
+            tabulated, across, mirrored = flags
+            found.append(Actuator(name, own, scale, tabulated, partner, across, mirrored))
+        return tuple(found)
+
+    def latency(self, actuator: Actuator) -> float:
+        """[s]; a clock offset may make it negative: such a command acts at once."""
+        own = actuator.constants.get("latency")
+        return 0.0 if own is None else max(0.0, self.values[own])
+
+    def lagged(self, actuator: Actuator) -> bool:
+        """Whether its thrust follows its target with a lag."""
+        own = actuator.constants.get("lag")
+        return own is not None and self.values[own] > SHORTEST_LAG
+
+    @property
+    def table(self) -> list[tuple[float, float]]:
+        """Points (command, thrust) of the tabulated curve; empty without one."""
+        return next((g.table for g in self.model.vehicle.file.chain if g.table), [])
+
+    @property
+    def longest_step(self) -> float:
+        """[s] of the Runge-Kutta integrator, as the simulator takes it."""
+        return self.model.integration.step
+
+    @property
+    def source(self) -> str:
+        """What made it, on one line."""
+        method = self.model.estimator.method
+        return f"seatrial {version('seatrial')}, {method}"
+
+    @property
+    def _signs(self) -> Array:
+        flipped = self.model.structure.flipped_coefficients if self.axes is Axes.FRD else ()
+        return np.array([-1.0 if name in flipped else 1.0 for name in self.model.parameters])
+
+
+def _tidy(matrix: Array) -> Array:
+    """Without what is but rounding, and without minus zero."""
+    return np.round(matrix, TIDY) + 0.0
+
+
+KEYWORDS = """
+    auto bool break case catch char class const continue default delete do double else elseif end enum
+    extern false float for function global goto if inline int long new otherwise parfor persistent
+    private public register restrict return short signed sizeof spmd static struct switch template
+    this true try typedef union unsigned virtual void volatile while
+"""  # of C, C++ and MATLAB, as far as they are words
+
+
+def identifier(stem: str) -> str:
+    """A file's name as a name in C and MATLAB. Raises ExportError where nothing is left of it."""
+    name = re.sub(r"\W", "_", stem, flags=re.ASCII).strip("_")
+    if not name:
+        raise ExportError(f"'{stem}' can't be a name in a program; call the file after the boat")
+    return name if name[0].isalpha() and name not in KEYWORDS.split() else f"boat_{name}"

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""A Functional Mock-up Unit, FMI 2.0 for co-simulation: the C header inside, and a binary for this platform."""
+
+import io
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import uuid
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+from seatrial.errors import ExportError
+from seatrial.export import c
+from seatrial.export.content import Content
+from seatrial.export.template import fill, template
+from seatrial.export.terms import number
+
+STATES = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
+UNITS = {"m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}}
+PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "arm64"): ("darwin64", ".dylib"),
+             ("Darwin", "x86_64"): ("darwin64", ".dylib")}  # fmt: skip
+STAMP = (1980, 1, 1, 0, 0, 0)  # of the archive's files: the same model, the same bytes
+
+
+def unit(content: Content, name: str) -> bytes:
+    """The archive's bytes. Without a C compiler there are sources only, which many programs compile."""
+    header = c.header(content, name)
+    guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, header)}}}"
+    source = _source(content, name, guid)
+    files = {
+        "modelDescription.xml": description(content, name, guid),
+        f"sources/{name}.h": header.encode(),
+        "sources/fmu.c": source.encode(),
+        **_binary(name, header, source),
+    }
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as zipped:
+        for path, data in files.items():
+            zipped.writestr(zipfile.ZipInfo(path, STAMP), data, zipfile.ZIP_DEFLATED)
+    return archive.getvalue()
+
+
+def _source(content: Content, name: str, guid: str) -> str:
+    starts = [
+        f"own->real[SCALE + {i}] = {number(v)};" for i, v in enumerate(content.scales.values())
+    ]
+    inputs = [f"own->boat.scale[{i}] = own->real[SCALE + {i}];" for i in range(len(starts))]
+    words = {
+        "name": name,
+        "NAME": name.upper(),
+        "source": content.source,
+        "guid": guid,
+        "SCALES": str(len(starts)),
+        "scale_starts": "".join(f"  {line}\n" for line in starts),
+        "scale_inputs": "".join(f"  {line}\n" for line in inputs),
+    }
+    return fill(template("fmu.c"), words)
+
+
+def _binary(name: str, header: str, source: str) -> dict[str, bytes]:
+    """The library for this platform, where there is a compiler. Raises ExportError where it fails."""
+    compiler = shutil.which(os.environ.get("CC", "cc"))
+    target = PLATFORMS.get((platform.system(), platform.machine()))
+    if compiler is None or target is None:
+        return {}
+    folder_name, suffix = target
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / f"{name}{suffix}"
+        (Path(folder) / f"{name}.h").write_text(header, encoding="utf-8")
+        (Path(folder) / "fmu.c").write_text(source, encoding="utf-8")
+        command = [
+            compiler,
+            "-std=c99",
+            "-O2",
+            "-fPIC",
+            "-shared",
+            "-o",
+            str(library),
+            "fmu.c",
+            "-lm",
+        ]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            first = (done.stderr.strip() or "no message").splitlines()[0]
+            raise ExportError(
+                f"{compiler} can't compile the unit: {first}; set CC to another compiler"
+            )
+        return {f"binaries/{folder_name}/{library.name}": library.read_bytes()}
+
+
+def description(content: Content, name: str, guid: str) -> bytes:
+    """modelDescription.xml: inputs, known signals, start values, state and forces, in this order."""
+    root = Xml.Element(
+        "fmiModelDescription", fmiVersion="2.0", modelName=content.vehicle_name, guid=guid,
+        description=f"Surge, sway and yaw of {content.vehicle_name}, axes {content.axes.value}",
+        generationTool=content.source, variableNamingConvention="flat", numberOfEventIndicators="0",
+    )  # fmt: skip
+    unit = Xml.SubElement(
+        root, "CoSimulation", modelIdentifier=name, canHandleVariableCommunicationStepSize="true",
+        canGetAndSetFMUstate="true",
+    )  # fmt: skip
+    Xml.SubElement(Xml.SubElement(unit, "SourceFiles"), "File", name="fmu.c")
+    units = Xml.SubElement(root, "UnitDefinitions")
+    for text, powers in UNITS.items():
+        base = {key: str(power) for key, power in powers.items()}
+        Xml.SubElement(Xml.SubElement(units, "Unit", name=text), "BaseUnit", base)
+    step = number(content.longest_step)
+    Xml.SubElement(root, "DefaultExperiment", startTime="0.0", stepSize=step)
+    outputs = _variables(content, Xml.SubElement(root, "ModelVariables"))
+    structure = Xml.SubElement(root, "ModelStructure")
+    for kind in ("Outputs", "InitialUnknowns"):
+        listed = Xml.SubElement(structure, kind)
+        for place in outputs:
+            known = {"dependencies": ""} if kind == "Outputs" else {}
+            Xml.SubElement(listed, "Unknown", {"index": str(place), **known})
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def _variables(content: Content, into: Xml.Element) -> list[int]:
+    """Every variable in the order of its value reference; the places of the outputs, from 1."""
+    outputs = []
+
+    def add(name: str, about: str, real: dict[str, str], **kind: str) -> None:
+        place = len(into)
+        entry = {"name": name, "valueReference": str(place), "description": about, **kind}
+        Xml.SubElement(Xml.SubElement(into, "ScalarVariable", entry), "Real", real)
+        if kind["causality"] == "output":
+            outputs.append(place + 1)
+
+    held = {"causality": "input", "variability": "discrete"}
+    for name in content.inputs:
+        add(name, "command, holds until the next one", {"start": "0.0"}, **held)
+    for name, reference in content.scales.items():
+        add(name, "known signal that scales thrust", {"start": number(reference)}, **held)
+    for name, measure in STATES:
+        real = {"unit": measure, "start": "0.0"}
+        add(
+            f"{name}_start",
+            "at time 0",
+            real,
+            causality="parameter",
+            variability="fixed",
+            initial="exact",
+        )
+    seen = {"causality": "output", "variability": "continuous", "initial": "calculated"}
+    for name, measure in STATES:
+        add(name, "of the boat", {"unit": measure}, **seen)
+    for name in content.forces:
+        add(f"{name}_given", "generalised force, in command units", {}, **seen)
+    return outputs

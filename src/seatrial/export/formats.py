@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""The formats that there are. A new one is a function here that calls its own small file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from seatrial.errors import ExportError
+from seatrial.export import c, casadi, fmu, json, latex, octave, ros, sdf
+from seatrial.export.content import Content, identifier
+from seatrial.export.hull import Hull
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be written, and what the user said besides."""
+
+    content: Content
+    out: Path
+    model_path: Path | None = None  # of model.yaml, for programs that read it themselves
+    hull: Hull | None = None  # mass and size, for what is dimensional
+    ros: int = 2  # ROS 1 or ROS 2
+
+    @property
+    def name(self) -> str:
+        """The file's name as a name in a program."""
+        return identifier(self.out.stem)
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format."""
+
+    about: str
+    suffix: str  # of its files
+    begins: str  # what its files begin with, so that no other is written over
+    runs: bool  # it moves a boat: an unstable model is refused
+    write: Callable[[Request], bytes]
+
+
+def _c(request: Request) -> bytes:
+    return c.header(request.content, request.name).encode()
+
+
+def _octave(request: Request) -> bytes:
+    if request.out.stem != request.name:
+        raise ExportError(
+            f"{request.out}: MATLAB and Octave call a function by its file's name; name it {request.name}.m"
+        )
+    return octave.function(request.content, request.name).encode()
+
+
+def _fmu(request: Request) -> bytes:
+    return fmu.unit(request.content, request.name)
+
+
+def _sdf(request: Request) -> bytes:
+    return sdf.text(request.content.model, request.name, request.hull)
+
+
+def _casadi(request: Request) -> bytes:
+    return casadi.write(request.content)
+
+
+def _ros(request: Request) -> bytes:
+    return ros.text(request.content, request.model_path, request.ros).encode()
+
+
+def _latex(request: Request) -> bytes:
+    return latex.text(request.content).encode()
+
+
+def _json(request: Request) -> bytes:
+    return json.text(request.content).encode()
+
+
+FORMATS = {
+    "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
+    "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
+    "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
+    "sdf": Format("Gazebo model", ".sdf", "<?xml", True, _sdf),
+    "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
+    "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),
+    "latex": Format("LaTeX equations and table", ".tex", "%", False, _latex),
+    "json": Format("JSON, all of it", ".json", "{", False, _json),
+}
+
+
+def format_of(name: str) -> Format:
+    """A format by its name. Raises ExportError."""
+    if name not in FORMATS:
+        raise ExportError(f"no format '{name}'; there are {', '.join(FORMATS)}")
+    return FORMATS[name]

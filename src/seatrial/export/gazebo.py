@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""The model in Gazebo's words: what its hydrodynamics and thruster plugins are told.
+
+The engine moves a rigid body: m (u_dot - v r) = X, m (v_dot + u r) = Y, I r_dot = N. The plugin adds
+the sums of coefficient * velocity, * velocity * |velocity|, * velocity * velocity and * acceleration.
+A coefficient per unit of (mass + added mass) times just that is what it takes; whatever the added
+mass is said to be, the equations of motion come out the same.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from seatrial.allocation import Thruster
+from seatrial.errors import ExportError
+from seatrial.export.content import Content
+from seatrial.export.hull import Hull
+from seatrial.frames import AXES, SYMBOLS, Array
+from seatrial.structure import Term
+
+LETTERS = "xyn"  # of the plugin's parameters: surge, sway, yaw
+NEGLIGIBLE = 1e-9  # of mass: a term that only rounding has left
+
+
+@dataclass(frozen=True)
+class Propeller:
+    """A thruster whose push is that of an actuator: where it is, which way it pushes, how much."""
+
+    name: str
+    x: float  # [m]
+    y: float  # [m]
+    angle: float  # [rad] from forward, towards port
+    thrust: float  # [N] at command 1
+
+
+@dataclass(frozen=True)
+class Gazebo:
+    """A boat in forward-left-up axes with mass and size. Raises ExportError for what Gazebo has not."""
+
+    content: Content  # in forward-left-up axes
+    hull: Hull
+
+    @cached_property
+    def hydrodynamics(self) -> dict[str, float]:
+        """Parameters of the plugin by name, in N and N m per velocities and accelerations."""
+        found = {"xVR": -self.hull.mass, "yUR": self.hull.mass}  # the engine has these by itself
+        for axis, added in enumerate(self.hull.added):
+            found[f"{LETTERS[axis]}Dot{SYMBOLS[axis].upper()}"] = -added
+        for term in self.content.structure.terms:
+            if self._force_of(term) is None:
+                name = f"{LETTERS[term.axis]}{self._factors(term)}"
+                found[name] = found.get(name, 0.0) + self._dimensional(term)
+        return {
+            name: value for name, value in found.items() if abs(value) > NEGLIGIBLE * self.hull.mass
+        }
+
+    @cached_property
+    def late(self) -> Array:
+        """Forces (3, 3) per acceleration, which the plugin takes from the step before."""
+        own = self.hydrodynamics
+        return np.array([[own.get(f"{a}Dot{s.upper()}", 0.0) for s in SYMBOLS] for a in LETTERS])
+
+    def check_stable(self) -> None:
+        """Accelerations of the step before must die away: raises ExportError where they grow.
+
+        a_k = M^-1 (F + late a_(k-1)) converges if and only if all eigenvalues of M^-1 late are below 1.
+        """
+        growth = float(np.abs(np.linalg.eigvals(self.late / self.hull.rigid[:, None])).max())
+        if growth >= 1.0:
+            shares = (
+                f"{AXES[i]} {self.hull.added[i]:g} of {self.hull.rigid[i]:g}" for i in range(3)
+            )
+            raise ExportError(
+                f"added mass is too large for Gazebo's plugin ({', '.join(shares)}): it applies it a step "
+                f"late, and errors grow {growth:.2g} times a step; give less than the mass, or part of it "
+                "as mass"
+            )
+
+    @cached_property
+    def propellers(self) -> list[Propeller]:
+        """One for each actuator that pushes: together they give exactly the model's surge, sway and yaw.
+
+        X_F, Y_F and N_F together fit no thrusters at the places that were measured. Direction and size
+        are therefore the model's, and the place is moved just far enough to give the model's moment.
+        """
+        wrench = np.zeros((3, len(self.content.actuators)))
+        for term in self.content.structure.terms:
+            force = self._force_of(term)
+            if force is not None:
+                wrench[term.axis] += self._dimensional(term) * self.content.mix[force]
+        return [self._propeller(k, *column) for k, column in enumerate(wrench.T.tolist())]
+
+    def _propeller(self, k: int, surge: float, sway: float, yaw: float) -> Propeller:
+        name, size = self.content.actuators[k].name, float(np.hypot(surge, sway))
+        if size <= NEGLIGIBLE * max(1.0, abs(yaw)):
+            raise ExportError(
+                f"{name} gives a moment without a force, which no thruster of Gazebo does; describe the "
+                "boat's thrusters in the vehicle file, or export to fmu or c"
+            )
+        along = np.array([surge, sway]) / size
+        placed = {t.name: (t.x, t.y) for t in self._thrusters()}
+        x, y = placed.get(name, (0.0, 0.0))
+        moved = yaw / size - (x * along[1] - y * along[0])
+        return Propeller(
+            name, x + moved * along[1], y - moved * along[0], float(np.arctan2(sway, surge)), size
+        )
+
+    def _thrusters(self) -> tuple[Thruster, ...]:
+        vehicle = self.content.model.vehicle
+        return vehicle.thrusters if vehicle.file.thrusters else ()
+
+    def _dimensional(self, term: Term) -> float:
+        value = 1.0 if term.coefficient is None else self.content.values[term.coefficient]
+        return float(self.hull.effective[term.axis] * term.number * value)
+
+    def _force_of(self, term: Term) -> int | None:
+        """Number of the force, if the term is one that thrusters give."""
+        forces = [f for f in term.factors if f in self.content.forces]
+        if not forces:
+            return None
+        if len(term.factors) > 1 or term.acceleration is not None:
+            raise self._refused(term)
+        return self.content.forces.index(forces[0])
+
+    def _factors(self, term: Term) -> str:
+        """A term's factors as the plugin's parameters have them: U, UabsU, VR, DotU."""
+        plain = sorted((f for f in term.factors if "|" not in f), key=SYMBOLS.index)
+        sizes = [f.strip("|") for f in term.factors if "|" in f]
+        if term.acceleration is not None and not term.factors:
+            return f"Dot{SYMBOLS[term.acceleration].upper()}"
+        kind = (len(plain), len(sizes))
+        if term.acceleration is not None or kind not in {(1, 0), (1, 1), (2, 0)}:
+            raise self._refused(term)
+        return "".join(plain).upper() + "".join(f"abs{size.upper()}" for size in sizes)
+
+    def _refused(self, term: Term) -> ExportError:
+        return ExportError(
+            f"Gazebo's hydrodynamics has no term like '{term.text()}' in {AXES[term.axis]}: it has products "
+            "of a velocity with one more velocity or its size; take such terms only, or export to fmu or c"
+        )

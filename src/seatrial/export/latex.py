@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""Equations and coefficients for a paper: LaTeX, by the report's own cells."""
+
+from seatrial.export.content import Content
+from seatrial.identifiability import identifiability
+from seatrial.report.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.equations import latex_equations
+from seatrial.report.latex import latex_text
+from seatrial.report.table import Table
+from seatrial.statistics import NORMAL_95
+
+HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
+
+
+def text(content: Content) -> str:
+    """A `tabular` with intervals, and above it the equations as `align*`."""
+    about = latex_text(f"{content.vehicle_name}, {content.axes.value} axes, {content.source}")
+    return (
+        f"% {about}; needs \\usepackage{{amsmath}} and \\usepackage{{booktabs}}\n"
+        "% Coefficients are per unit mass and inertia, forces F in command units (1: full).\n"
+        f"\\begin{{align*}}\n{latex_equations(content.structure)}\n\\end{{align*}}\n\n{table(content).latex()}"
+    )
+
+
+def table(content: Content) -> Table:
+    """Coefficients, then the thrusters' constants."""
+    found = identifiability(content.model)
+    rows: list[list[Cell]] = []
+    for name, value in content.values.items():
+        error = content.errors[name]
+        width = NORMAL_95 * error
+        rows.append([
+            Name(name),
+            Number(value),
+            known(error if error > 0 else None, 2),
+            between((value - width, value + width) if error > 0 else None),
+            Unit(content.units[name]),
+            Text(found[name].verdict.value),
+        ])  # fmt: skip
+    return Table("coefficients", f"Coefficients of {content.vehicle_name}", HEAD, rows)

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""A MATLAB and Octave function: reset, command, step, and x_dot for ode45."""
+
+from seatrial.allocation import Scheme
+from seatrial.export.content import Actuator, Content
+from seatrial.export.template import block, fill, pieces, template
+from seatrial.export.terms import aligned, number, product
+from seatrial.frames import AXES, SYMBOLS, Array
+from seatrial.structure import ACCELERATIONS
+
+
+def function(content: Content, name: str) -> str:
+    """The function's file; MATLAB asks that it be called `name`.m."""
+    example = f"[{'; '.join(['0.5', *['0'] * (len(content.inputs) - 1)])}]"
+    once, each = _latencies(content)
+    words = {
+        "name": name,
+        "NAME": name.upper(),
+        "vehicle": content.vehicle_name.replace("'", " "),
+        "source": content.source,
+        "axes": content.axes.value,
+        "INPUTS": str(len(content.inputs)),
+        "LATENCIES": str(len(once)),
+        "example": example,
+        "pad": " " * max(0, len(example) - 10),
+        "inputs": ", ".join(content.inputs),
+        "forces": ", ".join(content.forces),
+        "actuators": ", ".join(a.name for a in content.actuators),
+        "first": content.structure.coefficients[0],
+        "parameters": block(_parameters(content), "  "),
+        "allocation": block(_allocation(content), "  "),
+        "curves": block(_curves(content), "  "),
+        "T": _matrix(content.mix),
+        "acceleration": block(_acceleration(content), "  "),
+        "longest_step": number(content.longest_step),
+        "prepare": block(_prepare(content), "  "),
+        "gain": "gain .* " if content.scales else "",
+        "latencies": ", ".join(once),
+        "latency_of": ", ".join(map(str, each)),
+        "lags": ", ".join(_own(a, "lag", "0") for a in content.actuators),
+        "scales": _scales(content),
+    }
+    sections = pieces("curves.m", "% ")
+    helpers = "".join("\n" + fill(sections[key], _table(content)) for key in _helpers(content))
+    return fill(template("boat.m"), words) + helpers
+
+
+def _helpers(content: Content) -> list[str]:
+    asked = {
+        "curve": any(a.curved for a in content.actuators),
+        "pair": any(a.partner is not None for a in content.actuators),
+        "table": any(a.tabulated for a in content.actuators),
+        "multiplier": bool(content.scales),
+    }
+    return [key for key, needed in asked.items() if needed]
+
+
+def _field(name: str) -> str:
+    """A coefficient or constant as the function has it."""
+    return f"p.{name.replace('.', '_')}"
+
+
+def _own(actuator: Actuator, stage: str, neutral: str) -> str:
+    found = actuator.constants.get(stage)
+    return neutral if found is None else _field(found)
+
+
+def _parameters(content: Content) -> list[str]:
+    rows = []
+    for name, value in content.values.items():
+        error = content.errors[name]
+        known = f"+- {error:.2g}" if error > 0 else "given"
+        rows.append(
+            (f"{_field(name)} = {number(value)};", f"% {known}", f"[{content.units[name]}]")
+        )
+    return aligned(rows, " ")
+
+
+def _matrix(values: Array) -> str:
+    return f"[{'; '.join(', '.join(map(number, row)) for row in values.tolist())}]"
+
+
+def _allocation(content: Content) -> list[str]:
+    inverse, limit = _matrix(content.inverse), content.limit
+    if content.scheme is Scheme.DIRECT:
+        lines = [f"f = {inverse} * command;"]
+        return (
+            lines
+            if limit is None
+            else [*lines, f"f = max(min(f, {number(limit)}), -{number(limit)});"]
+        )
+    if content.scheme is Scheme.MP:
+        lines = [f"inverse = {inverse};", "f = inverse * command;"]
+    else:  # Table I and Eq. (11)
+        lines = [f"inverse = {inverse};", "f = sum(max(2 * inverse .* command', 0), 2);"]
+    if limit is not None:
+        room = max(0.0, limit - content.offset)
+        lines.append(
+            f"f = f * min(1, {number(room)} / max(abs(f)));  % a limit scales the whole wrench"
+        )
+    return [*lines, *([f"f = f + {number(content.offset)};"] if content.offset else [])]
+
+
+def _curves(content: Content) -> list[str]:
+    def component(k: int) -> str:
+        a = content.actuators[k]
+        offset = _own(a, "pair_offset_across" if a.across else "pair_offset_along", "")
+        return f"{'-' if a.mirrored else ''}f({k + 1})" + (f" + {offset}" if offset else "")
+
+    stages = (("edge_forward", "0"), ("edge_reverse", "0"), ("reverse_ratio", "1"), ("power", "1"))
+    lines = []
+    for k, a in enumerate(content.actuators):
+        gain = _own(a, "gain", "")
+        if a.partner is not None:
+            dead, sign = _own(a, "pair_dead_zone", "0"), "-" if a.mirrored else ""
+            value = f"{sign}pair({component(k)}, {component(a.partner)}, {dead})"
+        elif a.tabulated:
+            value = f"table(f({k + 1}))"
+        elif a.curved:
+            value = (
+                f"curve(f({k + 1}), {', '.join(_own(a, stage, none) for stage, none in stages)})"
+            )
+        elif gain:
+            value = f"f({k + 1})"
+        else:
+            continue
+        lines.append((f"target({k + 1}) = {gain + ' * ' if gain else ''}{value};", f"% {a.name}"))
+    return aligned(lines, " ")
+
+
+def _table(content: Content) -> dict[str, str]:
+    return {
+        "table_command": ", ".join(number(x) for x, _ in content.table),
+        "table_thrust": ", ".join(number(y) for _, y in content.table),
+    }
+
+
+def _acceleration(content: Content) -> list[str]:
+    terms = content.structure.terms
+    used = {factor.strip("|") for t in terms for factor in t.factors}
+    solved = any(t.acceleration is not None for t in terms)
+    lines = [f"{s} = nu({i});" for i, s in enumerate(SYMBOLS, start=1) if s in used]
+    lines += [f"{f} = F({j});" for j, f in enumerate(content.forces, start=1) if f in used]
+    lines += ["A = zeros(3);"] if solved else []
+    lines.append("g = zeros(3, 1);")
+
+    def spell(word: str) -> str:
+        if word in content.structure.coefficients:
+            return _field(word)
+        return f"abs({word[1:-1]})" if word.startswith("|") else word
+
+    for axis, axis_name in enumerate(AXES, start=1):
+        lines.append(f"% {axis_name}")
+        for term in (t for t in terms if t.axis == axis - 1):
+            sign, value = product(term, spell)
+            if term.acceleration is None:
+                lines.append(f"g({axis}) = g({axis}) {sign} {value};")
+            else:
+                at, times = f"A({axis}, {term.acceleration + 1})", ACCELERATIONS[term.acceleration]
+                lines.append(f"{at} = {at} {sign} {value};  % times {times}")
+    return [*lines, "nu_dot = (eye(3) - A) \\ g;" if solved else "nu_dot = g;"]
+
+
+def _latencies(content: Content) -> tuple[list[str], list[int]]:
+    """Latencies, each once, and the number of each actuator's own."""
+    each = [_own(a, "latency", "0") for a in content.actuators]
+    once = list(dict.fromkeys(each))
+    return once, [once.index(latency) + 1 for latency in each]
+
+
+def _prepare(content: Content) -> list[str]:
+    lines = ["[middle, final] = fade(h, lags(p));"]
+    if not content.scales:
+        return lines
+    references = list(content.scales.values())
+    gains = []
+    for a in content.actuators:
+        if a.scale is None:
+            gains.append("1")
+            continue
+        power = _own(a, "scale_power", "1")
+        gains.append(f"multiplier(s.scale({a.scale + 1}), {number(references[a.scale])}, {power})")
+    return [*lines, f"gain = [{'; '.join(gains)}];"]
+
+
+def _scales(content: Content) -> str:
+    if not content.scales:
+        return ""
+    references = ", ".join(map(number, content.scales.values()))
+    return (
+        f"  s.scale = [{references}];  % known signals, may be set: {', '.join(content.scales)}\n"
+    )

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""Parameter files for ROS: our node's, and the boat's numbers for nodes of one's own."""
+
+from pathlib import Path
+from typing import Any
+
+from seatrial.errors import ExportError
+from seatrial.export.content import Content
+from seatrial.files import dump_yaml
+
+NODE = "seatrial_odometry"
+HOW = {
+    1: f"rosparam load FILE, then rosrun {NODE} odometry __name:={NODE}",
+    2: f"ros2 run {NODE} odometry --ros-args -r __node:={NODE} --params-file FILE",
+}
+
+
+def text(content: Content, model_path: Path | None, ros: int) -> str:
+    """The file for ROS 1 or ROS 2. What our node needs is `model`; its other parameters have defaults."""
+    if model_path is None:
+        raise ExportError("the node reads model.yaml itself: say where it is (model_path)")
+    parameters: dict[str, Any] = {"model": str(model_path.resolve()), "boat": _boat(content)}
+    file = {NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
+    head = f"# ROS {ros} parameters of {content.vehicle_name} by {content.source}: {HOW[ros]}\n"
+    units = (
+        "# boat: axes as stated, SI; coefficients per unit mass and inertia; matrices row by row\n"
+    )
+    return head + units + dump_yaml(file)
+
+
+def _boat(content: Content) -> dict[str, Any]:
+    """Numbers without lists in lists, which ROS 2 has not."""
+    own = set(content.structure.coefficients)
+    values = {name.replace(".", "_"): value for name, value in content.values.items()}
+    errors = {name.replace(".", "_"): error for name, error in content.errors.items()}
+    limit = {} if content.limit is None else {"limit": float(content.limit)}
+    constants = {name: value for name, value in values.items() if name not in own}
+    return {
+        "name": content.vehicle_name,
+        "axes": content.axes.value,
+        "inputs": list(content.inputs),
+        "actuators": [a.name for a in content.actuators],
+        "forces": list(content.forces),
+        "coefficients": {name: value for name, value in values.items() if name in own},
+        **({"constants": constants} if constants else {}),
+        "standard_errors": errors,
+        "allocation": {
+            "scheme": content.scheme.value,
+            "inverse": content.inverse.ravel().tolist(),
+            "offset": float(content.offset),
+            **limit,
+        },
+        "mix": content.mix.ravel().tolist(),
+    }

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""A model for Gazebo (SDFormat 1.9): hull, thrusters, and the plugins that move them.
+
+Plane motion: without gravity and waves; heave, roll and pitch are damped away. Names of plugins and
+parameters are those of Gazebo Garden to Harmonic.
+"""
+
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from seatrial.errors import ExportError
+from seatrial.export.content import Content
+from seatrial.export.gazebo import Gazebo, Propeller
+from seatrial.export.hull import Hull
+from seatrial.export.terms import number
+from seatrial.frames import Axes
+from seatrial.model import Model
+
+PROPELLER_MASS = 1e-4  # of the boat's, for each; taken off the hull's
+PROPELLER_SIZE = 0.02  # [m] radius
+UPRIGHT = 10.0  # [1/s] damping of heave, roll and pitch over their inertia
+WATER = 998.0  # [kg/m^3]
+
+
+def text(model: Model, name: str, hull: Hull | None) -> bytes:
+    """The file. Raises ExportError without mass and size, and for what Gazebo can't do."""
+    if hull is None:
+        raise ExportError(
+            "a model for Gazebo is in N and kg, and coefficients are per unit mass: give mass, inertia and "
+            "the hull's size (--mass KG --inertia KGM2 --size L W H)"
+        )
+    boat = Gazebo(Content(model, Axes.FLU), hull)
+    boat.check_stable()
+    root = Xml.Element("sdf", version="1.9")
+    root.append(Xml.Comment(_about(boat)))
+    own = Xml.SubElement(root, "model", name=name)
+    _hull(own, boat)
+    for propeller in boat.propellers:
+        _link(own, propeller, boat)
+    _hydrodynamics(own, name, boat)
+    for propeller in boat.propellers:
+        _thruster(own, name, propeller, boat)
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
+
+
+def _about(boat: Gazebo) -> str:
+    content, hull = boat.content, boat.hull
+    thrust = "; ".join(f"{p.name} {p.thrust:.4g}" for p in boat.propellers)
+    return (
+        f" {content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
+        f"added mass {hull.added[0]:g}, {hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: "
+        "coefficients are per unit of the sum, and can't tell them apart. Thrusters take N on cmd_thrust; "
+        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not in here. "
+    ).replace("--", "- -")
+
+
+def _element(parent: Xml.Element, path: str, value: str) -> None:
+    """Elements a/b/c with a text in the last."""
+    for tag in path.split("/"):
+        found = parent.find(tag)
+        parent = Xml.SubElement(parent, tag) if found is None else found
+    parent.text = value
+
+
+def _mass(boat: Gazebo) -> float:
+    return PROPELLER_MASS * boat.hull.mass
+
+
+def _hull(model: Xml.Element, boat: Gazebo) -> None:
+    """Mass and inertia less those of the propellers, so that the sum is what was given."""
+    hull, own = boat.hull, _mass(boat)
+    length, width, height = hull.size
+    offset = sum(own * (p.x**2 + p.y**2) + _spin(own) for p in boat.propellers)
+    mass, inertia = hull.mass - own * len(boat.propellers), hull.inertia - offset
+    if inertia <= 0:
+        raise ExportError(
+            f"inertia {hull.inertia:g} kg m^2 is less than that of the thrusters alone; expected some "
+            f"{hull.mass * (length**2 + width**2) / 12:.2g} for a box of {hull.mass:g} kg"
+        )
+    link = Xml.SubElement(model, "link", name="base_link")
+    _element(link, "gravity", "false")
+    flat = (
+        length**2 + width**2
+    )  # a box whose yaw inertia is this one; roll and pitch as it has them
+    roll, pitch = inertia * (width**2 + height**2) / flat, inertia * (length**2 + height**2) / flat
+    _inertial(link, mass, (roll, pitch, inertia))
+    for kind in ("collision", "visual"):
+        shape = Xml.SubElement(link, kind, name=f"hull_{kind}")
+        _element(shape, "geometry/box/size", " ".join(map(number, hull.size)))
+
+
+def _spin(mass: float) -> float:
+    """Inertia of a propeller, a ball."""
+    return 0.4 * mass * PROPELLER_SIZE**2
+
+
+def _inertial(link: Xml.Element, mass: float, diagonal: tuple[float, float, float]) -> None:
+    _element(link, "inertial/mass", number(mass))
+    for name, value in zip(("ixx", "iyy", "izz"), diagonal, strict=True):
+        _element(link, f"inertial/inertia/{name}", number(value))
+
+
+def _link(model: Xml.Element, propeller: Propeller, boat: Gazebo) -> None:
+    """A propeller that turns about the axis it pushes along."""
+    link = Xml.SubElement(model, "link", name=propeller.name)
+    _element(link, "gravity", "false")
+    _element(
+        link, "pose", f"{number(propeller.x)} {number(propeller.y)} 0 0 0 {number(propeller.angle)}"
+    )
+    _inertial(link, _mass(boat), (_spin(_mass(boat)),) * 3)
+    shape = Xml.SubElement(link, "visual", name="propeller")
+    _element(shape, "geometry/sphere/radius", number(PROPELLER_SIZE))
+    joint = Xml.SubElement(model, "joint", name=f"{propeller.name}_joint", type="revolute")
+    _element(joint, "parent", "base_link")
+    _element(joint, "child", propeller.name)
+    _element(joint, "axis/xyz", "1 0 0")
+
+
+def _plugin(model: Xml.Element, file: str, kind: str) -> Xml.Element:
+    return Xml.SubElement(
+        model, "plugin", filename=f"gz-sim-{file}-system", name=f"gz::sim::systems::{kind}"
+    )
+
+
+def _hydrodynamics(model: Xml.Element, name: str, boat: Gazebo) -> None:
+    plugin = _plugin(model, "hydrodynamics", "Hydrodynamics")
+    _element(plugin, "link_name", "base_link")
+    _element(plugin, "namespace", name)
+    # the model's terms are all of them: none of the plugin's own besides
+    _element(plugin, "disable_coriolis", "true")
+    _element(plugin, "water_density", number(WATER))
+    for parameter, value in boat.hydrodynamics.items():
+        _element(plugin, parameter, number(value))
+    length, width, height = boat.hull.size
+    upright = {"zW": 1.0, "kP": (width**2 + height**2) / 12, "mQ": (length**2 + height**2) / 12}
+    for parameter, share in upright.items():
+        _element(plugin, parameter, number(-UPRIGHT * boat.hull.mass * share))
+
+
+def _thruster(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo) -> None:
+    plugin = _plugin(model, "thruster", "Thruster")
+    full = propeller.thrust * (1.0 if boat.content.limit is None else boat.content.limit)
+    _element(plugin, "namespace", name)
+    _element(plugin, "joint_name", f"{propeller.name}_joint")
+    _element(plugin, "thrust_coefficient", "1.0")
+    _element(plugin, "fluid_density", number(WATER))
+    _element(plugin, "propeller_diameter", number(float(np.round(2 * PROPELLER_SIZE, 6))))
+    _element(plugin, "velocity_control", "true")
+    _element(plugin, "max_thrust_cmd", number(full))
+    _element(plugin, "min_thrust_cmd", number(-full))

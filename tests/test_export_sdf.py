@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: MIT
+"""The Gazebo model: SDFormat's own checker passes it, and what its plugins would do is the core's motion."""
+
+import subprocess
+from dataclasses import replace
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from export_tools import boat, program
+
+import seatrial
+from seatrial import _core
+from seatrial.errors import ExportError, ModelError
+from seatrial.export import Hull, export
+
+HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2), (3.0, 4.0, 0.1))
+NAMES = ("always_forward", "right_down", "ship")
+
+
+def written(folder, name, hull=HULL) -> Xml.Element:
+    export(boat(name), "sdf", folder / "boat.sdf", hull=hull)
+    return Xml.parse(folder / "boat.sdf").getroot().find("model")
+
+
+def checked(path) -> tuple[int, str]:
+    shown = subprocess.run(
+        ["ign", "sdf", "--check", str(path)], capture_output=True, text=True, check=False
+    )
+    return shown.returncode, shown.stdout + shown.stderr
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sdformats_own_checker_passes_it_and_not_a_broken_one(tmp_path, name):
+    program("ign")
+    written(tmp_path, name)
+    assert "Valid." in checked(tmp_path / "boat.sdf")[1]
+    broken = tmp_path / "broken.sdf"
+    broken.write_text(
+        (tmp_path / "boat.sdf").read_text().replace("<parent>base_link", "<parent>no_link")
+    )
+    code, words = checked(broken)
+    assert code != 0
+    assert "Valid." not in words
+
+
+def numbers(element: Xml.Element, path: str) -> list[float]:
+    return [float(x) for x in element.findtext(path).split()]
+
+
+def inertias(model: Xml.Element) -> tuple[float, float, np.ndarray]:
+    """Mass, yaw inertia about the origin and centre of mass, of all links together."""
+    mass = inertia = 0.0
+    moment = np.zeros(2)
+    for link in model.findall("link"):
+        own = float(link.findtext("inertial/mass"))
+        at = np.array(numbers(link, "pose")[:2]) if link.find("pose") is not None else np.zeros(2)
+        mass, moment = mass + own, moment + own * at
+        inertia += float(link.findtext("inertial/inertia/izz")) + own * at @ at
+    return mass, inertia, moment / mass
+
+
+def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray) -> np.ndarray:
+    """Accelerations of a rigid body under the plugins, by their documentation; nothing of seatrial's.
+
+    Hydrodynamics: sum of c * nu_j, c * nu_j * nu_k, c * nu_j * |nu_k| and c * nu_dot_j, by names.
+    """
+    mass, inertia, _ = inertias(model)
+    plugin = next(p for p in model.findall("plugin") if p.get("name").endswith("Hydrodynamics"))
+    assert plugin.findtext("disable_coriolis") == "true"
+    letters, speed = {"x": 0, "y": 1, "n": 2}, {"U": 0, "V": 1, "R": 2}
+    force, late = np.zeros(3), np.zeros((3, 3))
+    for element in plugin:
+        axis, rest = letters.get(element.tag[0]), element.tag[1:]
+        if axis is None or element.tag == "namespace":
+            continue
+        value = float(element.text)
+        if rest.startswith("Dot"):
+            late[axis, speed[rest[3]]] += value
+        elif "abs" in rest:
+            first, second = rest.split("abs")
+            force[axis] += value * nu[speed[first]] * abs(nu[speed[second]])
+        else:
+            force[axis] += value * np.prod([nu[speed[letter]] for letter in rest])
+    for k, joint in enumerate(model.findall("joint")):
+        link = next(
+            own for own in model.findall("link") if own.get("name") == joint.findtext("child")
+        )
+        x, y, *_, angle = numbers(link, "pose")
+        full = next(
+            float(p.findtext("max_thrust_cmd")) for p in model.findall("plugin")
+            if p.findtext("joint_name") == joint.get("name")
+        )  # fmt: skip
+        push = full * f[k] * np.array([np.cos(angle), np.sin(angle)])
+        force += [*push, x * push[1] - y * push[0]]
+    u, v, r = nu
+    force += [mass * v * r, -mass * u * r, 0.0]  # the engine's own, seen from the body
+    return np.linalg.solve(np.diag([mass, mass, inertia]) - late, force)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("added", [(0.0, 0.0, 0.0), (3.0, 4.0, 0.1)])
+def test_what_the_plugins_do_is_the_cores_acceleration_whatever_the_added_mass(
+    tmp_path, name, added
+):
+    model = boat(name)
+    described = written(tmp_path, name, replace(HULL, added=added))
+    rng = np.random.default_rng(5)
+    nu = rng.normal(size=(30, 3)) * [0.4, 0.3, 0.8]
+    f = rng.uniform(-1.0, 1.0, (30, len(model.vehicle.actuators)))
+    expected = _core.accelerations(
+        model.structure.compiled,
+        model.coefficients,
+        nu,
+        np.ascontiguousarray(f @ model.vehicle.mix.T),
+    )
+    found = [engine(described, a, b) for a, b in zip(nu, f, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+def test_mass_inertia_and_its_centre_are_those_that_were_given(tmp_path):
+    mass, inertia, centre = inertias(written(tmp_path, "always_forward"))
+    assert (mass, inertia) == pytest.approx((HULL.mass, HULL.inertia), rel=1e-12)
+    assert np.abs(centre).max() < 1e-12
+
+
+def test_thrusters_stay_where_they_were_measured_if_the_forces_fit_them(tmp_path):
+    """Four at 45 degrees, each N newton, have X_F = Y_F = N sqrt(2) * 2 / m and the moment of their arms."""
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    arm, thrust = np.hypot(0.2, 0.2), 1.5  # [m], [N]
+    values = TABLE_II["AF"] | {
+        # T's rows are the geometric ones over their norms: F_u = 1 is not f = 1
+        "X_F": thrust * np.sqrt(2.0) / 10.0, "Y_F": thrust * np.sqrt(2.0) / 10.0, "N_F": thrust * 2 * arm / 0.5,
+    }  # fmt: skip
+    export(
+        make_model(vehicle, values),
+        "sdf",
+        tmp_path / "boat.sdf",
+        hull=replace(HULL, added=(0.0,) * 3),
+    )
+    model = Xml.parse(tmp_path / "boat.sdf").getroot().find("model")
+    for link in model.findall("link")[1:]:
+        placed = vehicle.file.thrusters[link.get("name")]
+        expected = [placed.x, placed.y, 0, 0, 0, np.deg2rad(placed.angle_deg)]
+        assert numbers(link, "pose") == pytest.approx(expected, abs=1e-9)
+    full = [p.findtext("max_thrust_cmd") for p in model.findall("plugin")[1:]]
+    assert [float(x) for x in full] == pytest.approx([thrust] * 4)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.99, 1.01, 1.5, 3.0])
+def test_what_is_refused_is_what_grows_from_step_to_step(tmp_path, share):
+    """The plugin's way: the force of the acceleration of the step before."""
+    hull = replace(HULL, added=(share * HULL.mass, 0.0, 0.0))
+    acceleration = 0.0
+    for _ in range(2000):
+        acceleration = (1.0 - hull.added[0] * acceleration) / hull.mass
+        acceleration = min(max(acceleration, -1e6), 1e6)
+    settled = abs(acceleration - 1.0 / (hull.mass + hull.added[0])) < 1e-3
+    out = tmp_path / "boat.sdf"
+    assert settled == (share < 1.0)
+    if settled:
+        export(boat("always_forward"), "sdf", out, hull=hull)
+        return
+    with pytest.raises(ExportError, match=r"added mass is too large for Gazebo's plugin \(surge"):
+        export(boat("always_forward"), "sdf", out, hull=hull)
+    assert not out.exists()
+
+
+def test_what_gazebo_has_not_is_one_clear_line(tmp_path):
+    out = tmp_path / "boat.sdf"
+    with pytest.raises(
+        ExportError, match=r"per unit mass: give mass, inertia and the hull's size \(--mass"
+    ):
+        export(boat("always_forward"), "sdf", out)
+    with pytest.raises(ExportError, match=r"no term like 'X_0' in surge"):
+        export(boat("bare"), "sdf", out, hull=HULL)
+    wrench = seatrial.load_vehicle("mallard-mp").to_mapping()
+    wrench |= {"thrusters": {}, "allocation": {"scheme": "direct"}}
+    direct = make_model(seatrial.vehicle.vehicle_from(wrench, "direct"), TABLE_II["AF"])
+    with pytest.raises(ExportError, match="F_r gives a moment without a force"):
+        export(direct, "sdf", out, hull=HULL)
+    with pytest.raises(ExportError, match="less than that of the thrusters alone"):
+        export(
+            boat("always_forward"), "sdf", out, hull=replace(HULL, inertia=1e-6, added=(0.0,) * 3)
+        )
+    with pytest.raises(ModelError, match="unstable"):
+        export(
+            make_model(seatrial.load_vehicle("mallard-mp"), TABLE_II["AF"] | {"X_uu": 1.0}),
+            "sdf",
+            out,
+            hull=HULL,
+        )
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"mass": -1.0}, {"inertia": 0.0}, {"size": (1.0, 1.0, 0.0)}, {"mass": np.nan}]
+)
+def test_a_hull_that_is_none_is_refused(wrong):
+    with pytest.raises(ExportError, match="expected a positive number"):
+        replace(HULL, **wrong)
+    with pytest.raises(ExportError, match="added mass -1, 0, 0: expected numbers >= 0"):
+        replace(HULL, added=(-1.0, 0.0, 0.0))
