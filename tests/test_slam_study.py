@@ -15,11 +15,12 @@ from benchmarks.slam.drives import drive
 from benchmarks.slam.guesses import ConstantPose, ConstantVelocity, ModelOdometry, TrueMotion
 from benchmarks.slam.localise import plausible
 from benchmarks.slam.mapping import Map, Match, matrix
-from benchmarks.slam.scene import Scene, box, pool_scene
+from benchmarks.slam.scene import pool_scene
 from benchmarks.slam.se2 import between, compose, exponential, inverse, logarithm, transform
 from benchmarks.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
 from seatrial.model import Model
 from seatrial.plan import load_plan
+from seatrial.sim.scene import Scene, box
 from seatrial.simulate import plant_model
 
 ROOM = Scene(box(0.0, 0.0, 8.0, 6.0), np.array([[2.0, 0.0, 0.5]]))

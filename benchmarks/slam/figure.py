@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.paper.figures import sheet
-from benchmarks.slam.scene import POOL, Scene, pool_scene
+from benchmarks.slam.scene import POOL, pool_scene
 from benchmarks.slam.study import OFF, SEEDS, Case, driven, track
 from benchmarks.slam.tables import MIDDLE
 from seatrial.frames import Array
 from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from seatrial.sim.scene import Scene
 
 SHOWN = ("constant pose", "constant velocity", "predictor")
 SEED = SEEDS[0]

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.slam.scene import Scene
 from benchmarks.slam.se2 import between, transform
 from seatrial.frames import Array
+from seatrial.sim.scene import Scene
 
 RATE = 15.0  # [Hz] turns of the mirror
 FIELD = np.deg2rad(270.0)

@@ -8,13 +8,17 @@
 #include <tuple>
 #include <vector>
 
+#include "allocator.hpp"
 #include "arrays.hpp"
 #include "doubt.hpp"
 #include "filter.hpp"
+#include "mimic.hpp"
 #include "predictor.hpp"
 #include "seatrial/frames.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
+#include "simulator.hpp"
+#include "tracking.hpp"
 
 using namespace nb::literals;
 using namespace seatrial;
@@ -378,6 +382,10 @@ NB_MODULE(_core, m) {
   bind_predictor(m);
   bind_odometer(m);
   bind_doubt(m);
+  bind_allocator(m);
+  bind_tracking(m);
+  bind_simulator(m);
+  bind_mimic(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,

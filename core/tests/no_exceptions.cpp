@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
+#include "seatrial/allocator.hpp"
+#include "seatrial/mimic.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/tangents.hpp"
 
@@ -47,6 +49,20 @@ double drive_without_exceptions() {
   return plant.state()[3];
 }
 
+/// The same as a carrier without a lag is told it.
+double mimic_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  const double coefficient = -1.0;
+  const double q = 0.0;
+  Carrier carrier;
+  carrier.lag = 0.0;
+  carrier.acceleration = 100.0;
+  static Mimic mimic(Plant(drag_and_force(), &coefficient, one_thruster(), &q, 0.01), carrier, 9.0);
+  const double full = 1.0;
+  if (!mimic.command(0.0, &full, 1)) return std::nan("");
+  return mimic.at(1.0).velocity[0];
+}
+
 /// The same by the step with tangents; `slope` is d u / d coefficient.
 double drive_with_tangents(double* slope) {
   using namespace seatrial;  // NOLINT(google-build-using-namespace)
@@ -68,4 +84,22 @@ double drive_with_tangents(double* slope) {
   }
   *slope = dx.row[3][0];
   return x[3];
+}
+
+/// Command of the first of four thrusters at the corners for a yaw moment of 0.3.
+double allocate_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  constexpr double signs[4][3] = {{-1, 1, 1}, {-1, -1, -1}, {1, 1, -1}, {1, -1, 1}};
+  AllocatorSetup s;
+  s.scheme = AllocatorScheme::kMoorePenrose;
+  s.effectiveness.n = 4;
+  for (int k = 0; k < 4; ++k) {
+    for (int j = 0; j < 3; ++j) s.effectiveness.column[k][j] = 0.5 * signs[k][j];
+    s.limit[k] = 1.0;
+  }
+  Allocator allocator(s);
+  if (allocator.fault() != AllocatorFault::kOk) return std::nan("");
+  const double wrench[3] = {0.0, 0.0, 0.3};
+  double command[kMaxActuators];
+  return allocator.allocate(wrench, command).limited ? std::nan("") : command[0];
 }

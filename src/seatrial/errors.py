@@ -43,9 +43,25 @@ class PredictorError(SeatrialError):
     """An input that does not fit the predictor's model."""
 
 
+class AllocationError(SeatrialError):
+    """Thrusters, or a wrench, that nothing can be allocated to."""
+
+
 class LiveError(SeatrialError):
     """A line that can't be used, or a place where none can be read or written."""
 
 
 class ExportError(SeatrialError):
     """A format that there is not, or that can't say what the model says."""
+
+
+class ControlError(SeatrialError):
+    """A controller that the model, its delay or the request does not permit."""
+
+
+class SimulatorError(SeatrialError):
+    """A scene, a boat or a command that can't be simulated."""
+
+
+class MimicError(SeatrialError):
+    """A carrier that can't follow a boat."""

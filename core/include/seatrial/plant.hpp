@@ -56,18 +56,34 @@ class Plant {
       if (!advance(structure_, coefficient_, chain_, q_, next - time_, longest_step_, f_, x_)) {
         return false;
       }
+      // nothing depends on the place, so that this is exact
+      for (int i = 0; i < 2; ++i) x_[i] += current_[i] * (next - time_);
       time_ = std::max(time_, next);
       arrive();
     }
     return true;
   }
 
+  /// Of the water, earth-fixed [m/s]; the state's velocity is then that in the water.
+  void set_current(double x, double y) {
+    current_[0] = x;
+    current_[1] = y;
+  }
+
   double time() const { return time_; }
+  const double* current() const { return current_; }
   const double* state() const { return x_; }
   double* state() { return x_; }
 
   /// Generalised forces F = T f now.
   void forces(double* force) const { forces_after(chain_, q_, f_, 0.0, force); }
+
+  /// Time derivative of the state now (in the water); false where it can't be solved.
+  bool rate(double* x_dot) const {
+    double force[kMaxForces];
+    forces(force);
+    return state_rate(structure_, coefficient_, x_, force, x_dot);
+  }
 
  private:
   struct Pending {
@@ -130,6 +146,7 @@ class Plant {
   double longest_step_;
   double time_ = 0.0;
   double x_[kStates] = {};
+  double current_[2] = {0.0, 0.0};
   Thrust f_;
   int first_ = 0;
   int pending_ = 0;

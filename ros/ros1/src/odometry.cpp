@@ -1,72 +1,45 @@
 // SPDX-License-Identifier: MIT
 // The odometry node for ROS 1: subscriptions, publishers and clocks. What is done with the messages
 // is in seatrial_ros/node.hpp.
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TwistStamped.h>
-#include <geometry_msgs/WrenchStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
-#include <sensor_msgs/JointState.h>
-#include <sensor_msgs/Joy.h>
-#include <std_msgs/Float32.h>
-#include <std_msgs/Float32MultiArray.h>
-#include <std_msgs/Float64.h>
-#include <std_msgs/Float64MultiArray.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/transform_broadcaster.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <csignal>
 #include <cstdio>
-#include <map>
 
+#include "diagnostics.hpp"
+#include "numbers.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
 
 namespace {
 
 namespace sr = seatrial::ros;
+using sr::nanoseconds;
+using sr::NumberTopics;
+using sr::read_settings;
 using topic_tools::ShapeShifter;
 
 volatile std::sig_atomic_t reload_asked = 0;
 
 void ask_reload(int) { reload_asked = 1; }
 
-std::int64_t nanoseconds(const ros::Time& t) { return static_cast<std::int64_t>(t.toNSec()); }
-
-/// The parameters of the private namespace.
-sr::Settings read_settings(const ros::NodeHandle& own) {
-  sr::Settings settings;
-  sr::each_parameter(settings, [&own](const sr::Parameter& p, auto& value) {
-    if (own.hasParam(p.name) && !own.getParam(p.name, value)) {
-      throw std::runtime_error("parameter " + std::string(p.name) +
-                               " is of another type; expected: " + p.description);
-    }
-  });
-  return settings;
-}
-
 class Shell {
  public:
   Shell()
-      : node_(read_settings(own_)),
+      : node_(read_settings<sr::Settings>(own_)),
         odometry_(public_.advertise<nav_msgs::Odometry>("odom", 10)),
         map_pose_(public_.advertise<geometry_msgs::PoseWithCovarianceStamped>("map_pose", 10)),
         diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)),
-        reload_(own_.advertiseService("reload", &Shell::on_reload, this)) {
+        reload_(own_.advertiseService("reload", &Shell::on_reload, this)),
+        numbers_(public_, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }) {
     const auto hints = ros::TransportHints().tcpNoDelay();
     subscribers_.push_back(
         public_.subscribe(node_.pose_topic(), kQueue, &Shell::on_pose, this, hints));
-    for (const std::string& topic : node_.number_topics()) {
-      const boost::function<void(const ros::MessageEvent<ShapeShifter const>&)> take =
-          [this, topic](const ros::MessageEvent<ShapeShifter const>& event) {
-            on_numbers(topic, *event.getConstMessage());
-          };
-      subscribers_.push_back(
-          public_.subscribe<ShapeShifter>(topic, kQueue, take, ros::VoidConstPtr(), hints));
-    }
     const double rate = node_.settings().rate;
     if (rate > 0.0) {
       timers_.push_back(public_.createTimer(ros::Duration(1.0 / rate),
@@ -117,73 +90,9 @@ class Shell {
     node_.pose(in);
   }
 
-  void on_numbers(const std::string& topic, const ShapeShifter& any) {
-    const std::string& type = any.getDataType();
-    if (types_[topic] != type) {
-      types_[topic] = type;
-      refused_[topic].clear();
-      try {
-        node_.set_type(topic, type);
-      } catch (const std::runtime_error& error) {
-        refused_[topic] = error.what();
-      }
-    }
-    if (!refused_[topic].empty()) {
-      ROS_ERROR_THROTTLE(10.0, "%s", refused_[topic].c_str());
-      return;
-    }
-    sr::NumbersMessage in;
-    in.topic = topic;
-    in.arrival = nanoseconds(ros::Time::now());
-    fill(type, any, in);
+  void on_numbers(const sr::NumbersMessage& in) {
     node_.numbers(in);
     if (node_.settings().rate == 0.0) publish();
-  }
-
-  static void fill(const std::string& type, const ShapeShifter& any, sr::NumbersMessage& in) {
-    const auto stamped = [&in](const auto& m) { in.stamp = nanoseconds(m.header.stamp); };
-    switch (sr::shape_of(type)->kind) {
-      case sr::Kind::kJoy: {
-        const auto m = any.instantiate<sensor_msgs::Joy>();
-        stamped(*m);
-        in.numbers = sr::joy_numbers(*m);
-        break;
-      }
-      case sr::Kind::kWrench:
-        in.numbers = sr::wrench_numbers(*any.instantiate<geometry_msgs::Wrench>());
-        break;
-      case sr::Kind::kWrenchStamped: {
-        const auto m = any.instantiate<geometry_msgs::WrenchStamped>();
-        stamped(*m);
-        in.numbers = sr::wrench_numbers(m->wrench);
-        break;
-      }
-      case sr::Kind::kTwist:
-        in.numbers = sr::twist_numbers(*any.instantiate<geometry_msgs::Twist>());
-        break;
-      case sr::Kind::kTwistStamped: {
-        const auto m = any.instantiate<geometry_msgs::TwistStamped>();
-        stamped(*m);
-        in.numbers = sr::twist_numbers(m->twist);
-        break;
-      }
-      case sr::Kind::kJointState: {
-        const auto m = any.instantiate<sensor_msgs::JointState>();
-        stamped(*m);
-        in.numbers = sr::joint_numbers(*m);
-        break;
-      }
-      case sr::Kind::kArray:
-        in.numbers = type == "std_msgs/Float64MultiArray"
-                         ? sr::array_numbers(*any.instantiate<std_msgs::Float64MultiArray>())
-                         : sr::array_numbers(*any.instantiate<std_msgs::Float32MultiArray>());
-        break;
-      case sr::Kind::kNumber:
-        in.numbers = type == "std_msgs/Float64"
-                         ? sr::single_number(*any.instantiate<std_msgs::Float64>())
-                         : sr::single_number(*any.instantiate<std_msgs::Float32>());
-        break;
-    }
   }
 
   void publish() {
@@ -219,24 +128,7 @@ class Shell {
     broadcaster_.sendTransform(message);
   }
 
-  void diagnose() {
-    const sr::Diagnosis found = node_.diagnose();
-    diagnostic_msgs::DiagnosticStatus status;
-    status.name = ros::this_node::getName() + ": odometry";
-    status.hardware_id = "seatrial";
-    status.level = found.level;
-    status.message = found.message;
-    for (const auto& [key, value] : found.values) {
-      diagnostic_msgs::KeyValue pair;
-      pair.key = key;
-      pair.value = value;
-      status.values.push_back(pair);
-    }
-    diagnostic_msgs::DiagnosticArray message;
-    message.header.stamp = ros::Time::now();
-    message.status.push_back(status);
-    diagnostics_.publish(message);
-  }
+  void diagnose() { diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry")); }
 
   std::string reload() {
     const std::string wrong = node_.reload();
@@ -262,13 +154,12 @@ class Shell {
   ros::Publisher map_pose_;
   ros::Publisher diagnostics_;
   ros::ServiceServer reload_;
+  NumberTopics<sr::Node> numbers_;
   tf2_ros::TransformBroadcaster broadcaster_;
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::Timer> timers_;
   ros::WallTimer slow_;
   ros::WallTimer quick_;
-  std::map<std::string, std::string> types_;
-  std::map<std::string, std::string> refused_;  // why a topic's messages can't be used
 };
 
 }  // namespace

@@ -8,16 +8,20 @@ import argparse
 from importlib.metadata import version
 
 from seatrial.commands import (
+    allocate,
     compare,
     demo,
     export,
     identify,
     init,
     inspect,
+    mimic,
     predict,
     report,
     select,
+    sim,
     simulate,
+    tune,
     validate,
 )
 
@@ -31,8 +35,12 @@ ORDER = (
     report,
     compare,
     select,
+    tune,
     predict,
+    allocate,
     export,
+    sim,
+    mimic,
 )
 
 

@@ -9,19 +9,12 @@
 #include <vector>
 
 #include "seatrial/odometer.hpp"
-#include "seatrial_ros/fields.hpp"
+#include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/settings.hpp"
+#include "seatrial_ros/signal.hpp"
 
 namespace seatrial::ros {
-
-/// Level, message and values of diagnostic_msgs/DiagnosticStatus.
-struct Diagnosis {
-  enum Level : unsigned char { kOk = 0, kWarn = 1, kError = 2 };
-  Level level = kOk;
-  std::string message;
-  std::vector<std::pair<std::string, std::string>> values;
-};
 
 /// A pose message.
 struct PoseMessage {
@@ -32,14 +25,6 @@ struct PoseMessage {
   double eta[kSeen] = {};       // x, y [m], psi [rad] as they stand in the message
   bool has_covariance = false;  // and that is known
   double covariance[kSeen * kSeen] = {};
-};
-
-/// A message of commands or scale signals.
-struct NumbersMessage {
-  std::string topic;
-  std::int64_t stamp = 0;    // [ns] of its header; 0: none
-  std::int64_t arrival = 0;  // [ns]
-  Numbers numbers;
 };
 
 class Node {
@@ -54,8 +39,8 @@ class Node {
     }
     odometer_ = std::make_unique<Odometer>(board.model, board.pose.lever);
     board_ = std::move(board);
-    make_signal(board_.inputs, command_);
-    make_signal(board_.scales, scale_);
+    command_ = Signal(board_.inputs);
+    scale_ = Signal(board_.scales);
     map_frame_ = settings_.map_frame;
   }
 
@@ -75,19 +60,8 @@ class Node {
   /// What a topic's type is, before its first message; again after its type has changed. Throws
   /// std::runtime_error where the vehicle's fields are not in such messages.
   void set_type(const std::string& topic, const std::string& type) {
-    const Shape* shape = shape_of(type);
-    if (shape == nullptr) {
-      std::string known;
-      for (const Shape& s : shapes()) known += (known.empty() ? "" : ", ") + s.types.front();
-      throw std::runtime_error(topic + " is " + type + "; expected one of " + known);
-    }
-    for (Signal* signal : {&command_, &scale_}) {
-      for (std::size_t i = 0; i < signal->channels.size(); ++i) {
-        if (signal->channels[i].topic == topic) {
-          signal->places[i] = place_in(*shape, signal->channels[i]);
-        }
-      }
-    }
+    const Shape& shape = known_shape(topic, type);
+    for (Signal* signal : {&command_, &scale_}) signal->set_type(topic, shape);
   }
 
   void pose(const PoseMessage& in) {
@@ -110,8 +84,8 @@ class Node {
 
   void numbers(const NumbersMessage& in) {
     const std::int64_t stamp = chosen(in.stamp, in.arrival, board_.commands.clock);
-    if (update(in, command_)) odometer_->command(stamp, command_.values.data());
-    if (update(in, scale_)) odometer_->scale(stamp, scale_.values.data());
+    if (command_.update(in)) odometer_->command(stamp, command_.values());
+    if (scale_.update(in)) odometer_->scale(stamp, scale_.values());
   }
 
   /// What is to be published now [ns], if anything is known.
@@ -162,14 +136,6 @@ class Node {
   }
 
  private:
-  /// Numbers that come together as one row, from one or several topics.
-  struct Signal {
-    std::vector<Channel> channels;
-    std::vector<Place> places;
-    std::vector<bool> seen;
-    std::vector<double> values;
-  };
-
   BoardModel load() const {
     BoardModel board = load_model(settings_.model);
     board.model.window = settings_.window;
@@ -186,38 +152,7 @@ class Node {
       const bool own = c.topic.empty() || c.topic == board.commands.topic;
       if (own && !settings_.command_topic.empty()) c.topic = settings_.command_topic;
     }
-    for (const auto* channels : {&board.inputs, &board.scales}) {
-      for (const Channel& c : *channels) {
-        if (!c.topic.empty() && !c.field.empty()) continue;
-        throw std::runtime_error("the vehicle of " + settings_.model + " says no " +
-                                 (c.topic.empty() ? "topic" : "field") + " for " + c.name +
-                                 "; write it into the vehicle file (commands: {topic: /joy, "
-                                 "inputs: {F_u: 'axes[1]', ...}}) and identify again");
-      }
-    }
-  }
-
-  static void make_signal(const std::vector<Channel>& channels, Signal& signal) {
-    signal.channels = channels;
-    signal.places.resize(channels.size());
-    signal.seen.assign(channels.size(), false);
-    signal.values.assign(channels.size(), 0.0);
-  }
-
-  /// True where the message has some of its numbers, and all others have come before.
-  static bool update(const NumbersMessage& in, Signal& signal) {
-    bool own = false;
-    for (std::size_t i = 0; i < signal.channels.size(); ++i) {
-      if (signal.channels[i].topic != in.topic) continue;
-      own = true;
-      const Place& at = signal.places[i];
-      const bool there = at.group < in.numbers.size() && at.index < in.numbers[at.group].size();
-      const double raw = there ? in.numbers[at.group][at.index]
-                               : std::numeric_limits<double>::quiet_NaN();  // refused, and counted
-      signal.values[i] = signal.channels[i].value(raw);
-      signal.seen[i] = true;
-    }
-    return own && std::all_of(signal.seen.begin(), signal.seen.end(), [](bool s) { return s; });
+    expect_named(board, settings_.model);
   }
 
   static std::int64_t chosen(std::int64_t header, std::int64_t arrival, Clock clock) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace seatrial::ros {
 
@@ -33,7 +34,8 @@ struct Parameter {
 
 /// Calls visit(Parameter, value) for each; values are std::string, double or bool.
 template <class Given, class Visit>
-void each_parameter(Given& s, Visit&& visit) {
+std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_parameter(
+    Given& s, Visit&& visit) {
   visit(Parameter{"model", "path of model.yaml, as `seatrial identify` writes it"}, s.model);
   visit(Parameter{"pose_topic",
                   "PoseStamped, PoseWithCovarianceStamped or Odometry; empty: the vehicle's"},
@@ -64,8 +66,9 @@ void each_parameter(Given& s, Visit&& visit) {
   visit(Parameter{"window", "how late a pose may be [s]", 0.05, 5.0}, s.window);
 }
 
-/// Throws std::runtime_error with one line where a value can't be used.
-inline void check(const Settings& settings) {
+/// Throws std::runtime_error with one line where a number is out of its range.
+template <class Given>
+void check_ranges(const Given& settings) {
   struct {
     void operator()(const Parameter&, const std::string&) const {}
     void operator()(const Parameter&, bool) const {}
@@ -77,6 +80,11 @@ inline void check(const Settings& settings) {
     }
   } in_range;
   each_parameter(settings, in_range);
+}
+
+/// Throws std::runtime_error with one line where a value can't be used.
+inline void check(const Settings& settings) {
+  check_ranges(settings);
   if (settings.model.empty()) {
     throw std::runtime_error(
         "parameter model is empty; expected the path of a model.yaml (seatrial identify writes "

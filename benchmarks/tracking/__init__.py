@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Tracking in closed loop: the tuned controller against PDs tuned by hand, in the simulator."""

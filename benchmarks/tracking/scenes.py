@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""The boat, its models, the courses and the conditions."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import msgspec
+
+import seatrial
+from seatrial.control import Circle, Course, Eight, Square, fitted
+from seatrial.model import Model
+from seatrial.plan import Unmodelled, load_plan
+from seatrial.sim import PoseSettings, Sensors
+from seatrial.simulate import plant_model, simulate
+
+SCHEMES = {"AF": "mallard-af", "MP": "mallard-mp"}
+IDENTIFIED = ("S1", "S2", "S3")
+PUSHED = Unmodelled(0.04, 2.0)  # share of full thrust that no model knows of; lasts so many s
+SLAM_DELAY = 0.05  # [s] from a pose's stamp to its arrival
+SHAPES = {"circle": Circle(0.7), "eight": Eight(1.1, 0.45), "square": Square(1.2)}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What disturbs the boat and its poses."""
+
+    plan: str  # whose SLAM it has; the model is identified with the same
+    current: tuple[float, float] = (0.0, 0.0)  # [m/s] of the water
+
+
+CONDITIONS = {
+    "paper-like": Conditions("paper-like"),
+    "hard": Conditions("hard"),
+    "paper-like, current": Conditions("paper-like", (0.03, 0.02)),
+}
+
+
+@cache
+def truth(scheme: str) -> Model:
+    """The plan's plant: Table II with dead zone and lag."""
+    return plant_model(load_plan("paper-like"), seatrial.load_vehicle(SCHEMES[scheme]))
+
+
+@cache
+def identified(scheme: str, plan: str) -> Model:
+    """What `seatrial identify` makes of the plan's S1 to S3, driven in water that is not quite still.
+
+    A model that was never wrong would be believed so firmly on board that poses in a current are taken for
+    false ones.
+    """
+    vehicle = seatrial.load_vehicle(SCHEMES[scheme])
+    driven = load_plan(plan)
+    driven = msgspec.structs.replace(
+        driven, plant=msgspec.structs.replace(driven.plant, unmodelled=PUSHED)
+    )
+    trials = simulate(driven, vehicle)
+    chosen = [t.recording for t in trials if t.name.split("-")[0] in IDENTIFIED]
+    return seatrial.identify(chosen, vehicle)
+
+
+@cache
+def course(shape: str) -> Course:
+    """The same for both schemes: as quick as always-forward, the weaker one, allows."""
+    return fitted(SHAPES[shape], truth("AF"))
+
+
+def sensors(conditions: Conditions) -> Sensors:
+    """Its SLAM."""
+    plan = load_plan(conditions.plan)
+    return Sensors(pose=PoseSettings.of_plan(plan.pose, SLAM_DELAY), imu=None, lidar=None)

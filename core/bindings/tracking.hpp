@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// Python's view of the tracking controller.
+#pragma once
+#include <nanobind/stl/tuple.h>
+
+#include <tuple>
+
+#include "arrays.hpp"
+#include "predictor.hpp"
+#include "seatrial/tracking.hpp"
+
+namespace {
+
+using namespace seatrial;
+
+/// gains: proportional, integral, derivative, authority: 4 x 3; mix: inputs x 3.
+TrackingGains make_gains(const Chain& chain, const Matrix& gains, const Matrix& mix, double limit,
+                         bool feed_forward) {
+  const auto n = static_cast<std::size_t>(chain.allocation.n_commands);
+  require(gains.shape(0) == 4 && gains.shape(1) == kAxes, "gains: 4 x 3");
+  require(mix.shape(0) == n && mix.shape(1) == kAxes, "mix: one row an input, 3 columns");
+  TrackingGains g;
+  double* rows[] = {g.proportional, g.integral, g.derivative, g.authority};
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < kAxes; ++j) rows[i][j] = gains(i, j);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < kAxes; ++j) g.mix[i][j] = mix(i, j);
+  }
+  g.limit = limit;
+  g.feed_forward = feed_forward;
+  return g;
+}
+
+/// Rows: pose, rate, acceleration.
+Reference make_reference(const Matrix& rows) {
+  require(rows.shape(0) == 3 && rows.shape(1) == kAxes, "reference: 3 x 3");
+  Reference r;
+  double* to[] = {r.eta, r.rate, r.acceleration};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < kAxes; ++j) to[i][j] = rows(i, j);
+  }
+  return r;
+}
+
+std::tuple<Out1, int> track(Tracker& self, int inputs, double dt, Vector eta, Vector nu, Matrix now,
+                            Matrix ahead) {
+  require(eta.shape(0) == kAxes && nu.shape(0) == kAxes, "eta and nu: 3 each");
+  double values[kMaxCommands];
+  const Tracked done =
+      self.command(dt, eta.data(), nu.data(), make_reference(now), make_reference(ahead), values);
+  double* out = nullptr;
+  auto found = fresh<Out1>({static_cast<std::size_t>(inputs)}, &out);
+  std::copy(values, values + inputs, out);
+  return {found, static_cast<int>(done)};
+}
+
+void bind_tracking(nb::module_& m) {
+  using namespace nb::literals;
+  nb::class_<Tracker>(m, "Tracker")
+      .def(
+          "__init__",
+          [](Tracker* self, const Boat& boat, const Chain& chain, Matrix gains, Matrix mix,
+             double limit, bool feed_forward) {
+            new (self) Tracker(boat.structure, boat.coefficient, chain.allocation,
+                               make_gains(chain, gains, mix, limit, feed_forward));
+          },
+          "boat"_a, "chain"_a, "gains"_a, "mix"_a, "limit"_a, "feed_forward"_a)
+      .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
+           "Commands (inputs,), and what became of the call.")
+      .def("forget", &Tracker::forget)
+      .def_prop_ro(
+          "integral",
+          [](const Tracker& self) {
+            double row[kAxes];
+            std::copy(self.integral(), self.integral() + kAxes, row);
+            return row_of(row);
+          },
+          nb::for_getter(nb::rv_policy::move));
+}
+
+}  // namespace

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// Commands and scale signals out of messages of any type, as the vehicle file says.
+#pragma once
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "seatrial_ros/fields.hpp"
+#include "seatrial_ros/model_file.hpp"
+
+namespace seatrial::ros {
+
+/// A message of commands or scale signals.
+struct NumbersMessage {
+  std::string topic;
+  std::int64_t stamp = 0;    // [ns] of its header; 0: none
+  std::int64_t arrival = 0;  // [ns]
+  Numbers numbers;
+};
+
+/// The shape of a topic's type. Throws std::runtime_error where such messages are not read.
+inline const Shape& known_shape(const std::string& topic, const std::string& type) {
+  const Shape* shape = shape_of(type);
+  if (shape != nullptr) return *shape;
+  std::string known;
+  for (const Shape& s : shapes()) known += (known.empty() ? "" : ", ") + s.types.front();
+  throw std::runtime_error(topic + " is " + type + "; expected one of " + known);
+}
+
+/// Throws std::runtime_error where the vehicle does not say where its commands are read from.
+inline void expect_named(const BoardModel& board, const std::string& path) {
+  for (const auto* channels : {&board.inputs, &board.scales}) {
+    for (const Channel& c : *channels) {
+      if (!c.topic.empty() && !c.field.empty()) continue;
+      throw std::runtime_error("the vehicle of " + path + " says no " +
+                               (c.topic.empty() ? "topic" : "field") + " for " + c.name +
+                               "; write it into the vehicle file (commands: {topic: /joy, "
+                               "inputs: {F_u: 'axes[1]', ...}}) and identify again");
+    }
+  }
+}
+
+/// Numbers that come together as one row, from one or several topics.
+class Signal {
+ public:
+  Signal() = default;
+  explicit Signal(std::vector<Channel> channels)
+      : channels_(std::move(channels)),
+        places_(channels_.size()),
+        seen_(channels_.size(), false),
+        values_(channels_.size(), 0.0) {}
+
+  /// What a topic's messages are. Throws std::runtime_error where they lack one of its fields.
+  void set_type(const std::string& topic, const Shape& shape) {
+    for (std::size_t i = 0; i < channels_.size(); ++i) {
+      if (channels_[i].topic == topic) places_[i] = place_in(shape, channels_[i]);
+    }
+  }
+
+  /// True where the message has some of its numbers, and all others have come before.
+  bool update(const NumbersMessage& in) {
+    bool own = false;
+    for (std::size_t i = 0; i < channels_.size(); ++i) {
+      if (channels_[i].topic != in.topic) continue;
+      own = true;
+      const Place& at = places_[i];
+      const bool there = at.group < in.numbers.size() && at.index < in.numbers[at.group].size();
+      const double raw = there ? in.numbers[at.group][at.index]
+                               : std::numeric_limits<double>::quiet_NaN();  // refused, and counted
+      values_[i] = channels_[i].value(raw);
+      seen_[i] = true;
+    }
+    return own && std::all_of(seen_.begin(), seen_.end(), [](bool s) { return s; });
+  }
+
+  const double* values() const { return values_.data(); }
+  std::size_t size() const { return values_.size(); }
+  const std::vector<Channel>& channels() const { return channels_; }
+
+ private:
+  std::vector<Channel> channels_;
+  std::vector<Place> places_;
+  std::vector<bool> seen_;
+  std::vector<double> values_;
+};
+
+}  // namespace seatrial::ros

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The mimic's node for ROS 1: commands to a virtual boat and the carrier's odometry in, cmd_vel
+// out. What is done with them is in seatrial_ros/mimic_node.hpp.
+#include <geometry_msgs/Twist.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/ros.h>
+
+#include <csignal>
+#include <cstdio>
+
+#include "diagnostics.hpp"
+#include "numbers.hpp"
+#include "seatrial_ros/mimic_node.hpp"
+#include "seatrial_ros/sim_messages.hpp"
+
+namespace {
+
+namespace sr = seatrial::ros;
+using sr::nanoseconds;
+
+volatile std::sig_atomic_t end_asked = 0;
+
+void ask_end(int) { end_asked = 1; }
+
+class Shell {
+ public:
+  Shell()
+      : node_(sr::read_settings<sr::MimicSettings>(own_)),
+        velocity_(public_.advertise<geometry_msgs::Twist>("cmd_vel", kQueue)),
+        boat_(public_.advertise<nav_msgs::Odometry>("virtual_boat", kQueue)),
+        diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", kQueue)),
+        numbers_(public_, node_, [this](const sr::NumbersMessage& in) { node_.numbers(in); }),
+        odometry_(public_.subscribe("odom", kQueue, &Shell::on_odometry, this,
+                                    ros::TransportHints().tcpNoDelay())),
+        timer_(public_.createTimer(ros::Duration(1.0 / node_.settings().rate),
+                                   [this](const ros::TimerEvent&) { publish(); })),
+        slow_(public_.createWallTimer(ros::WallDuration(1.0),
+                                      [this](const ros::WallTimerEvent&) {
+                                        diagnostics_.publish(
+                                            sr::diagnostics(node_.diagnose(), "mimic"));
+                                      })),
+        quick_(public_.createWallTimer(ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) {
+          if (end_asked != 0) end();
+        })) {}
+
+ private:
+  static constexpr std::uint32_t kQueue = 10;
+
+  void on_odometry(const nav_msgs::Odometry& message) {
+    double eta[seatrial::kAxes];
+    sr::read(message.pose.pose, eta);
+    frame_ = message.header.frame_id;
+    node_.pose(nanoseconds(message.header.stamp), nanoseconds(ros::Time::now()), eta);
+  }
+
+  /// The carrier is left standing.
+  void end() {
+    timer_.stop();
+    velocity_.publish(geometry_msgs::Twist());
+    ros::WallDuration(0.1).sleep();  // for it to leave
+    ros::shutdown();
+  }
+
+  void publish() {
+    const ros::Time now = ros::Time::now();
+    if (now.isZero()) return;  // simulated time that has not begun
+    const seatrial::MimicOutput found = node_.tick(nanoseconds(now));
+    geometry_msgs::Twist velocity;
+    velocity.linear.x = found.velocity[0];
+    velocity.linear.y = found.velocity[1];
+    velocity.angular.z = found.velocity[2];
+    velocity_.publish(velocity);
+    nav_msgs::Odometry boat;
+    boat.header.stamp = now;
+    sr::fill_truth(found.boat, {frame_, "virtual_boat"}, boat);
+    boat_.publish(boat);
+  }
+
+  ros::NodeHandle public_;
+  ros::NodeHandle own_{"~"};
+  sr::MimicNode node_;
+  ros::Publisher velocity_;
+  ros::Publisher boat_;
+  ros::Publisher diagnostics_;
+  sr::NumberTopics<sr::MimicNode> numbers_;
+  ros::Subscriber odometry_;
+  ros::Timer timer_;
+  ros::WallTimer slow_;
+  ros::WallTimer quick_;
+  std::string frame_ = "odom";
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // ROS's own handler would end it before it could stop the carrier
+  ros::init(argc, argv, "seatrial_mimic", ros::init_options::NoSigintHandler);
+  std::signal(SIGINT, ask_end);
+  std::signal(SIGTERM, ask_end);
+  try {
+    Shell shell;
+    ros::spin();
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "seatrial_mimic: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

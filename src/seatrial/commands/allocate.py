@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial allocate`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.allocate import PRIORITY, AllocatorScheme
+from seatrial.commands.shared import (
+    add_command,
+    add_exports,
+    add_json,
+    add_recordings,
+    check_png,
+    guard,
+    read_all,
+)
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    command = add_command(
+        verbs, "allocate", run, "thruster commands for a wrench: schemes side by side"
+    )
+    command.add_argument(
+        "boat", type=Path, metavar="MODEL|VEHICLE", help="model or vehicle file, or mallard-af"
+    )
+    add_recordings(command, vehicle_required=False, count="*")
+    command.add_argument(
+        "--scheme", default="auto", choices=[s.value for s in AllocatorScheme],
+        help="the one to choose (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument(
+        "--priority", default=PRIORITY, metavar="AXES",
+        help="who is served first at the limits; + scales alike (default: '%(default)s')",
+    )  # fmt: skip
+    command.add_argument(
+        "--margin", type=float, metavar="C",
+        help="from a dead zone's edge to idling [command units] (default: up to F_os, or 0.04)",
+    )  # fmt: skip
+    command.add_argument(
+        "--wrench", nargs=3, type=float, metavar=("F_u", "F_v", "F_r"),
+        help="print the commands for this one, forward-left-up; refused if out of reach",
+    )  # fmt: skip
+    add_json(command)
+    command.add_argument(
+        "-o", "--out", type=Path, metavar="HTML", help="also one offline HTML file"
+    )
+    add_exports(command)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """The schemes on the terminal and as a page; the commands for one wrench."""
+    from seatrial.allocate import (
+        allocation_json,
+        allocation_text,
+        compare_schemes,
+        load_boat,
+        wrench_text,
+    )
+    from seatrial.errors import FileError
+    from seatrial.files import dump_json, write_text
+
+    inputs = args.boat, args.vehicle, *args.recordings
+    guard(args.json, "{", *inputs)
+    guard(args.out, "<!doctype html", *inputs)
+    if args.out is None and (args.figures or args.tables):
+        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
+    check_png(args)
+    boat, vehicle = load_boat(args.boat, args.vehicle)
+    recordings = read_all(args, vehicle, progress)
+    found = compare_schemes(
+        boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
+    )
+    text = allocation_text(found) if args.wrench is None else wrench_text(found, args.wrench)
+    if args.json is not None:
+        write_text(args.json, dump_json(allocation_json(found)))
+    if args.out is not None:
+        from seatrial.report.schemes import write_allocation
+
+        write_allocation(found, args.out, figures=args.figures, raster=args.png, tables=args.tables)
+    progress.clear()
+    print(text)
+    if args.out is not None:
+        print(f"wrote {args.out}")

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial mimic`."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import add_command
+from seatrial.live.lines import FORMATS
+from seatrial.live.loop import CLOCKS, RATE
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+LIMITS = {
+    "speed": ("M/S", "the carrier's highest, in any direction"),
+    "yaw-rate": ("RAD/S", "its highest"),
+    "acceleration": ("M/S2", "its highest"),
+    "yaw-acceleration": ("RAD/S2", "its highest"),
+    "lag": ("S", "its delay and time constant together, made up for ahead"),
+    "gain": ("1/S", "of the way back to the virtual boat's pose"),
+    "lost": ("M", "so far from the virtual boat it is stopped"),
+}
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    mimic = add_command(
+        verbs, "mimic", run,
+        "a holonomic robot moves as the boat would: commands and its poses in, its velocity out",
+    )  # fmt: skip
+    mimic.add_argument("model", type=Path, metavar="MODEL")
+    for name, (unit, text) in LIMITS.items():
+        mimic.add_argument(f"--{name}", type=float, metavar=unit, help=text)
+    mimic.add_argument(
+        "--udp", type=int, metavar="PORT", help="listen there on loopback, not to standard input"
+    )
+    mimic.add_argument(
+        "--to", type=int, metavar="PORT", help="answer there (default: to whoever wrote last)"
+    )
+    mimic.add_argument(
+        "--format", choices=FORMATS, default=FORMATS[0],
+        help="of the lines in; those out are JSON (default: %(default)s)",
+    )  # fmt: skip
+    mimic.add_argument(
+        "--rate",
+        type=float,
+        default=RATE,
+        metavar="HZ",
+        help="of the velocity (default: %(default)g)",
+    )
+    mimic.add_argument(
+        "--clock", choices=CLOCKS, default=CLOCKS[0],
+        help="a velocity is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Lines until the input ends."""
+    from seatrial.errors import LiveError
+    from seatrial.live import Settings
+    from seatrial.live.sources import Datagrams, Pipes
+    from seatrial.mimic import Carrier, Mimic
+    from seatrial.mimic.loop import serve
+
+    if args.udp is None and args.to is not None:
+        raise LiveError("--to belongs to --udp PORT")
+
+    def complain(words: str) -> None:
+        print(f"seatrial: {words}", file=sys.stderr, flush=True)
+
+    names = [name.replace("-", "_") for name in LIMITS]
+    carrier = Carrier(**{name: getattr(args, name) for name in names})
+    settings = Settings(args.format, args.rate, args.clock)
+    mimic = Mimic(args.model, carrier)
+    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
+    serve(mimic, source, settings, complain)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial sim`."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import add_command
+from seatrial.progress import Progress
+from seatrial.sim.lines import KINDS
+from seatrial.sim.loop import Settings
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    sim = add_command(
+        verbs, "sim", run,
+        "boats to develop against: lines of commands in, of poses, IMU, LiDAR and truth out",
+    )  # fmt: skip
+    sim.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="a boat each")
+    sim.add_argument(
+        "--scene", type=Path, metavar="FILE",
+        help="walls, current, sensors and starts (default: open water)",
+    )  # fmt: skip
+    sim.add_argument(
+        "--current", type=float, nargs=2, metavar=("X", "Y"),
+        help="of the water [m/s] (default: the scene's)",
+    )  # fmt: skip
+    sim.add_argument("--seed", type=int, default=0, help="of the sensors (default: %(default)s)")
+    sim.add_argument(
+        "--speed", type=float, default=Settings.speed, metavar="X",
+        help="simulated seconds in a second; 0: as fast as can be, to the times in the lines "
+        "(default: %(default)g)",
+    )  # fmt: skip
+    sim.add_argument(
+        "--rate", type=float, default=Settings.rate, metavar="HZ",
+        help="of the truth (default: %(default)g)",
+    )  # fmt: skip
+    sim.add_argument("--duration", type=float, metavar="S", help="end after so long [s]")
+    sim.add_argument(
+        "--lines", default=",".join(Settings.kinds), metavar="KINDS",
+        help=f"what is written, some of {', '.join(KINDS)} (default: %(default)s)",
+    )  # fmt: skip
+    sim.add_argument(
+        "--udp", type=int, metavar="PORT", help="listen there on loopback, not to standard input"
+    )
+    sim.add_argument(
+        "--to", type=int, metavar="PORT", help="answer there (default: to whoever wrote last)"
+    )
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Lines until the input ends, or the duration is over."""
+    from seatrial.errors import LiveError
+    from seatrial.live.sources import Datagrams, Pipes
+    from seatrial.sim.loop import serve
+    from seatrial.sim.world import World
+
+    if args.udp is None and args.to is not None:
+        raise LiveError("--to belongs to --udp PORT")
+
+    def complain(words: str) -> None:
+        print(f"seatrial: {words}", file=sys.stderr, flush=True)
+
+    kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
+    settings = Settings(args.rate, args.speed, args.duration, kinds)
+    world = World(args.scene, current=args.current, seed=args.seed)
+    for model in args.models:
+        world.add(model)
+    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
+    serve(world, source, settings, complain)

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial tune`."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import add_command, guard
+from seatrial.control import KNOB, RATE
+from seatrial.progress import Progress
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared import Verbs
+
+
+def add(verbs: "Verbs") -> None:
+    """Its arguments."""
+    tune = add_command(verbs, "tune", run, "gains of a tracking controller by the model")
+    tune.add_argument("model", type=Path, metavar="MODEL")
+    tune.add_argument(
+        "--knob", type=float, default=KNOB, metavar="S",
+        help="closed-loop time constant [s]: smaller is quicker, larger is gentler (default: %(default)g)",
+    )  # fmt: skip
+    tune.add_argument(
+        "--action", choices=("pid", "pd"), default="pid", help="with or without integral (default: pid)"
+    )  # fmt: skip
+    tune.add_argument(
+        "--rate", type=float, default=RATE, metavar="HZ", help="of the controller (default: %(default)g)"
+    )  # fmt: skip
+    tune.add_argument(
+        "--delay", type=float, default=0.0, metavar="S",
+        help="in the loop besides the thrusters', as of a network [s] (default: 0)",
+    )  # fmt: skip
+    tune.add_argument("-o", "--out", type=Path, metavar="GAINS", help="for the controller")
+    tune.add_argument("--ros", type=Path, metavar="FILE", help="the same as ROS parameters")
+    tune.add_argument("--ros2", type=Path, metavar="FILE", help="the same for ROS 2")
+    tune.add_argument("--report", type=Path, metavar="HTML", help="step responses and Bode plots")
+
+
+def run(args: argparse.Namespace, progress: Progress) -> None:
+    """Gains and margins, shown and written."""
+    from seatrial.control import save_gains, save_ros, tune, tuning_text
+    from seatrial.model import load
+
+    ros = "seatrial_tracking:"
+    begins = ("seatrial: gains", ros, ros, "<!doctype html")
+    outs = (args.out, args.ros, args.ros2, args.report)
+    for i, (out, begin) in enumerate(zip(outs, begins, strict=True)):
+        guard(out, begin, args.model, *outs[:i])
+    model = load(args.model)
+    progress.say("margins over the model's covariance")
+    found = tune(model, args.knob, action=args.action, rate=args.rate, extra=args.delay)
+    if args.report is not None:
+        from seatrial.report.tuning import write_tuning_report
+
+        progress.say("drawing")
+        write_tuning_report(found, args.report)
+    if args.out is not None:
+        save_gains(found, args.out)
+    if args.ros is not None:
+        save_ros(found, args.ros)
+    if args.ros2 is not None:
+        save_ros(found, args.ros2, ros2=True)
+    progress.clear()
+    print(tuning_text(found))
+    for out in outs:
+        if out is not None:
+            print(f"wrote {out}")

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""The gains as files: for the controller and for people, and as ROS parameters."""
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import msgspec
+import numpy as np
+
+from seatrial.control.dead_zone import dead_zone
+from seatrial.control.loops import Margins
+from seatrial.control.tuning import Tuning
+from seatrial.errors import ControlError
+from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_text
+from seatrial.frames import AXES, Array
+from seatrial.schema import Positive, Strict
+
+GAINS_FORMAT: Final = "gains 1"
+Three = tuple[float, float, float]  # surge, sway, yaw
+NODE: Final = "seatrial_tracking"
+
+
+class AxisMargins(Strict, frozen=True):
+    """Of one axis' loop with the others closed."""
+
+    gain: float | None  # factor by which thrust may be stronger; none: any
+    phase_deg: float
+    delay: float  # [s] that may come on top
+    sensitivity: float
+
+
+class GainsFile(Strict, frozen=True):
+    """What a controller is told; a command of an axis is in command units: 1 is some input's full."""
+
+    model: str  # the boat's name
+    axes: Literal["forward-left-up"]
+    inputs: list[str]  # of the vehicle, in the order of `mix`
+    knob: Positive  # [s]
+    action: Literal["pid", "pd"]
+    rate: Positive  # [Hz]
+    proportional: Three  # command units per m, m, rad
+    integral: Three  # per m s, m s, rad s; of an error that is fixed to the earth
+    derivative: Three  # per m/s, m/s, rad/s
+    authority: Three  # [m/s^2, m/s^2, rad/s^2] of an axis command of 1
+    mix: list[Three]  # an input each: share of the axis commands
+    lead: Annotated[float, msgspec.Meta(ge=0)]  # [s] by which the feed-forward looks ahead
+    limit: Annotated[float, msgspec.Meta(gt=0)] = 1.0  # of each input
+    delay: Three = (0.0, 0.0, 0.0)  # [s] of each loop, lag included
+    dead_zone: Three = (0.0, 0.0, 0.0)  # axis commands that do not push
+    margins: dict[str, AxisMargins] = msgspec.field(default_factory=dict)  # of the model
+    worst: dict[str, AxisMargins] = msgspec.field(
+        default_factory=dict
+    )  # of all draws of its covariance
+    draws: int = 0
+    seed: int = 0
+    version: str = ""  # of seatrial
+    seatrial: Literal["gains 1"] = GAINS_FORMAT
+
+
+def gains_of(tuning: Tuning) -> GainsFile:
+    """A tuning as its file has it."""
+    model, boat, table = tuning.model, tuning.boat, tuning.table()
+    limit = model.vehicle.file.allocation.limit
+    return GainsFile(
+        model.name, "forward-left-up", list(model.vehicle.inputs), tuning.knob, tuning.action, tuning.rate,
+        _three(table[:, 0]), _three(table[:, 1]), _three(table[:, 2]),
+        _three(boat.authority), [_three(row) for row in _clean(boat.mix)],
+        float(tuning.delay.mean()), 1.0 if limit is None else min(limit, 1.0),
+        _three(tuning.delay), _three(dead_zone(model, boat)),
+        _margins(tuning.nominal), _margins(tuning.worst), tuning.draws, tuning.seed, version("seatrial"),
+    )  # fmt: skip
+
+
+def save_gains(tuning: Tuning, path: str | Path) -> None:
+    """Write `gains.yaml`, whole or not at all."""
+    content: dict[str, Any] = msgspec.to_builtins(gains_of(tuning))
+    write_text(Path(path), dump_yaml({"seatrial": GAINS_FORMAT, **content}))
+
+
+def load_gains(path: str | Path) -> GainsFile:
+    """Gains from their file. Raises SeatrialError."""
+    found = convert(expect_format(read_yaml(Path(path)), GAINS_FORMAT, path), GainsFile, path)
+    if len(found.mix) != len(found.inputs):
+        raise ControlError(
+            f"{path}: mix has {len(found.mix)} rows; expected one for each of the inputs "
+            f"{', '.join(found.inputs)}"
+        )
+    return found
+
+
+def ros_parameters(tuning: Tuning) -> dict[str, Any]:
+    """What the tracking node is told, by parameter; lists are surge, sway, yaw."""
+    g = gains_of(tuning)
+    return {
+        "knob": g.knob, "action": g.action, "rate": g.rate, "lead": g.lead, "limit": g.limit,
+        "proportional": list(g.proportional), "integral": list(g.integral),
+        "derivative": list(g.derivative), "authority": list(g.authority),
+        "mix": [x for row in g.mix for x in row],
+    }  # fmt: skip
+
+
+def save_ros(tuning: Tuning, path: str | Path, *, ros2: bool = False) -> None:
+    """Write ROS parameters: for `rosparam load FILE`, or for `--params-file FILE` of ROS 2."""
+    found = ros_parameters(tuning)
+    write_text(Path(path), dump_yaml({NODE: {"ros__parameters": found} if ros2 else found}))
+
+
+def _margins(found: Margins) -> dict[str, AxisMargins]:
+    degrees = np.degrees(found.phase)
+    return {
+        axis: AxisMargins(
+            float(found.gain_up[i]) if np.isfinite(found.gain_up[i]) else None,
+            float(degrees[i]), float(found.delay[i]), float(found.sensitivity[i]),
+        )
+        for i, axis in enumerate(AXES)
+    }  # fmt: skip
+
+
+def _three(values: Array) -> Three:
+    surge, sway, yaw = (float(x) for x in values)
+    return surge, sway, yaw
+
+
+def _clean(mix: Array) -> Array:
+    """Without what rounding left."""
+    return np.asarray(np.where(np.abs(mix) < 1e-12, 0.0, mix))

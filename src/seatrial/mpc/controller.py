@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Nonlinear model predictive control: thruster commands that follow a path within limits and walls."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seatrial.errors import ControlError
+from seatrial.export.casadi import casadi_module
+from seatrial.frames import Array, frozen_array
+from seatrial.model import Model
+from seatrial.mpc.problem import MOTION, POSE, Grid, Weights
+from seatrial.mpc.step import Layout, step_function
+from seatrial.mpc.thrusters import by_thrusters, thrusters_of
+
+if TYPE_CHECKING:
+    import casadi
+
+FIRST = 10  # Gauss-Newton steps before the first command, as there is no last solution
+OPEN = (np.inf, np.inf)
+
+
+class Nmpc:
+    """Follows a reference with every thruster on its own side of its dead zone.
+
+    The boat is `self.model`: that of the argument with its thrusters' commands as inputs; a predictor
+    or simulator beside this controller is to be made of it. Call `command` with what the predictor
+    says of `latency` [s] from now, when the command begins to act. pool: (2,) its length and width [m],
+    round the origin; the boat's origin keeps `clearance` [m] from its walls. Needs CasADi. Raises
+    SeatrialError.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        pool: Sequence[float] = OPEN,
+        clearance: float = 0.0,
+        grid: Grid = Grid(),  # noqa: B008 frozen
+        weights: Weights = Weights(),  # noqa: B008 frozen
+    ) -> None:
+        size = np.array(pool, dtype=float)
+        if size.shape != (2,) or not (size > 2.0 * clearance).all() or not clearance >= 0.0:
+            raise ControlError(
+                f"pool {pool}, clearance {clearance:g} m: expected length and width [m], above twice the "
+                "clearance"
+            )
+        self.model = by_thrusters(model)
+        self.thrusters = thrusters_of(self.model)
+        self.grid, self.layout = grid, Layout(len(self.thrusters.lag), grid.stages)
+        self.reach = frozen_array(size / 2 - clearance)  # (2,) of |x| and |y| [m]
+        walls = np.repeat(self.reach, 2)
+        self.function = step_function(self.model, self.thrusters, grid, weights, walls)
+        self._call: casadi.Function = self.function
+        self.forget()
+
+    @property
+    def latency(self) -> float:
+        """From a command to where it begins to act [s]."""
+        return self.thrusters.latency
+
+    def forget(self) -> None:
+        """As at the start: thrusters idle, no plan."""
+        self._level = self.thrusters.idle
+        self._thrust = self.thrusters.idle
+        self._plan: tuple[Array, Array, Array] | None = None
+        self._time = -np.inf
+
+    def command(
+        self, t: float, eta: ArrayLike, nu: ArrayLike, reference: ArrayLike, disturbance: ArrayLike = (0, 0, 0)
+    ) -> Array:  # fmt: skip
+        """Commands (n,) to the thrusters at t [s], by a pose (3,) and velocity (3,) of t + latency.
+
+        reference: (stages, 6) eta and nu at `grid.times` after that. disturbance: (3,) earth-fixed
+        acceleration, as of the predictor. A path beyond a wall is taken to go along it. Raises
+        ControlError where a number is none.
+        """
+        motion = np.concatenate([np.asarray(eta, float), np.asarray(nu, float)])
+        wanted, push = np.array(reference, dtype=float), np.asarray(disturbance, dtype=float)
+        if (
+            motion.shape != (MOTION,)
+            or wanted.shape != (self.grid.stages, MOTION)
+            or push.shape != (3,)
+        ):
+            raise ControlError(
+                f"eta and nu of {motion.shape}, reference {wanted.shape}, disturbance {push.shape}: "
+                f"expected (6,), ({self.grid.stages}, 6) and (3,)"
+            )
+        if not (
+            np.isfinite(motion).all() and np.isfinite(wanted).all() and np.isfinite(push).all()
+        ):
+            raise ControlError("pose, velocity, reference or disturbance is not a number")
+        wanted[:, 2] = np.unwrap(np.concatenate([motion[2:POSE], wanted[:, 2]]))[1:]
+        wanted[:, :2] = np.clip(wanted[:, :2], -self.reach, self.reach)
+        self._advance(t)
+        z = np.concatenate([motion, self._level])
+        self._solve(z, wanted, push)
+        return self.thrusters.commands(self._thrust)
+
+    def _advance(self, t: float) -> None:
+        """Levels as they will be when a command of t begins to act."""
+        if not t > self._time:
+            raise ControlError(f"command at {t:g} s after one at {self._time:g} s: time goes on")
+        gone = self.thrusters.decay(min(t - self._time, 1e3))
+        self._level = self._thrust + (self._level - self._thrust) * gone
+        self._time = t
+
+    def _solve(self, z: Array, wanted: Array, push: Array) -> None:
+        layout, plan = self.layout, self._plan
+        if plan is None:
+            stage = np.concatenate([z, self.thrusters.idle, [0.0]])
+            w = np.concatenate([np.tile(stage, layout.stages), z])
+            plan = (w, np.zeros(layout.size), np.zeros(layout.rows))
+        for _ in range(FIRST if self._plan is None else 1):
+            found = self._call(*plan, z, wanted.T, self._thrust, push)
+            plan = tuple(np.asarray(part).ravel() for part in found)  # type: ignore[assignment]
+        good = all(np.isfinite(part).all() for part in plan)
+        self._plan = plan if good else None
+        thrust = plan[0][layout.thrust(0)] if good else self.thrusters.idle
+        self._thrust = np.clip(thrust, self.thrusters.lowest, self.thrusters.highest)
+
+    @property
+    def path(self) -> Array:
+        """Poses (stages + 1, 3) of the last plan. Raises ControlError before the first command."""
+        if self._plan is None:
+            raise ControlError("no plan yet: give a command first")
+        blocks = [
+            self._plan[0][k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)
+        ]
+        return frozen_array(np.array(blocks))
+
+    def generate(self, folder: Path) -> Path:
+        """C of one step, seatrial_nmpc.c with its header; it needs the C library alone."""
+        ca = casadi_module()
+
+        folder.mkdir(parents=True, exist_ok=True)
+        generator = ca.CodeGenerator("seatrial_nmpc.c", {"with_header": True})
+        generator.add(self.function)
+        generator.generate(f"{folder}/")
+        return folder / "seatrial_nmpc.c"
+
+    def use(self, library: Path) -> None:
+        """Take the compiled step from now on: a shared library of what `generate` wrote."""
+        ca = casadi_module()
+
+        self._call = ca.external(self.function.name(), str(library))

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""Model predictive control: its model, its optimum, its limits, and its C without CasADi."""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial import _core
+from seatrial.errors import ControlError, ExportError
+from seatrial.mpc import Grid, Nmpc, Weights, by_thrusters
+from seatrial.mpc.problem import stage
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model
+from seatrial.vehicle import load_vehicle
+
+ca = pytest.importorskip("casadi")
+
+PERIOD = 0.1  # [s]
+EDGE = 0.08  # of the plant's dead zone
+POOL = (2.0, 1.2)  # [m]
+SHIP = Path(__file__).parents[1] / "data" / "cse1" / "pair.yaml"
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """The paper's boat with dead zone and lag."""
+    return plant_model(load_plan("hard"), load_vehicle("mallard-mp"))
+
+
+@pytest.fixture(scope="module")
+def controller(truth):
+    return Nmpc(truth, pool=POOL)
+
+
+def circle(t, radius=0.4, period=30.0):
+    """Pose and velocity (n, 6) of a circle with a heading of its own."""
+    t, w = np.asarray(t, dtype=float), 2 * np.pi / period
+    psi, r = 0.5 * np.sin(w * t), 0.5 * w * np.cos(w * t)
+    x, y = radius * np.cos(w * t), radius * np.sin(w * t)
+    vx, vy = -radius * w * np.sin(w * t), radius * w * np.cos(w * t)
+    u, v = np.cos(psi) * vx + np.sin(psi) * vy, -np.sin(psi) * vx + np.cos(psi) * vy
+    return np.stack([x, y, psi, u, v, r], axis=-1)
+
+
+def drive(controller, reference, seconds, begin=None, noise=0.0):
+    """Commands (n, thrusters) and states (n, 6) of the core's boat under the controller."""
+    controller.forget()
+    model = controller.model
+    plant = _core.Plant(model.boat, model.vehicle.chain, model.constants)
+    predictor = seatrial.Predictor(model)
+    plant.state = np.array(reference(0.0) if begin is None else begin)
+    rng, commands, states = np.random.default_rng(3), [], []
+    for k in range(round(seconds / PERIOD)):
+        t = k * PERIOD
+        plant.advance_to(t)
+        predictor.pose(t, plant.state[:3] + noise * rng.normal(size=3))
+        found = predictor.at(t + controller.latency)
+        ahead = reference(t + controller.latency + controller.grid.times)
+        command = controller.command(t, found.pose, found.velocity, ahead, found.disturbance)
+        predictor.command(t, command)
+        plant.command(t, command)
+        commands.append(command)
+        states.append(plant.state)
+    return np.array(commands), np.array(states)
+
+
+def test_a_stage_is_the_cores_motion_under_constant_commands(truth):
+    model = by_thrusters(truth)
+    controller = Nmpc(truth, grid=Grid(2, 0.2, 48))  # the core's own step
+    forward = stage(model, controller.thrusters, controller.grid)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        thrust = rng.uniform(0.1, 0.9, 4)
+        begin = rng.normal(size=6) * [1, 1, 1, 0.2, 0.2, 0.5]
+        plant = _core.Plant(model.boat, model.vehicle.chain, model.constants)
+        plant.command(0.0, np.ascontiguousarray(controller.thrusters.commands(thrust)))
+        plant.state = begin
+        plant.advance_to(0.2)
+        found = np.array(forward(np.concatenate([begin, np.zeros(4)]), thrust, np.zeros(3))).ravel()
+        np.testing.assert_allclose(found[:6], plant.state, atol=2e-7)
+        np.testing.assert_allclose(found[6:], thrust * (1 - np.exp(-0.2 / 0.08)), rtol=1e-12)
+
+
+def test_a_disturbance_pushes_along_the_earths_axes(truth):
+    model = by_thrusters(truth)
+    controller = Nmpc(truth, grid=Grid(2, 1e-4, 1))
+    forward = stage(model, controller.thrusters, controller.grid)
+    still = np.concatenate([[0.0, 0.0, np.pi / 2], np.zeros(7)])
+    found = np.array(forward(still, np.zeros(4), [0.1, 0.2, 0.3])).ravel()
+    np.testing.assert_allclose(found[3:6] / 1e-4, [0.2, -0.1, 0.3], rtol=1e-3)
+
+
+def test_repeated_steps_end_in_the_optimum_that_ipopt_finds(truth):
+    """The same problem written once more, for another solver with second derivatives."""
+    grid, weights = Grid(6, 0.2, 1), Weights()
+    controller = Nmpc(truth, pool=POOL, grid=grid)
+    now = np.concatenate([[0.3, -0.2, 0.1, 0.05, -0.02, 0.1], controller.thrusters.idle])
+    wanted = circle(grid.times)
+    idle, model = controller.thrusters.idle, controller.model
+    forward = stage(model, controller.thrusters, grid)
+    z, cost, last, thrusts = ca.DM(now), 0, idle, []
+    for k in range(grid.stages):
+        g = ca.MX.sym(f"g{k}", 4)
+        z = forward(z, g, np.zeros(3))
+        scale = np.array(
+            [weights.position] * 2 + [weights.heading] + [weights.velocity] * 2 + [weights.yaw_rate]
+        )
+        cost += ca.sumsqr(scale * (z[:6] - wanted[k])) + ca.sumsqr(weights.thrust * (g - idle))
+        cost += ca.sumsqr(weights.change * (g - last))
+        last = g
+        thrusts.append(g)
+    everything = ca.vertcat(*thrusts)
+    quiet = {"print_time": False, "ipopt": {"print_level": 0, "tol": 1e-10, "sb": "yes"}}
+    solver = ca.nlpsol("same", "ipopt", {"x": everything, "f": 0.5 * cost}, quiet)
+    low, high = controller.thrusters.lowest, controller.thrusters.highest
+    found = solver(
+        x0=np.tile(idle, grid.stages), lbx=np.tile(low, grid.stages), ubx=np.tile(high, grid.stages)
+    )
+    best = np.array(found["x"]).reshape(grid.stages, 4)
+
+    layout = controller.layout
+    part = np.concatenate([now, idle, [0.0]])
+    plan = (
+        np.concatenate([np.tile(part, grid.stages), now]),
+        np.zeros(layout.size),
+        np.zeros(layout.rows),
+    )
+    for _ in range(40):
+        plan = controller.function(*plan, now, wanted.T, idle, np.zeros(3))
+    w = np.array(plan[0]).ravel()
+    ours = np.array([w[layout.thrust(k)] for k in range(grid.stages)])
+    np.testing.assert_allclose(ours, best, atol=2e-4)
+
+
+def test_it_follows_a_circle_from_noisy_poses_without_entering_a_dead_zone(controller):
+    commands, states = drive(controller, circle, 30.0, noise=0.004)
+    off = states[100:] - circle(PERIOD * np.arange(100, 300))
+    assert np.sqrt(np.mean(np.sum(off[:, :2] ** 2, axis=1))) < 0.01  # [m]
+    assert np.sqrt(np.mean(off[:, 2] ** 2)) < 0.01  # [rad]
+    assert np.abs(commands).min() > EDGE
+    assert np.all(np.sign(commands) == np.sign(commands[0]))
+    assert np.abs(commands).max() <= 1.0
+
+
+def test_a_reference_beyond_the_wall_is_followed_up_to_it(controller):
+    def beyond(t):
+        return circle(t, radius=0.9, period=60.0)  # 0.3 m out of the pool's width
+
+    _, states = drive(controller, beyond, 30.0)
+    assert np.abs(beyond(PERIOD * np.arange(300))[:, 1]).max() > POOL[1] / 2 + 0.25
+    assert np.abs(states[:, 1]).max() < POOL[1] / 2 + 0.002
+    assert np.abs(states[:, 1]).max() > POOL[1] / 2 - 0.05
+
+
+def test_full_thrust_is_never_exceeded_when_the_reference_is_out_of_reach(controller):
+    commands, states = drive(controller, lambda t: circle(t, 0.4, 6.0), 12.0)
+    assert commands.max() == pytest.approx(1.0, abs=1e-3)
+    assert np.isfinite(states).all()
+
+
+def test_generated_c_runs_without_casadi(truth, tmp_path):
+    compiler = shutil.which("gcc")
+    assert compiler is not None
+    controller = Nmpc(truth, pool=POOL, grid=Grid(4, 0.2, 1))
+    source = controller.generate(tmp_path)
+    main = tmp_path / "main.c"
+    main.write_text(MAIN)
+    binary = tmp_path / "step"
+    command = [compiler, "-O0", str(main), str(source), "-o", str(binary), "-lm"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    layout, grid = controller.layout, controller.grid
+    now = np.concatenate([circle(0.0) + 0.01, controller.thrusters.idle])
+    part = np.concatenate([now, controller.thrusters.idle, [0.0]])
+    given = [
+        np.concatenate([np.tile(part, grid.stages), now]), np.zeros(layout.size), np.zeros(layout.rows),
+        now, circle(grid.times).ravel(), controller.thrusters.idle, np.zeros(3),
+    ]  # fmt: skip
+    text = "\n".join(repr(float(x)) for x in np.concatenate(given))
+    said = subprocess.run([binary], input=text, capture_output=True, text=True, check=True).stdout
+    shaped = [*given[:4], given[4].reshape(-1, 6).T, *given[5:]]
+    ours = np.concatenate([np.array(x).ravel() for x in controller.function(*shaped)])
+    np.testing.assert_allclose(np.array(said.split(), dtype=float), ours, rtol=1e-9, atol=1e-9)
+    assert "casadi.h" not in source.read_text()
+
+
+MAIN = """
+#include <stdio.h>
+#include <stdlib.h>
+#include "seatrial_nmpc.h"
+int main(void) {
+  casadi_int n_arg, n_res, n_iw, n_w;
+  seatrial_nmpc_work(&n_arg, &n_res, &n_iw, &n_w);
+  const double** arg = calloc(n_arg, sizeof *arg);
+  double** res = calloc(n_res, sizeof *res);
+  casadi_int* iw = calloc(n_iw + 1, sizeof *iw);
+  double* w = calloc(n_w + 1, sizeof *w);
+  for (casadi_int i = 0; i < seatrial_nmpc_n_in(); ++i) {
+    const casadi_int* s = seatrial_nmpc_sparsity_in(i);
+    double* x = calloc(s[0] * s[1], sizeof *x);
+    for (casadi_int j = 0; j < s[0] * s[1]; ++j) if (scanf("%lf", x + j) != 1) return 2;
+    arg[i] = x;
+  }
+  for (casadi_int i = 0; i < seatrial_nmpc_n_out(); ++i) {
+    const casadi_int* s = seatrial_nmpc_sparsity_out(i);
+    res[i] = calloc(s[0] * s[1], sizeof **res);
+  }
+  if (seatrial_nmpc(arg, res, iw, w, 0)) return 3;
+  for (casadi_int i = 0; i < seatrial_nmpc_n_out(); ++i) {
+    const casadi_int* s = seatrial_nmpc_sparsity_out(i);
+    for (casadi_int j = 0; j < s[0] * s[1]; ++j) printf("%.17g\\n", res[i][j]);
+  }
+  return 0;
+}
+"""
+
+
+def test_wrong_input_gets_one_line(controller, truth):
+    controller.forget()
+    good = circle(controller.grid.times)
+    with pytest.raises(ControlError, match=r"expected \(6,\), \(12, 6\) and \(3,\)"):
+        controller.command(0.0, np.zeros(3), np.zeros(3), good[:3])
+    with pytest.raises(ControlError, match="not a number"):
+        controller.command(0.0, np.full(3, np.nan), np.zeros(3), good)
+    controller.command(1.0, np.zeros(3), np.zeros(3), good)
+    with pytest.raises(ControlError, match="time goes on"):
+        controller.command(1.0, np.zeros(3), np.zeros(3), good)
+    with pytest.raises(ControlError, match="length and width"):
+        Nmpc(truth, pool=(1.0, -1.0))
+    with pytest.raises(ControlError, match="twice the clearance"):
+        Nmpc(truth, pool=(1.0, 1.0), clearance=0.5)
+    with pytest.raises(ControlError, match="two stages"):
+        Grid(1)
+    with pytest.raises(ControlError, match="names no thrusters"):
+        Nmpc(of_another(truth, load_vehicle(SHIP)))
+
+
+def of_another(truth, vehicle):
+    """A model of another vehicle, all coefficients 0."""
+    n = len(vehicle.structure.coefficients)
+    return replace(
+        truth, vehicle=vehicle, coefficients=np.zeros(n), covariance=np.zeros((n, n)),
+        constants=vehicle.constants.values,
+    )  # fmt: skip
+
+
+def test_without_casadi_it_says_what_to_install(truth, monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(ExportError, match=r"pip install 'seatrial\[mpc\]'"):
+        Nmpc(truth)

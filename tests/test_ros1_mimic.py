@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""The mimic's node with a real ROS 1: driven by Joy, it drives a carrier that slips."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
+from ros1_tools import PARTS, Ros1
+
+import seatrial
+from seatrial import _core
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model
+
+pytestmark = pytest.mark.skipif(
+    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
+)
+MIMIC = NODE.parent / "mimic"
+RECORDED = ("/cmd_vel", "/virtual_boat", "/odom", "/joy", "/diagnostics")
+DRIVES = ([0.1, 0.6, 0.0, 0.2], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad
+
+
+@pytest.fixture(scope="module")
+def boat(mp):
+    return plant_model(load_plan("paper-like"), mp)
+
+
+@pytest.fixture(scope="module")
+def path(boat, tmp_path_factory):
+    path = tmp_path_factory.mktemp("mimic") / "model.yaml"
+    seatrial.save(boat, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
+        yield ros
+    assert ros.processes() == []
+
+
+@pytest.fixture(scope="module")
+def recorded(ros, path, tmp_path_factory):
+    out = tmp_path_factory.mktemp("recorded") / "out.bag"
+    recorder = ros.record("-O", out, topics=RECORDED)
+    carrier = ros.start("python3", ROOT / "tests" / "ros1_carrier.py")
+    mimic = ros.start(str(MIMIC), f"_model:={path}", "_lag:=0.1", "_speed:=0.3")
+    ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
+    ros.until(lambda: ros.connected("/cmd_vel") and ros.connected("/odom"), "carrier")
+    for axes in DRIVES:
+        joypad = ros.start(
+            "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", f"{{axes: {axes}}}"
+        )
+        time.sleep(5.0)
+        ros.finish(joypad, signal.SIGINT)
+    ros.finish(mimic, signal.SIGINT)
+    for process in (recorder, carrier):
+        ros.finish(process, signal.SIGINT)
+    return out
+
+
+def poses(bag, topic):
+    """Stamps [s] and poses (n, 3)."""
+    rows = [
+        (stamp_of(m.header) * 1e-9, m.pose.pose.position.x, m.pose.pose.position.y,
+         heading(m.pose.pose.orientation))
+        for _, m in messages(bag, topic)
+    ]  # fmt: skip
+    found = np.array(rows)
+    found[:, 3] = np.unwrap(found[:, 3])
+    return found[:, 0], found[:, 1:]
+
+
+def test_the_carrier_follows_the_virtual_boat(recorded):
+    t, boat = poses(recorded, "/virtual_boat")
+    at, carrier = poses(recorded, "/odom")
+    late = (at > t[0] + 1.0) & (at < t[-1])
+    off = carrier[late] - np.column_stack([np.interp(at[late], t, boat[:, i]) for i in range(3)])
+    assert late.sum() > 150
+    assert np.sqrt(np.mean(np.sum(off[:, :2] ** 2, axis=1))) < 0.02
+    assert np.hypot(*(boat[-1] - boat[0])[:2]) > 0.3
+
+
+def test_the_virtual_boat_begins_at_the_carrier_and_moves_as_the_plant_does(recorded, boat):
+    t, seen = poses(recorded, "/virtual_boat")
+    later = next(
+        i for i in range(len(t)) if abs(seen[i, 0] - 1.0) < 0.01
+    )  # placed by the first pose
+    np.testing.assert_allclose(seen[later], [1.0, 2.0, 0.5], atol=1e-9)
+    plant = _core.Plant(boat.boat, boat.vehicle.chain, boat.constants)
+    plant.state = np.array([1.0, 2.0, 0.5, 0.0, 0.0, 0.0])
+    commands = [
+        (arrival * 1e-9 - t[later], np.array([m.axes[1], m.axes[0], m.axes[3]]))
+        for arrival, m in messages(recorded, "/joy")
+    ]
+    want = []
+    for now in (t - t[later])[later:]:
+        while commands and commands[0][0] <= now:
+            at, values = commands.pop(0)
+            plant.advance_to(at)
+            plant.command(at, values)
+        plant.advance_to(now)
+        want.append(plant.state[:3])
+    assert np.all(np.abs(np.array(want) - seen[later:]).max(axis=0) < [0.02, 0.02, 0.05])
+
+
+def test_the_limit_is_kept_and_the_carrier_is_left_standing(recorded):
+    twists = [m for _, m in messages(recorded, "/cmd_vel")]
+    speed = np.array([np.hypot(m.linear.x, m.linear.y) for m in twists])
+    assert 0.05 < speed.max() <= 0.3 + 1e-9
+    assert (twists[-1].linear.x, twists[-1].linear.y, twists[-1].angular.z) == (0.0, 0.0, 0.0)
+
+
+def test_diagnostics_say_how_far_it_is_off(recorded, path):
+    *_, (_, last) = messages(recorded, "/diagnostics")
+    (status,) = last.status
+    values = {pair.key: pair.value for pair in status.values}
+    assert status.name == "/seatrial_mimic: mimic"
+    assert str(path) in values["model"]
+    assert abs(float(values["mismatch forward [m]"])) < 0.05
+    assert int(values["poses used"]) > 100
+    assert int(values["inputs not used"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("__name:=a",), "parameter model is empty"),
+        (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
+        (("__name:=c", "_model:={model}", "_lag:=5.0"), "lag is 5"),
+    ],
+)
+def test_a_mistake_is_one_line(ros, path, arguments, words):
+    process = ros.start(str(MIMIC), *(a.format(model=path) for a in arguments))
+    assert process.wait(20.0) == 1
+    process.stdin.close()
+    said = process.said.read_text().strip()
+    assert words in said
+    assert said.count("\n") == 0

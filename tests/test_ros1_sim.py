@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: MIT
+"""The simulator's node with a real ROS 1: driven by Joy, beside the odometry node."""
+
+import re
+import signal
+import time
+
+import numpy as np
+import pytest
+from ros1_node_tools import CATKIN, NODE, build, heading, messages, odometry, stamp_of
+from ros1_tools import PARTS, Ros1
+
+import seatrial
+from seatrial import _core
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model
+
+pytestmark = pytest.mark.skipif(
+    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
+)
+SIMULATOR = NODE.parent / "simulator"
+SCENE = """seatrial: scene 1
+pool: {length: 12, width: 8}
+boxes: [{x: 4, y: 1, length: 1, width: 0.5, turn_deg: 30}]
+posts: [{x: -2, y: 2, radius: 0.2}]
+walls: [[-5, -1, -4, -2]]
+current: [0.02, -0.01]
+sensors:
+  pose: {rate: 20, position_noise: 0.002, delay: 0.1}
+  imu: {rate: 50}
+  lidar: {rate: 10, beams: 181, noise: 0, mount: [0.2, 0.0, 0.1]}
+boats: [{name: tug, start: [-1, 0.5, 0.3], radius: 0.35}]
+"""
+START, CURRENT, RATE = (-1.0, 0.5, 0.3), (0.02, -0.01), 50  # [Hz] of the truth
+RECORDED = ("/truth", "/slam/pose", "/scan", "/imu", "/odom", "/joy", "/clock", "/tf_static")
+DRIVES = ([0.1, 0.6, 0.0, 0.3], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad
+
+
+@pytest.fixture(scope="module")
+def boat(mp):
+    return plant_model(load_plan("paper-like"), mp)
+
+
+@pytest.fixture(scope="module")
+def files(boat, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sim")
+    seatrial.save(boat, folder / "model.yaml")
+    (folder / "scene.yaml").write_text(SCENE)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
+        ros.run("rosparam", "set", "use_sim_time", "true")
+        yield ros
+    assert ros.processes() == []
+
+
+@pytest.fixture(scope="module")
+def recorded(ros, files, tmp_path_factory):
+    """Twenty seconds of simulated time at twice real time."""
+    out = tmp_path_factory.mktemp("recorded") / "out.bag"
+    model = files / "model.yaml"
+    recorder = ros.record("-O", out, topics=RECORDED)
+    odometer = ros.start(str(NODE), f"_model:={model}", "_current_x:=0.02", "_current_y:=-0.01")
+    ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")
+    simulator = ros.start(
+        str(SIMULATOR), f"_models:={model}", f"_scene:={files / 'scene.yaml'}",
+        "_real_time_factor:=2",
+    )  # fmt: skip
+    ros.until(lambda: "/seatrial_simulator" in ros.subscribers("/joy"), "simulator")
+    for axes in DRIVES:
+        joypad = ros.start(
+            "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", f"{{axes: {axes}}}"
+        )
+        time.sleep(5.0)
+        ros.finish(joypad, signal.SIGINT)
+    for process in (odometer, recorder, simulator):
+        ros.finish(process, signal.SIGINT)
+    return out
+
+
+def truth_of(bag):
+    """Stamps [ns] and states (n, 6)."""
+    rows = [
+        (stamp_of(m.header), m.pose.pose.position.x, m.pose.pose.position.y,
+         heading(m.pose.pose.orientation), m.twist.twist.linear.x, m.twist.twist.linear.y,
+         m.twist.twist.angular.z)
+        for _, m in messages(bag, "/truth")
+    ]  # fmt: skip
+    stamps = np.array([row[0] for row in rows])
+    states = np.array([row[1:] for row in rows])
+    states[:, 2] = np.unwrap(states[:, 2])
+    return stamps, states
+
+
+def begin_of(bag):
+    """Stamp [ns] of simulated time 0: before the first command the boat drifts with the water."""
+    stamps, states = truth_of(bag)
+    drifted = (states[0, 0] - START[0]) / CURRENT[0]  # [s]
+    return stamps[0] - round(drifted * RATE) * 10**9 // RATE
+
+
+def test_it_moves_as_the_plant_does_by_the_recorded_commands(recorded, boat):
+    (stamps, states), begin = truth_of(recorded), begin_of(recorded)
+    t = (stamps - begin) * 1e-9
+    commands = [
+        ((arrival - begin) * 1e-9, np.array([m.axes[1], m.axes[0], m.axes[3]]))
+        for arrival, m in messages(recorded, "/joy")
+    ]
+    plant = _core.Plant(boat.boat, boat.vehicle.chain, boat.constants)
+    plant.state = np.array([*START, 0.0, 0.0, 0.0])
+    want = []
+    for now in t:
+        while commands and commands[0][0] <= now:
+            at, values = commands.pop(0)
+            plant.advance_to(at)
+            plant.command(at, values)
+        plant.advance_to(now)
+        want.append(plant.state)
+    want = np.array(want)
+    want[:, :2] += np.outer(t, CURRENT)  # the water carries it
+    flow = np.tile([*CURRENT, 0.0], (len(t), 1))
+    want[:, 3:] += _core.rotate(np.ascontiguousarray(want[:, 2]), flow, True)
+    assert t[-1] > 15.0
+    np.testing.assert_allclose(np.diff(t), 1 / RATE, atol=1e-6)
+    # a command comes to the recorder some milliseconds before or after it comes to the node
+    off = np.abs(want - states).max(axis=0)
+    assert np.all(off < [0.02, 0.02, 0.05, 0.01, 0.01, 0.05]), off
+    assert np.linalg.norm(states[-1, :2] - states[0, :2]) > 0.5
+
+
+def test_poses_come_late_and_are_near_the_truth(recorded):
+    stamps, states = truth_of(recorded)
+    poses = messages(recorded, "/slam/pose")
+    at = np.array([stamp_of(m.header) for _, m in poses])
+    seen = np.array([[m.pose.position.x, m.pose.position.y] for _, m in poses])
+    want = np.column_stack([np.interp(at, stamps, states[:, i]) for i in (0, 1)])
+    inside = (at > stamps[0]) & (at < stamps[-1])
+    assert np.std((seen - want)[inside]) == pytest.approx(0.002, rel=0.2)
+    assert {m.header.frame_id for _, m in poses} == {"map"}
+    late = np.array([arrival for arrival, _ in poses]) - at
+    assert np.median(late) * 1e-9 == pytest.approx(0.1, abs=0.03)
+
+
+def test_the_scan_is_that_of_the_library_in_the_same_scene(recorded, boat, files):
+    """At rest, without noise: both read the same scene file."""
+    (_, first), begin = messages(recorded, "/scan")[0], begin_of(recorded)
+    stamp = (stamp_of(first.header) - begin) * 1e-9
+    simulator = seatrial.Simulator(boat, scene=files / "scene.yaml")
+    simulator.advance_to(0.11 + round(stamp, 1))
+    want = simulator.scan()
+    assert first.header.frame_id == "laser"
+    np.testing.assert_allclose(first.ranges, want.ranges, rtol=1e-5)
+    assert np.isfinite(want.ranges).all()
+    assert first.angle_min == pytest.approx(want.angles[0])
+    assert first.time_increment * 180 == pytest.approx(want.sweep, rel=1e-5)
+    assert (stamp_of(first.header) - begin_of(recorded)) * 1e-9 == pytest.approx(
+        want.stamp, abs=1e-6
+    )
+    (_, tf), *_ = messages(recorded, "/tf_static")
+    where = tf.transforms[0]
+    assert (where.header.frame_id, where.child_frame_id) == ("base_link", "laser")
+    assert where.transform.translation.x == pytest.approx(0.2)
+    assert heading(where.transform.rotation) == pytest.approx(0.1)
+
+
+def test_the_imu_turns_as_the_truth_and_feels_gravity(recorded):
+    stamps, states = truth_of(recorded)
+    rows = [
+        (stamp_of(m.header), m.angular_velocity.z, m.linear_acceleration.z)
+        for _, m in messages(recorded, "/imu")
+    ]
+    at, rate, up = (np.array(column) for column in zip(*rows, strict=True))
+    inside = (at > stamps[0]) & (at < stamps[-1])
+    off = rate - np.interp(at - 10_000_000, stamps, states[:, 5])
+    assert np.std(off[inside]) < 0.006
+    assert np.allclose(up, 9.80665)
+
+
+def test_the_clock_keeps_to_twice_real_time_and_the_odometry_node_lives_on_it(recorded):
+    clock = [m.clock.sec * 10**9 + m.clock.nanosec for _, m in messages(recorded, "/clock")]
+    assert np.all(np.diff(clock) >= 0)
+    stamps, states = truth_of(recorded)
+    assert 18.0 < (stamps[-1] - stamps[0]) * 1e-9 < 40.0
+    got = odometry(recorded)
+    late = (got.stamp > stamps[0] + 4 * 10**9) & (got.stamp < stamps[-1] - 10**9)
+    assert late.sum() > 300
+    truth = np.column_stack([np.interp(got.stamp[late], stamps, states[:, i]) for i in (3, 4, 5)])
+    rms = np.sqrt(np.mean((got.velocity[late] - truth) ** 2, axis=0))
+    assert np.all(rms < [0.01, 0.01, 0.03]), rms
+
+
+def test_two_boats_have_names_of_their_own(ros, files):
+    model = files / "model.yaml"
+    node = ros.start(
+        str(SIMULATOR), "__name:=fleet", f"_models:={model}, {model}", "_publish_clock:=false"
+    )
+    ros.until(lambda: "/fleet" in ros.subscribers("/mallard_2/joy"), "the second boat")
+    assert "/fleet" in ros.subscribers("/mallard/joy")
+    topics = ros.run("rostopic", "list")
+    for topic in ("slam/pose", "truth", "scan", "imu"):
+        assert f"/mallard_2/{topic}" in topics
+    frame = re.search(
+        r'child_frame_id: "?([\w/]+)', ros.run("rostopic", "echo", "-n1", "/mallard_2/truth")
+    )
+    assert frame[1] == "mallard_2/base_link"
+    ros.finish(node, signal.SIGINT)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("__name:=a",), "parameter models is empty"),
+        (("__name:=b", "_models:=nowhere.yaml"), "nowhere.yaml"),
+        (("__name:=c", "_models:={model}", "_scene:={model}"), "seatrial: scene 1"),
+        (("__name:=d", "_models:={model}", "_real_time_factor:=1000"), "real_time_factor is 1000"),
+        (("__name:=e", "_models:={model}", "_scene:={bad}"), "sensors: lidar: beams: expected 2"),
+        (("__name:=f", "_models:={model}", "_scene:={odd}"), "unknown key 'wals'"),
+    ],
+)
+def test_a_mistake_is_one_line(ros, files, arguments, words):
+    (files / "bad.yaml").write_text("seatrial: scene 1\nsensors: {lidar: {beams: 1}}\n")
+    (files / "odd.yaml").write_text("seatrial: scene 1\nwals: []\n")
+    names = {name: files / f"{name}.yaml" for name in ("model", "bad", "odd")}
+    process = ros.start(str(SIMULATOR), *(a.format(**names) for a in arguments))
+    assert process.wait(20.0) == 1
+    process.stdin.close()
+    said = process.said.read_text().strip()
+    assert words in said
+    assert said.count("\n") == 0
