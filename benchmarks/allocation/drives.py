@@ -30,7 +30,13 @@ def mallard() -> str:
     drives = [trial.recording, scaled(trial.recording, 0.5)]
     found = compare_schemes(plant_model(plan, vehicle), drives)
     return "\n".join(
-        [_able(found), "As driven:\n", _driven(found, 0), "With half the stick:\n", _driven(found, 1)]
+        [
+            _able(found),
+            "As driven:\n",
+            _driven(found, 0),
+            "With half the stick:\n",
+            _driven(found, 1),
+        ]
     )
 
 
