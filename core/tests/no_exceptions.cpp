@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
 #include "seatrial/allocator.hpp"
+#include "seatrial/mimic.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/tangents.hpp"
 
@@ -46,6 +47,20 @@ double drive_without_exceptions() {
   const double full = 1.0;
   if (!plant.command(0.0, &full) || !plant.advance_to(1.0)) return std::nan("");
   return plant.state()[3];
+}
+
+/// The same as a carrier without a lag is told it.
+double mimic_without_exceptions() {
+  using namespace seatrial;  // NOLINT(google-build-using-namespace)
+  const double coefficient = -1.0;
+  const double q = 0.0;
+  Carrier carrier;
+  carrier.lag = 0.0;
+  carrier.acceleration = 100.0;
+  static Mimic mimic(Plant(drag_and_force(), &coefficient, one_thruster(), &q, 0.01), carrier, 9.0);
+  const double full = 1.0;
+  if (!mimic.command(0.0, &full, 1)) return std::nan("");
+  return mimic.at(1.0).velocity[0];
 }
 
 /// The same by the step with tangents; `slope` is d u / d coefficient.

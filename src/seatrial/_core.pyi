@@ -188,6 +188,12 @@ class Allocator:
     def wrench(self, command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
         """Wrench (m x 3) and power (m)."""
 
+    def command(self, thrust: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """Commands (m x n) that give thrusts (m x n)."""
+
+    def thrust(self, command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """Thrusts (m x n) at commands (m x n)."""
+
     def reach(self, direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], most: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
 class Tracker:

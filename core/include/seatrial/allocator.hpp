@@ -101,6 +101,14 @@ class Allocator {
     return out;
   }
 
+  /// The command that gives a thrust of thruster k; for none, the edge of the side it waits on.
+  double command(int k, double thrust) const {
+    return curve_[k].command(setup_.chain, thrust, side_[k]);
+  }
+
+  /// Thrust of thruster k at a command, once lags have settled.
+  double thrust(int k, double command) const { return curve_[k].thrust(setup_.chain, command); }
+
   /// The wrench (3) that commands (n) give once lags have settled.
   void wrench(const double* command, double* out) const {
     double y[kMaxActuators];

@@ -18,13 +18,13 @@ struct Hull {
 
 namespace detail {
 
-inline double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
+inline double inner(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
 
 /// Out of the surface, and no longer into it.
 inline bool push(Hull& hull, const Clearance& found) {
   const double deep = hull.radius - found.distance;
   if (!(deep > 0.0)) return false;
-  const double into = std::min(0.0, dot(hull.velocity, found.away));
+  const double into = std::min(0.0, inner(hull.velocity, found.away));
   for (int i = 0; i < 2; ++i) {
     hull.place[i] += deep * found.away[i];
     hull.velocity[i] -= (1.0 + kBounce) * into * found.away[i];
@@ -53,7 +53,7 @@ inline bool touch(Hull& a, Hull& b) {
   const double deep = a.radius + b.radius - apart.distance;
   if (!(deep > 0.0)) return false;
   const double relative[2] = {a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]};
-  const double into = std::min(0.0, detail::dot(relative, apart.away));
+  const double into = std::min(0.0, detail::inner(relative, apart.away));
   for (int i = 0; i < 2; ++i) {
     const double shift = 0.5 * deep * apart.away[i];
     const double impulse = -0.5 * (1.0 + kBounce) * into * apart.away[i];

@@ -79,9 +79,9 @@ class Mimic {
         std::isfinite(t) && std::isfinite(eta[0]) && std::isfinite(eta[1]) && std::isfinite(eta[2]);
     if (!finite) return false;
     begin(t);
-    if (!placed_) place(t, eta);
     double there[3];
-    if (t < last_pose_ || !boat_at(t, there)) return false;
+    if (!placed_) place(t, eta);
+    if (last_pose_ > t || !boat_at(t, there)) return false;
     const double off[3] = {there[0] - eta[0], there[1] - eta[1], 0.0};
     earth_to_body(eta[2], off, mismatch_);
     mismatch_[2] = wrap(there[2] - eta[2]);
@@ -91,6 +91,7 @@ class Mimic {
 
   /// What the carrier is to do from t [s] on; t rises from call to call.
   MimicOutput at(double t) {
+    if (!std::isfinite(t)) t = time_;
     begin(t);
     const double dt = std::max(0.0, t - time_);
     watch_commands(t);
@@ -131,26 +132,21 @@ class Mimic {
     remember();
   }
 
+  /// The virtual boat is where the carrier is at t, and has gone on from there since.
   void place(double t, const double* eta) {
+    double there[3];
+    if (!boat_at(t, there)) return;
     placed_ = true;
-    last_pose_ = t;
-    double* x = plant_.state();
-    const double turn = eta[2] - x[2];
-    for (int i = 0; i < n_moments_; ++i) {  // what it did meanwhile, from there
-      Moment& m = moment(i);
-      const double way[3] = {m.eta[0], m.eta[1], 0.0};
-      double turned[3];
-      body_to_earth(turn, way, turned);
-      m.eta[0] = eta[0] + turned[0];
-      m.eta[1] = eta[1] + turned[1];
-      m.eta[2] += turn;
-    }
-    const double now[3] = {x[0], x[1], 0.0};
+    for (int i = 0; i < n_moments_; ++i) shift(there, eta, moment(i).eta);
+    shift(there, eta, plant_.state());
+  }
+
+  /// A pose (3) by the motion that takes `from` to `to`.
+  static void shift(const double* from, const double* to, double* pose) {
+    const double way[3] = {pose[0] - from[0], pose[1] - from[1], pose[2] - from[2]};
     double turned[3];
-    body_to_earth(turn, now, turned);
-    x[0] = eta[0] + turned[0];
-    x[1] = eta[1] + turned[1];
-    x[2] += turn;
+    body_to_earth(to[2] - from[2], way, turned);
+    for (int i = 0; i < 3; ++i) pose[i] = to[i] + turned[i];
   }
 
   void watch_commands(double t) {
@@ -233,7 +229,7 @@ class Mimic {
   bool silent_ = false;
   double time_ = 0.0;
   double last_command_ = 0.0;
-  double last_pose_ = 0.0;
+  double last_pose_ = -std::numeric_limits<double>::infinity();
   double mismatch_[3] = {0, 0, 0};
   double given_[3] = {0, 0, 0};
   int first_ = 0;

@@ -5,6 +5,7 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
+#include <csignal>
 #include <cstdio>
 
 #include "diagnostics.hpp"
@@ -16,6 +17,10 @@ namespace {
 
 namespace sr = seatrial::ros;
 using sr::nanoseconds;
+
+volatile std::sig_atomic_t end_asked = 0;
+
+void ask_end(int) { end_asked = 1; }
 
 class Shell {
  public:
@@ -29,15 +34,14 @@ class Shell {
                                     ros::TransportHints().tcpNoDelay())),
         timer_(public_.createTimer(ros::Duration(1.0 / node_.settings().rate),
                                    [this](const ros::TimerEvent&) { publish(); })),
-        slow_(public_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
-          diagnostics_.publish(sr::diagnostics(node_.diagnose(), "mimic"));
+        slow_(public_.createWallTimer(ros::WallDuration(1.0),
+                                      [this](const ros::WallTimerEvent&) {
+                                        diagnostics_.publish(
+                                            sr::diagnostics(node_.diagnose(), "mimic"));
+                                      })),
+        quick_(public_.createWallTimer(ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) {
+          if (end_asked != 0) end();
         })) {}
-
-  /// The carrier is left standing.
-  ~Shell() { velocity_.publish(geometry_msgs::Twist()); }
-
-  Shell(const Shell&) = delete;
-  Shell& operator=(const Shell&) = delete;
 
  private:
   static constexpr std::uint32_t kQueue = 10;
@@ -47,6 +51,14 @@ class Shell {
     sr::read(message.pose.pose, eta);
     frame_ = message.header.frame_id;
     node_.pose(nanoseconds(message.header.stamp), nanoseconds(ros::Time::now()), eta);
+  }
+
+  /// The carrier is left standing.
+  void end() {
+    timer_.stop();
+    velocity_.publish(geometry_msgs::Twist());
+    ros::WallDuration(0.1).sleep();  // for it to leave
+    ros::shutdown();
   }
 
   void publish() {
@@ -74,13 +86,17 @@ class Shell {
   ros::Subscriber odometry_;
   ros::Timer timer_;
   ros::WallTimer slow_;
+  ros::WallTimer quick_;
   std::string frame_ = "odom";
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "seatrial_mimic");
+  // ROS's own handler would end it before it could stop the carrier
+  ros::init(argc, argv, "seatrial_mimic", ros::init_options::NoSigintHandler);
+  std::signal(SIGINT, ask_end);
+  std::signal(SIGTERM, ask_end);
   try {
     Shell shell;
     ros::spin();
