@@ -152,6 +152,8 @@ def test_the_bias_is_the_qps_with_every_thruster_past_its_idle_command(vehicle, 
         assert np.all(side * commands >= side * idle_at - 1e-9)
         y = chain.of(commands)
         np.testing.assert_allclose(T @ y, F, atol=1e-10)
+        np.testing.assert_allclose(allocator.thrust(commands), y, atol=1e-12)
+        np.testing.assert_allclose(allocator.commands(y), commands, atol=1e-12)
         np.testing.assert_allclose(y, least_norm(T, F, low, high, weights), atol=1e-6)
     assert len(allocator.switching) == 0
     assert n == len(commands)
