@@ -23,7 +23,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"select"},
     {"io", "report"},
     {"export", "init"},
-    {"demo"},
+    {"demo", "mpc"},
     {"commands"},
     {"cli"},
 ]  # fmt: skip

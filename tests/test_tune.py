@@ -127,9 +127,7 @@ def test_poles_on_the_right_are_counted_as_a_state_space_has_them(boat, knob):
     gains = gains_for(boat, knob, 0.0, "pid")
     table = np.array([dataclasses.astuple(g) for g in gains]) / boat.authority[:, None]
     found = margins(boat, Feedback(gains, boat.speeds, frequencies(knob, 0.13), 0.0)).stable
-    expected = [
-        poles_by_pade(C, nu, table, boat.mix).real.max() < 0 for nu in boat.speeds
-    ]
+    expected = [poles_by_pade(C, nu, table, boat.mix).real.max() < 0 for nu in boat.speeds]
     assert found.tolist() == expected
     assert all(expected) == (knob >= 0.3)
 
@@ -225,7 +223,10 @@ def test_twice_as_slow_a_boat_with_twice_the_delay_bears_twice_the_knob():
     }
     quick = mallard(spread=0.0)
     chain = [{**CHAIN[0], "latency": 2 * LATENCY, "lag": 2 * LAG}]
-    for model, knob, rate in ((quick, 0.2, 50.0), (mallard(spread=0.0, chain=chain, **slow), 0.4, 25.0)):
+    for model, knob, rate in (
+        (quick, 0.2, 50.0),
+        (mallard(spread=0.0, chain=chain, **slow), 0.4, 25.0),
+    ):
         with pytest.raises(ControlError) as e:
             tune(model, knob, rate=rate)
         found = float(str(e.value).rpartition(" ")[2])

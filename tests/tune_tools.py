@@ -40,8 +40,16 @@ def boat_by_hand(c, nu):
     return A, B
 
 
-def poles_by_pade(c, nu, table, mix, *, earth=True, order=6):
-    """Closed-loop poles about nu from a state space: delays by Pade, the integral fixed to earth or body."""
+def poles_by_pade(c, nu, table, mix, *, earth=True):
+    """Closed-loop poles about nu; arguments as of `closed_loop`."""
+    return np.linalg.eigvals(closed_loop(c, nu, table, mix, earth=earth))
+
+
+def closed_loop(c, nu, table, mix, *, earth=True, latency=LATENCY, order=6):
+    """State matrix about nu: delays by Pade, the integral fixed to earth or body.
+
+    States: pose error (3), velocity (3), integral (3), thrusters.
+    """
     import control
 
     A, B = boat_by_hand(c, nu)
@@ -49,7 +57,7 @@ def poles_by_pade(c, nu, table, mix, *, earth=True, order=6):
     S = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     W = np.array([[0.0, 0.0, -v], [0.0, 0.0, u], [0.0, 0.0, 0.0]])
     kp, ki, kd = (np.diag(table[:, k]) for k in range(3))
-    thrust = control.ss(control.tf(*control.pade(LATENCY, order)) * control.tf([1], [LAG, 1]))
+    thrust = control.ss(control.tf(*control.pade(latency, order)) * control.tf([1], [LAG, 1]))
     n = thrust.nstates
     size = 9 + 3 * n  # pose error, velocity, integral; a lag and a delay an axis command
     M = np.zeros((size, size))
@@ -64,4 +72,4 @@ def poles_by_pade(c, nu, table, mix, *, earth=True, order=6):
         M[rows, :9] = np.outer(thrust.B[:, 0], asked[j])
         M[3:6, rows] = np.outer(effect[:, j], thrust.C[0])
         M[3:6, :9] += np.outer(effect[:, j], asked[j]) * thrust.D[0, 0]
-    return np.linalg.eigvals(M)
+    return M

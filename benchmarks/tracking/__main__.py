@@ -24,9 +24,11 @@ def main(arguments: Sequence[str]) -> None:
     given = parser.parse_args(arguments)
     if odd := set(given.tables) - set(MAKERS):
         parser.error(f"no table {', '.join(sorted(odd))}; there are {', '.join(MAKERS)}")
-    made = {name: MAKERS[name]() for name in given.tables or MAKERS}
+    made = {}
+    for name in given.tables or MAKERS:
+        made[name] = MAKERS[name]()
+        print(f"## {name}\n\n{made[name]}\n", flush=True)
     if not given.write:
-        print("\n\n".join(f"## {name}\n\n{text}" for name, text in made.items()))
         return
     old = {m["name"]: "\n".join(m[0].splitlines()[1:-1]) for m in MARK.finditer(PAGE.read_text())}
     fill(PAGE, {name: partial(str, text) for name, text in {**old, **made}.items()})

@@ -15,7 +15,7 @@ from seatrial.control import KNOB, Course, Shape, Tuning, tune
 from seatrial.frames import Array
 
 SEEDS = (1, 2, 3)
-KNOBS = (0.3, 0.5, 1.0, 2.0, 4.0)  # [s]
+KNOBS = (0.35, 0.5, 1.0, 2.0, 4.0)  # [s]
 CURRENTS = ((0.0, 0.0), (0.015, 0.0))  # [m/s] against a boat that keeps still
 WATCH = 180.0  # [s] it keeps still; the last half counts
 

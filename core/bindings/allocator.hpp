@@ -82,6 +82,20 @@ std::pair<Out2, Out1> run_wrench(const Allocator& self, Matrix command) {
   return {wrenches, powers};
 }
 
+/// One function of thruster and number, for rows (m, n).
+template <double (Allocator::*each)(int, double) const>
+Out2 thruster_by_thruster(const Allocator& self, Matrix rows) {
+  const std::size_t m = rows.shape(0);
+  const std::size_t n = rows.shape(1);
+  require(static_cast<int>(n) == self.setup().effectiveness.n, "one column an actuator");
+  double* out = nullptr;
+  auto found = fresh<Out2>({m, n}, &out);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t k = 0; k < n; ++k) out[i * n + k] = (self.*each)(static_cast<int>(k), rows(i, k));
+  }
+  return found;
+}
+
 Out1 run_reach(const Allocator& self, Matrix direction, double most) {
   require(direction.shape(1) == kWrenchAxes, "direction: m x 3");
   double* out = nullptr;
@@ -133,6 +147,10 @@ void bind_allocator(nb::module_& m) {
       .def("allocate", &run_allocator, "wrench"_a,
            "Commands (m x n), shares (m x 3), whether thrusters were held (m).")
       .def("wrench", &run_wrench, "command"_a, "Wrench (m x 3) and power (m).")
+      .def("command", &thruster_by_thruster<&Allocator::command>, "thrust"_a,
+           "Commands (m x n) that give thrusts (m x n).")
+      .def("thrust", &thruster_by_thruster<&Allocator::thrust>, "command"_a,
+           "Thrusts (m x n) at commands (m x n).")
       .def("reach", &run_reach, "direction"_a, "most"_a);
 }
 

@@ -69,11 +69,14 @@ void bind_tracking(nb::module_& m) {
       .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
            "Commands (inputs,), and what became of the call.")
       .def("forget", &Tracker::forget)
-      .def_prop_ro("integral", [](const Tracker& self) {
-        double row[kAxes];
-        std::copy(self.integral(), self.integral() + kAxes, row);
-        return row_of(row);
-      });
+      .def_prop_ro(
+          "integral",
+          [](const Tracker& self) {
+            double row[kAxes];
+            std::copy(self.integral(), self.integral() + kAxes, row);
+            return row_of(row);
+          },
+          nb::for_getter(nb::rv_policy::move));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 """Dynamic models of small surface vehicles from a recording: identify, prove, use."""
 
 from seatrial.allocate import Allocator
+from seatrial.control import TrackingController, Tuning, tune
 from seatrial.errors import SeatrialError
 from seatrial.identify import EquationErrorSettings, identify
 from seatrial.init import init
@@ -38,6 +39,8 @@ __all__ = [
     "Sensors",
     "Simulator",
     "Taken",
+    "TrackingController",
+    "Tuning",
     "Vehicle",
     "World",
     "identify",
@@ -49,5 +52,6 @@ __all__ = [
     "predict",
     "read",
     "save",
+    "tune",
     "validate",
 ]

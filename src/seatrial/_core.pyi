@@ -188,7 +188,25 @@ class Allocator:
     def wrench(self, command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
         """Wrench (m x 3) and power (m)."""
 
+    def command(self, thrust: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """Commands (m x n) that give thrusts (m x n)."""
+
+    def thrust(self, command: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+        """Thrusts (m x n) at commands (m x n)."""
+
     def reach(self, direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], most: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
+class Tracker:
+    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool) -> None: ...
+
+    def command(self, inputs: int, dt: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], now: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], ahead: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], int]:
+        """Commands (inputs,), and what became of the call."""
+
+    def forget(self) -> None: ...
+
+    @property
+    def integral(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
 HULL_RADIUS: float = 0.3
 
 class Scene:

@@ -18,6 +18,7 @@ STAGES = (
     "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
     "pair_offset_along", "pair_offset_across", "pair_dead_zone",
 )  # in the order of the core's Actuator  # fmt: skip
+SHORTEST_LAG = 1e-6  # [s] a smaller one counts as none, as in the core
 USES = ("scale", "tabulated", "partner", "across", "mirrored")  # the core's after these
 CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
 CONSTANT_UNITS = {"latency": "s", "lag": "s"}  # all others have none
@@ -43,6 +44,11 @@ class Constants:
     values: Array  # (n,) start values of those that are to be estimated
     index: NDArray[np.int32]  # (actuators, 11): STAGES -> place in `values`, -1: stage absent
     estimated: tuple[str, ...]  # names of those that the file leaves to the estimator
+
+    def of_each(self, stage: str, values: Array) -> Array:
+        """A stage's constant (actuators,) out of all values (n,); 0 where there is no such stage."""
+        index = self.index[:, STAGES.index(stage)]
+        return np.where(index >= 0, np.append(values, 0.0)[index], 0.0)
 
     def unit(self, name: str) -> str:
         """SI unit of a constant; a suffix after the dot is its group."""

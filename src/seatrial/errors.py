@@ -53,6 +53,8 @@ class LiveError(SeatrialError):
 
 class ExportError(SeatrialError):
     """A format that there is not, or that can't say what the model says."""
+
+
 class ControlError(SeatrialError):
     """A controller that the model, its delay or the request does not permit."""
 

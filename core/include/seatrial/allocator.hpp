@@ -101,6 +101,14 @@ class Allocator {
     return out;
   }
 
+  /// The command that gives a thrust of thruster k; for none, the edge of the side it waits on.
+  double command(int k, double thrust) const {
+    return curve_[k].command(setup_.chain, thrust, side_[k]);
+  }
+
+  /// Thrust of thruster k at a command, once lags have settled.
+  double thrust(int k, double command) const { return curve_[k].thrust(setup_.chain, command); }
+
   /// The wrench (3) that commands (n) give once lags have settled.
   void wrench(const double* command, double* out) const {
     double y[kMaxActuators];
@@ -155,14 +163,14 @@ class Allocator {
     }
     double adjoint[kWrenchAxes][kWrenchAxes];
     for (int i = 0; i < kWrenchAxes; ++i) {
-      detail::cross(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
+      detail::cross3(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
     }
-    const double determinant = detail::dot(gram[0], adjoint[0]);
+    const double determinant = detail::dot3(gram[0], adjoint[0]);
     const double size = gram[0][0] * gram[1][1] * gram[2][2];
     if (!(determinant > kLeastRank * size)) return false;
     for (int k = 0; k < t.n; ++k) {
       for (int j = 0; j < kWrenchAxes; ++j) {
-        const double entry = detail::dot(adjoint[j], t.column[k]) / determinant;
+        const double entry = detail::dot3(adjoint[j], t.column[k]) / determinant;
         inverse_[k][j] = std::abs(entry) < kRounding ? 0.0 : entry;
       }
     }

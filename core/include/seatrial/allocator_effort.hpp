@@ -56,11 +56,11 @@ class LeastEffort {
   static constexpr double kRounding = 1e-15;   // of a multiplier
   static constexpr double kOutOfReach = 1e-6;  // [command units]
   static constexpr int kPasses = 8;
-  static constexpr int kSteps = 40;
+  static constexpr int kSteps = 20;
 
   void thrusts(const Bounds& b, const double* lambda, double* y) const {
     for (int k = 0; k < t_.n; ++k) {
-      const double free = softness_[k] * detail::dot(t_.column[k], lambda);
+      const double free = softness_[k] * detail::dot3(t_.column[k], lambda);
       y[k] = std::min(std::max(free, b.low[k]), b.high[k]);
     }
   }
@@ -98,7 +98,7 @@ class LeastEffort {
     }
     for (int k = 0; k < t_.n; ++k) {
       const double* t = t_.column[k];
-      const double free = softness_[k] * detail::dot(t, lambda);
+      const double free = softness_[k] * detail::dot3(t, lambda);
       const double y = std::min(std::max(free, b.low[k]), b.high[k]);
       const bool moves = free >= b.low[k] && free <= b.high[k] && b.low[k] < b.high[k];
       for (int i = 0; i < kWrenchAxes; ++i) {
@@ -148,15 +148,15 @@ class LeastEffort {
   double line_search(const Bounds& b, const double* wrench, const double* centre,
                      const double* lambda, const double* direction) const {
     Ray ray;
-    ray.falls = detail::dot(direction, direction) / kRho;
+    ray.falls = detail::dot3(direction, direction) / kRho;
     for (int j = 0; j < kWrenchAxes; ++j) {
       ray.constant += direction[j] * (wrench[j] - (lambda[j] - centre[j]) / kRho);
     }
     double ends[2 * kMaxActuators + 1];
     int n_ends = 0;
     for (int k = 0; k < t_.n; ++k) {
-      ray.push[k] = detail::dot(t_.column[k], direction);
-      ray.start[k] = softness_[k] * detail::dot(t_.column[k], lambda);
+      ray.push[k] = detail::dot3(t_.column[k], direction);
+      ray.start[k] = softness_[k] * detail::dot3(t_.column[k], lambda);
       ray.rate[k] = softness_[k] * ray.push[k];
       if (ray.rate[k] == 0.0) continue;
       for (const double bound : {b.low[k], b.high[k]}) {

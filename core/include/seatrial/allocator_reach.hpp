@@ -34,11 +34,11 @@ struct Bounds {
 
 namespace detail {
 
-inline double dot(const double* a, const double* b) {
+inline double dot3(const double* a, const double* b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-inline void cross(const double* a, const double* b, double* out) {
+inline void cross3(const double* a, const double* b, double* out) {
   out[0] = a[1] * b[2] - a[2] * b[1];
   out[1] = a[2] * b[0] - a[0] * b[2];
   out[2] = a[0] * b[1] - a[1] * b[0];
@@ -62,8 +62,8 @@ class Reach {
   double along(const double* from, const double* direction, double most) const {
     double alpha = most;
     for (int i = 0; i < n_; ++i) {
-      const double rate = detail::dot(normal_[i], direction);
-      const double at = detail::dot(normal_[i], from);
+      const double rate = detail::dot3(normal_[i], direction);
+      const double at = detail::dot3(normal_[i], from);
       if (rate > kParallel) alpha = std::min(alpha, (high_[i] - at) / rate);
       if (rate < -kParallel) alpha = std::min(alpha, (low_[i] - at) / rate);
     }
@@ -78,11 +78,11 @@ class Reach {
     Half half[2 * kMaxFaces + 4] = {{1, 0, 1}, {0, 1, 1}, {-1, 0, 0}, {0, -1, 0}};
     int n = 4;
     for (int i = 0; i < n_; ++i) {
-      const double p = detail::dot(normal_[i], first);
-      const double q = detail::dot(normal_[i], rest);
+      const double p = detail::dot3(normal_[i], first);
+      const double q = detail::dot3(normal_[i], rest);
       const double length = std::sqrt(p * p + q * q);
       if (length < kParallel) continue;
-      const double at = detail::dot(normal_[i], from);
+      const double at = detail::dot3(normal_[i], from);
       half[n++] = {p / length, q / length, (high_[i] - at) / length};
       half[n++] = {-p / length, -q / length, (at - low_[i]) / length};
     }
@@ -97,11 +97,11 @@ class Reach {
   void pin(const Effectiveness& t, const double* wrench, Bounds& bounds) const {
     if (std::abs(depth(wrench)) > kOnFace) return;
     for (int i = 0; i < n_; ++i) {
-      const double at = detail::dot(normal_[i], wrench);
+      const double at = detail::dot3(normal_[i], wrench);
       const bool top = std::abs(high_[i] - at) < kOnFace;
       if (!top && std::abs(at - low_[i]) >= kOnFace) continue;
       for (int k = 0; k < t.n; ++k) {
-        const double share = detail::dot(normal_[i], t.column[k]);
+        const double share = detail::dot3(normal_[i], t.column[k]);
         if (std::abs(share) < kInPlane) continue;
         if (top == (share > 0.0)) {
           bounds.low[k] = bounds.high[k];
@@ -116,7 +116,7 @@ class Reach {
   double depth(const double* wrench) const {
     double least = n_ > 0 ? high_[0] - low_[0] : 0.0;
     for (int i = 0; i < n_; ++i) {
-      const double at = detail::dot(normal_[i], wrench);
+      const double at = detail::dot3(normal_[i], wrench);
       least = std::min(least, std::min(high_[i] - at, at - low_[i]));
     }
     return least;
@@ -153,14 +153,14 @@ class Reach {
 
   void add_face(const Effectiveness& t, const Bounds& bounds, int i, int j) {
     double* normal = normal_[n_];
-    detail::cross(t.column[i], t.column[j], normal);
-    const double length = std::sqrt(detail::dot(normal, normal));
+    detail::cross3(t.column[i], t.column[j], normal);
+    const double length = std::sqrt(detail::dot3(normal, normal));
     if (length < kParallel) return;  // two thrusters in line span no face
     double low = 0.0;
     double high = 0.0;
     for (int a = 0; a < kWrenchAxes; ++a) normal[a] /= length;
     for (int k = 0; k < t.n; ++k) {
-      const double share = k == i || k == j ? 0.0 : detail::dot(normal, t.column[k]);
+      const double share = k == i || k == j ? 0.0 : detail::dot3(normal, t.column[k]);
       low += std::min(share * bounds.low[k], share * bounds.high[k]);
       high += std::max(share * bounds.low[k], share * bounds.high[k]);
     }

@@ -69,7 +69,7 @@ class Allocator:
         self._invert, self._hysteresis = invert, _not_negative("hysteresis", hysteresis)
         self.limits = frozen_array(_limits(self.boat, limits))
         self.edges = frozen_array(self._edges())
-        self._idle_at = self._idle_commands(margin)
+        self.idle_commands = frozen_array(self._idle_commands(margin))  # (2, n) forward, astern
         self._core = self._made(self.asked_scheme)
         self.sides = frozen_array(self._core.sides)
         self.idle_power = float(self._core.idle_power)
@@ -144,6 +144,21 @@ class Allocator:
         given = np.asarray(self._core.wrench(rows)[0])
         return given[0] if single else given
 
+    def thrust(self, commands: ArrayLike) -> Array:
+        """Thrust of each thruster (n,) at commands (n,), or (m, n) of (m, n), once lags have settled."""
+        rows, single = _rows(commands, len(self.thrusters), "commands")
+        found = np.asarray(self._core.thrust(rows))
+        return found[0] if single else found
+
+    def commands(self, thrust: ArrayLike) -> Array:
+        """Commands (n,) that give thrusts (n,), or (m, n) for (m, n), limits aside.
+
+        Where no thrust is asked: the edge of the side that the thruster waits on.
+        """
+        rows, single = _rows(thrust, len(self.thrusters), "thrust")
+        found = np.asarray(self._core.command(rows))
+        return found[0] if single else found
+
     def power(self, commands: ArrayLike) -> Array:
         """Power (m,) of commands (m, n): |thrust|^(3/2) of each; 1 is one thruster at full command."""
         rows, _ = _rows(commands, len(self.thrusters), "commands")
@@ -159,7 +174,7 @@ class Allocator:
         self._core.reset()
 
     def _made(self, scheme: AllocatorScheme) -> _core.Allocator:
-        made = self._build(scheme, self.limits, self._idle_at)
+        made = self._build(scheme, self.limits, self.idle_commands)
         if made.fault:
             raise AllocationError(f"{self.boat.vehicle.source}: {self._fault(made.fault, scheme)}")
         return made

@@ -55,6 +55,7 @@ class GainsFile(Strict, frozen=True):
     draws: int = 0
     seed: int = 0
     version: str = ""  # of seatrial
+    seatrial: Literal["gains 1"] = GAINS_FORMAT
 
 
 def gains_of(tuning: Tuning) -> GainsFile:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.chain import STAGES
 from seatrial.errors import ControlError, ModelError
 from seatrial.frames import AXES, SYMBOLS, Array, frozen_array
 from seatrial.model import Model
@@ -82,7 +81,8 @@ def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
     inverse = np.linalg.pinv(effect)
     authority = 1.0 / np.abs(inverse).max(axis=0)
     mix = inverse * authority
-    latency, lag = (_of_each(model, stage) for stage in ("latency", "lag"))
+    constants = model.vehicle.constants
+    latency, lag = (constants.of_each(stage, model.constants) for stage in ("latency", "lag"))
     # A latency below 0 is two clocks' offset: a loop can't know a command before it
     actuators = Actuators(push, G @ mix, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
     points = steady_motions(model) if speeds is None else speeds
@@ -185,14 +185,6 @@ def chords(model: Model) -> Array:
     n = len(model.vehicle.actuators)
     chain, q = model.vehicle.chain, model.constants
     return np.array([_core.curve(chain, q, k, np.eye(n)[k : k + 1])[0] for k in range(n)])
-
-
-def _of_each(model: Model, stage: str) -> Array:
-    """A constant of the chain (actuators,), 0 where there is none."""
-    constants = model.vehicle.constants
-    index = constants.index[:, STAGES.index(stage)]
-    values = np.append(model.constants, 0.0)
-    return np.asarray(values[index])
 
 
 def _check_pushes(model: Model, effect: Array) -> None:

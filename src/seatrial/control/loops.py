@@ -75,7 +75,7 @@ class Feedback:
             turning = s * eye + nu[2] * S_2D
             pose = np.linalg.inv(turning - W)
             found.append(kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (eye + W @ pose))
-        return np.array(found) * np.exp(-s * self.hold)
+        return np.asarray(np.array(found) * np.exp(-s * self.hold))
 
 
 def open_loop(boat: LinearBoat, feedback: Feedback, strength: float = 1.0) -> Complex:

@@ -17,7 +17,7 @@ from seatrial.model import Model
 Action = Literal["pid", "pd"]
 KNOB = 1.0  # [s]
 RATE = 50.0  # [Hz] of the controller
-LIMIT = 2.0  # of the sensitivity: at least 29 degrees and a factor of 2 are left (Skogestad)
+LIMIT = 2.0  # of the sensitivity: at least 29 degrees and a factor of 2 are left (Skogestad 2003)
 SLOWEST = 100.0  # [s] of a knob
 FINENESS = 1.002  # of the smallest knob, before it is rounded up
 SUSPECTS = 8  # draws by which the smallest knob is sought; all of them have the last word

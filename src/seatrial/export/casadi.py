@@ -59,7 +59,7 @@ def casadi_drive(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
 
 def write(content: Content) -> bytes:
     """All functions serialized, `rate` first: Function.load finds that, a FileDeserializer all."""
-    ca = _casadi()
+    ca = casadi_module()
     functions = Functions(content)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "functions"
@@ -82,7 +82,7 @@ class Functions:
     def __init__(self, content: Content, smooth: float = 0.0) -> None:
         if not 0 <= smooth < float("inf"):
             raise ExportError(f"smooth {smooth:g}: expected a speed >= 0 [m/s]")
-        self.ca = _casadi()
+        self.ca = casadi_module()
         self.content, self.smooth = content, smooth
 
     def rate(self) -> "casadi.Function":
@@ -264,7 +264,8 @@ class Functions:
         return ca.vertcat(*middle), ca.vertcat(*end)
 
 
-def _casadi() -> ModuleType:
+def casadi_module() -> ModuleType:
+    """CasADi itself, which is slow to import. Raises ExportError where it is not installed."""
     try:
         import casadi  # noqa: PLC0415
     except ImportError:

@@ -12,14 +12,13 @@ from importlib.metadata import version
 import numpy as np
 
 from seatrial.allocation import Scheme
-from seatrial.chain import STAGES, USES
+from seatrial.chain import SHORTEST_LAG, STAGES, USES
 from seatrial.errors import ExportError
 from seatrial.frames import Array, Axes
 from seatrial.model import Model
 from seatrial.structure import Structure
 
 TIDY = 14  # decimals of matrices whose entries are about 1
-SHORTEST_LAG = 1e-6  # [s] a smaller one counts as none, as in the core
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial.errors import ControlError
+from seatrial.export.casadi import casadi_module
 from seatrial.frames import Array, frozen_array
 from seatrial.model import Model
 from seatrial.mpc.problem import MOTION, POSE, Grid, Weights
@@ -16,7 +17,7 @@ from seatrial.mpc.step import Layout, step_function
 from seatrial.mpc.thrusters import by_thrusters, thrusters_of
 
 if TYPE_CHECKING:
-    import casadi as ca
+    import casadi
 
 FIRST = 10  # Gauss-Newton steps before the first command, as there is no last solution
 OPEN = (np.inf, np.inf)
@@ -26,9 +27,10 @@ class Nmpc:
     """Follows a reference with every thruster on its own side of its dead zone.
 
     The boat is `self.model`: that of the argument with its thrusters' commands as inputs; a predictor
-    or simulator beside this controller is to be made of it. Call `command` with what the predictor says of `latency`
-    [s] from now, when the command begins to act. pool: (2,) its length and width [m], round the origin;
-    the boat's origin keeps `clearance` [m] from its walls. Needs CasADi (`pip install 'seatrial[mpc]'`). Raises ControlError.
+    or simulator beside this controller is to be made of it. Call `command` with what the predictor
+    says of `latency` [s] from now, when the command begins to act. pool: (2,) its length and width [m],
+    round the origin; the boat's origin keeps `clearance` [m] from its walls. Needs CasADi. Raises
+    SeatrialError.
     """
 
     def __init__(
@@ -49,9 +51,10 @@ class Nmpc:
         self.model = by_thrusters(model)
         self.thrusters = thrusters_of(self.model)
         self.grid, self.layout = grid, Layout(len(self.thrusters.lag), grid.stages)
-        walls = np.repeat(size / 2 - clearance, 2)
+        self.reach = frozen_array(size / 2 - clearance)  # (2,) of |x| and |y| [m]
+        walls = np.repeat(self.reach, 2)
         self.function = step_function(self.model, self.thrusters, grid, weights, walls)
-        self._call: ca.Function = self.function
+        self._call: casadi.Function = self.function
         self.forget()
 
     @property
@@ -72,22 +75,30 @@ class Nmpc:
         """Commands (n,) to the thrusters at t [s], by a pose (3,) and velocity (3,) of t + latency.
 
         reference: (stages, 6) eta and nu at `grid.times` after that. disturbance: (3,) earth-fixed
-        acceleration, as of the predictor. Raises ControlError where a number is none.
+        acceleration, as of the predictor. A path beyond a wall is taken to go along it. Raises
+        ControlError where a number is none.
         """
         motion = np.concatenate([np.asarray(eta, float), np.asarray(nu, float)])
         wanted, push = np.array(reference, dtype=float), np.asarray(disturbance, dtype=float)
-        if motion.shape != (MOTION,) or wanted.shape != (self.grid.stages, MOTION) or push.shape != (3,):
+        if (
+            motion.shape != (MOTION,)
+            or wanted.shape != (self.grid.stages, MOTION)
+            or push.shape != (3,)
+        ):
             raise ControlError(
                 f"eta and nu of {motion.shape}, reference {wanted.shape}, disturbance {push.shape}: "
                 f"expected (6,), ({self.grid.stages}, 6) and (3,)"
             )
-        if not (np.isfinite(motion).all() and np.isfinite(wanted).all() and np.isfinite(push).all()):
+        if not (
+            np.isfinite(motion).all() and np.isfinite(wanted).all() and np.isfinite(push).all()
+        ):
             raise ControlError("pose, velocity, reference or disturbance is not a number")
         wanted[:, 2] = np.unwrap(np.concatenate([motion[2:POSE], wanted[:, 2]]))[1:]
+        wanted[:, :2] = np.clip(wanted[:, :2], -self.reach, self.reach)
         self._advance(t)
         z = np.concatenate([motion, self._level])
         self._solve(z, wanted, push)
-        return self.thrusters.command(self._thrust)
+        return self.thrusters.commands(self._thrust)
 
     def _advance(self, t: float) -> None:
         """Levels as they will be when a command of t begins to act."""
@@ -116,12 +127,14 @@ class Nmpc:
         """Poses (stages + 1, 3) of the last plan. Raises ControlError before the first command."""
         if self._plan is None:
             raise ControlError("no plan yet: give a command first")
-        blocks = [self._plan[0][k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)]
+        blocks = [
+            self._plan[0][k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)
+        ]
         return frozen_array(np.array(blocks))
 
     def generate(self, folder: Path) -> Path:
         """C of one step, seatrial_nmpc.c with its header; it needs the C library alone."""
-        import casadi as ca  # noqa: PLC0415
+        ca = casadi_module()
 
         folder.mkdir(parents=True, exist_ok=True)
         generator = ca.CodeGenerator("seatrial_nmpc.c", {"with_header": True})
@@ -131,6 +144,6 @@ class Nmpc:
 
     def use(self, library: Path) -> None:
         """Take the compiled step from now on: a shared library of what `generate` wrote."""
-        import casadi as ca  # noqa: PLC0415
+        ca = casadi_module()
 
         self._call = ca.external(self.function.name(), str(library))

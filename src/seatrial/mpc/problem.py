@@ -2,9 +2,10 @@
 """The optimal control problem, as CasADi functions: multiple shooting, one Gauss-Newton step a call.
 
 Stage k has state z_k = [eta, nu, level] and thrust g_k, constant over the stage, and how far s_k the
-boat's origin is past the walls' margin. The cost is half a sum of squares, and a price for s that no
-other cost outweighs, so that walls give way only where nothing else is possible. A call linearises it round the last
-solution and solves one quadratic programme (real-time iteration: Diehl, Bock, Schloeder, 2005).
+boat's origin is past the walls. The cost is half a sum of squares, and a price for s that no other
+cost outweighs, so that walls give way only where nothing else is possible. A call linearises it
+round the last solution and solves one quadratic programme (real-time iteration: Diehl, Bock and
+Schloeder, 2005).
 """
 
 from dataclasses import dataclass
@@ -13,12 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatrial.errors import ControlError
+from seatrial.export.casadi import Symbol, casadi_dynamics, casadi_module
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.mpc.thrusters import Thrusters
 
 if TYPE_CHECKING:
-    import casadi as ca
+    import casadi
 
 POSE, MOTION = 3, 6  # eta; eta and nu
 FAR = 3.0  # [m] no reference is further away for long
@@ -59,25 +61,22 @@ class Grid:
     @property
     def times(self) -> Array:
         """Ends (stages,) of the stages [s]."""
-        return self.length * np.arange(1, self.stages + 1)
+        return np.asarray(self.length * np.arange(1, self.stages + 1))
 
 
-def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "ca.Function":
+def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
     """z at a stage's end from z (6 + n,) at its begin, thrust (n,) and disturbance (3,).
 
     Levels go to the thrust exactly, with their lag; eta and nu by the classical Runge-Kutta. The
     disturbance [m/s^2, m/s^2, rad/s^2] is earth-fixed, as the predictor's.
     """
-    import casadi as ca  # noqa: PLC0415
-
-    from seatrial.export.casadi import casadi_dynamics  # noqa: PLC0415
-
+    ca = casadi_module()
     n = len(thrusters.lag)
     z, g, d = ca.SX.sym("z", MOTION + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
     dynamics = casadi_dynamics(model)
     mix = ca.DM(model.vehicle.mix)
 
-    def slope(x: "ca.SX", level: "ca.SX") -> "ca.SX":
+    def slope(x: Symbol, level: Symbol) -> Symbol:
         c, s = ca.cos(x[2]), ca.sin(x[2])
         push = ca.vertcat(0, 0, 0, c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2])
         return dynamics(x, mix @ level) + push
@@ -92,4 +91,7 @@ def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "ca.Function":
         k3 = slope(x + h / 2 * k2, middle)
         k4 = slope(x + h * k3, end)
         x, level = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), end
-    return ca.Function("stage", [z, g, d], [ca.vertcat(x, level)], ["z", "g", "d"], ["next"])
+    found: casadi.Function = ca.Function(
+        "stage", [z, g, d], [ca.vertcat(x, level)], ["z", "g", "d"], ["next"]
+    )
+    return found

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from seatrial.export.casadi import Symbol, casadi_module
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
 from seatrial.mpc.thrusters import Thrusters
 
 if TYPE_CHECKING:
-    import casadi as ca
+    import casadi
 
 WALLS = 4  # x and y, both ways
 QUIET = {"print_iter": False, "print_header": False, "print_info": False, "error_on_fail": False}
@@ -56,15 +57,14 @@ class Layout:
 
 def step_function(
     model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, walls: Array
-) -> "ca.Function":
+) -> "casadi.Function":
     """(w, duals of w, duals of the rows) from these, z now, reference, last thrust, disturbance.
 
     walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite where there is none.
     Reference (6, stages): eta and nu at the stages' ends, headings without leaps. The function is
     named `seatrial_nmpc`; its solver is CasADi's qrqp, of which C can be generated.
     """
-    import casadi as ca  # noqa: PLC0415
-
+    ca = casadi_module()
     layout = Layout(len(thrusters.lag), grid.stages)
     linear, hessian, jacobian = _linearised(model, thrusters, grid, weights, layout)
     programme = ca.conic("programme", "qrqp", {"h": hessian, "a": jacobian}, QUIET)
@@ -89,18 +89,18 @@ def step_function(
         lbx=ca.DM(low) - w, ubx=ca.DM(high) - w, lba=ca.DM(floor) - value, uba=ca.DM(roof) - value,
         x0=0, lam_x0=given[1], lam_a0=given[2],
     )  # fmt: skip
-    return ca.Function(
+    step: casadi.Function = ca.Function(
         "seatrial_nmpc", given, [w + found["x"], found["lam_x"], found["lam_a"]],
         names, ["new_w", "new_dual_w", "new_dual_rows"],
     )  # fmt: skip
+    return step
 
 
 def _linearised(
     model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, layout: Layout
-) -> tuple["ca.Function", "ca.Sparsity", "ca.Sparsity"]:
+) -> tuple["casadi.Function", "casadi.Sparsity", "casadi.Sparsity"]:
     """Hessian, gradient, Jacobian and value of the rows at w; patterns of the two matrices."""
-    import casadi as ca  # noqa: PLC0415
-
+    ca = casadi_module()
     n, forward = layout.n, stage(model, thrusters, grid)
     z = [ca.SX.sym(f"z{k}", MOTION + n) for k in range(grid.stages + 1)]
     g = [ca.SX.sym(f"g{k}", n) for k in range(grid.stages)]
@@ -121,7 +121,9 @@ def _linearised(
     rows = ca.vertcat(*dynamics, *walls)
     slope = ca.jacobian(residual, w)
     hessian = slope.T @ slope + PATH * ca.SX.eye(layout.size)
-    gradient = slope.T @ residual + ca.gradient(weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w)
+    gradient = slope.T @ residual + ca.gradient(
+        weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w
+    )
     jacobian = ca.jacobian(rows, w)
     function = ca.Function(
         "linear", [w, now, reference, last, disturbance], [hessian, gradient, jacobian, rows]
@@ -129,7 +131,7 @@ def _linearised(
     return function, hessian.sparsity(), jacobian.sparsity()
 
 
-def _errors(z: "ca.SX", reference: "ca.SX", weights: Weights) -> list["ca.SX"]:
+def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
     """Weighted errors of pose and velocity at a stage's end."""
     return [
         weights.position * (z[:2] - reference[:2]),

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
+from seatrial.allocate import Allocator
+from seatrial.chain import SHORTEST_LAG
 from seatrial.errors import ControlError
 from seatrial.frames import Array, frozen_array
 from seatrial.model import Model
@@ -14,13 +16,14 @@ from seatrial.schema import AllocationEntry
 
 @dataclass(frozen=True)
 class Thrusters:
-    """Limits and dynamics, thruster by thruster (n,); thrust in units of the chain after its curve."""
+    """Limits and dynamics, thruster by thruster (n,); thrust is what the chain's curve makes of commands."""
 
     lowest: Array
     highest: Array
     idle: Array  # what costs nothing
     lag: Array  # [s]
     latency: float  # [s] of the slowest
+    allocator: Allocator  # for its sides and curves
 
     def __post_init__(self) -> None:
         for name in ("lowest", "highest", "idle", "lag"):
@@ -28,7 +31,33 @@ class Thrusters:
 
     def decay(self, h: float) -> Array:
         """What is left (n,) after h [s] of a level's distance to its thrust."""
-        return np.where(self.lag > 0.0, np.exp(-h / np.maximum(self.lag, 1e-9)), 0.0)
+        short = self.lag <= SHORTEST_LAG
+        return np.where(short, 0.0, np.exp(-h / np.where(short, 1.0, self.lag)))
+
+    def commands(self, thrust: Array) -> Array:
+        """Commands (n,) for thrusts (n,) within the limits."""
+        limits = self.allocator.limits
+        return np.clip(self.allocator.commands(thrust), -limits, limits)
+
+
+def thrusters_of(model: Model) -> Thrusters:
+    """Of a model whose inputs are its thrusters; raises AllocationError where a curve can't be inverted.
+
+    A thruster that the allocator's null-space bias keeps on one side of its dead zone stays there, from the
+    allocator's idle command on; the others go both ways.
+    """
+    allocator, constants = Allocator(model), model.vehicle.constants
+    limits, (forward, astern) = allocator.limits, allocator.idle_commands
+    full, reverse = allocator.thrust(limits), allocator.thrust(-limits)
+    sides = allocator.sides
+    return Thrusters(
+        np.where(sides > 0, allocator.thrust(forward), reverse),
+        np.where(sides < 0, allocator.thrust(-astern), full),
+        np.where(sides == 0, 0.0, allocator.thrust(allocator.idle)),
+        constants.of_each("lag", model.constants),
+        max(0.0, float(constants.of_each("latency", model.constants).max())),
+        allocator,
+    )
 
 
 def by_thrusters(model: Model) -> Model:
@@ -46,14 +75,3 @@ def by_thrusters(model: Model) -> Model:
         commands=msgspec.structs.replace(file.commands, inputs=inputs),
     )
     return replace(model, vehicle=replace(model.vehicle, file=direct))
-
-
-def thrusters_of(model: Model) -> Thrusters:
-    """TEMP."""
-    chain = model.known_vehicle.file.chain
-    k = dict(zip(model.vehicle.constants.names, model.constants.tolist()))
-    n = len(model.vehicle.actuators)
-    edge = k.get("edge_forward", 0.0)
-    t = Thrusters(np.full(n, 0.02), np.ones(n), np.full(n, 0.05), np.full(n, k.get("lag", 0.0)), k.get("latency", 0.0))
-    object.__setattr__(t, "command", lambda g: edge + (1 - edge) * g)
-    return t
