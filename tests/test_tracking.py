@@ -28,7 +28,7 @@ from seatrial.sim import Sensors, Simulator
 RATE = 50.0  # [Hz]
 BLIND = Sensors(pose=None, imu=None, lidar=None)
 SMOOTH = [{"latency": CHAIN[0]["latency"], "lag": CHAIN[0]["lag"]}]
-SHAPES = [Circle(0.7, 2), Eight(1.1, 0.45), Square(1.2)]
+SHAPES = [Circle(0.7), Eight(1.1, 0.45), Square(1.2)]
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@
 #include "seatrial/mimic.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/tangents.hpp"
+#include "seatrial/tracking.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@ from seatrial.frames import Array
 from seatrial.model import Model
 
 STEPS = 1000  # of an axis command from 0 to 1
-FELT = 1e-3  # of the acceleration by a full axis command
+FELT = 1e-4  # of the acceleration by a full axis command
 
 
 def dead_zone(model: Model, boat: LinearBoat) -> Array:

@@ -48,7 +48,7 @@ def responses(tuning: Tuning) -> Responses:
     """All of them. A band is that of the first `SHOWN` draws."""
     omega = frequencies(tuning.knob, float(tuning.delay.max()), POINTS)
     omega = omega[
-        (omega > 0.02 / tuning.knob) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
+        (omega > 0.05 / tuning.knob) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
     ]
     draws = min(SHOWN, tuning.draws)
     boats = [_at_rest(boat) for boat in draws_of(tuning.boat, tuning.model, draws, tuning.seed)]

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Curves of a tuning, with the band of its draws."""
 
+import numpy as np
+
 from seatrial.control.responses import Curves
 from seatrial.control.tuning import LIMIT
+from seatrial.frames import AXES
 from seatrial.report.draw.base import (
     BLACK,
     BLUE,
@@ -21,16 +24,17 @@ OMEGA = "angular frequency [rad/s]"
 def step(curves: Curves, axis: int, knob: float) -> Figure:
     """After a step of the reference; dotted: the reference."""
     return _banded(
-        curves, axis, "time [s]", "pose [share of the step]",
+        curves, axis, "time [s]", "share of the step",
         shapes=[level(1.0, BLACK)], xaxis={"range": [0.0, 12.0 * knob]}, yaxis={"range": [-0.1, 1.6]},
     )  # fmt: skip
 
 
 def gain(curves: Curves, axis: int) -> Figure:
-    """Of the open loop; dotted: 1."""
+    """Of the open loop in decibels; dotted: 0, a gain of 1."""
+    decibels = Curves(curves.x, *(20.0 * np.log10(y) for y in (curves.y, curves.low, curves.high)))
     return _banded(
-        curves, axis, OMEGA, "gain of the loop", shapes=[level(1.0, ORANGE)],
-        xaxis=_along(curves), yaxis=logarithmic(0.01, 100.0),
+        decibels, axis, OMEGA, "gain [dB]", shapes=[level(0.0, ORANGE)],
+        xaxis=_along(curves), yaxis={"range": [-40.0, 60.0]},
     )  # fmt: skip
 
 
@@ -55,7 +59,7 @@ def _banded(curves: Curves, axis: int, x: str, y: str, **layout: object) -> Figu
     if (curves.high[axis] > curves.low[axis]).any():
         traces.append(area("draws", curves.x, curves.low[axis], curves.high[axis], BLUE))
     traces.append(line("model", curves.x, curves.y[axis], BLUE, width=2.0))
-    return figure(traces, x, y, **layout)
+    return figure(traces, x, f"{AXES[axis]}: {y}", **layout)
 
 
 def _along(curves: Curves) -> Figure:

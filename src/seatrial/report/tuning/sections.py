@@ -24,7 +24,7 @@ at least 29° of phase and a factor of 2 in gain."""
 STEPS = """Without feed-forward, at rest, for errors so small that no thruster is at its limit. A controller with
 an integral must overshoot a step; a reference that the boat can follow, with feed-forward, has none. Shaded: what
 the model's standard errors allow."""
-BODE = """The loop of each axis with the other two closed, at rest, with exact delays. Dotted: gain 1, phase
+BODE = """The loop of each axis with the other two closed, at rest, with exact delays. Dotted: 0&nbsp;dB, phase
 −180°, the sensitivity that is allowed."""
 
 
