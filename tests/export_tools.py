@@ -6,13 +6,16 @@ import subprocess
 from dataclasses import dataclass
 from functools import cache
 
+import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT, TABLE_II, make_model, trials
+from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
 from seatrial.frames import Axes
+from seatrial.plan import load_plan
+from seatrial.simulate import simulate
 from seatrial.vehicle import vehicle_from
 
 STATE_SIGNS = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])  # forward-right-down
@@ -51,7 +54,9 @@ def run(*command, cwd=None, stdin=None) -> str:
 @cache
 def sticks() -> seatrial.Recording:
     """S7 of the paper, without noise: 400 s of joypad at 100 Hz."""
-    return trials("clean", seatrial.load_vehicle("mallard-mp"))["S7"].recording
+    plan = load_plan("clean")
+    plan = msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]})
+    return next(simulate(plan, seatrial.load_vehicle("mallard-mp"))).recording
 
 
 def _mallard(base: str, chain: list, **changes) -> seatrial.Model:

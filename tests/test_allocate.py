@@ -152,6 +152,8 @@ def test_the_bias_is_the_qps_with_every_thruster_past_its_idle_command(vehicle, 
         assert np.all(side * commands >= side * idle_at - 1e-9)
         y = chain.of(commands)
         np.testing.assert_allclose(T @ y, F, atol=1e-10)
+        np.testing.assert_allclose(allocator.thrust(commands), y, atol=1e-12)
+        np.testing.assert_allclose(allocator.commands(y), commands, atol=1e-12)
         np.testing.assert_allclose(y, least_norm(T, F, low, high, weights), atol=1e-6)
     assert len(allocator.switching) == 0
     assert n == len(commands)
@@ -231,21 +233,22 @@ def test_saturation_takes_as_much_as_the_lp_says_yaw_first(vehicle, seed, scheme
     low, high = np.where(side > 0, floor, low), np.where(side < 0, floor, high)
 
     def most(first, yaw, rest):
-        """max a, or with it b, with T y = a yaw + b rest, 0 <= a, b <= 1."""
+        """max a, or with no less than a given a the max b, with T y = a yaw + b rest, 0 <= a, b <= 1."""
         cost = np.append(np.zeros(len(low)), [-1.0, 0.0] if first is None else [0.0, -1.0])
-        ends = (0, 1) if first is None else (first - 1e-9, first)
+        ends = (0 if first is None else first, 1)
         found = optimize.linprog(
             cost, A_eq=np.column_stack([T, -yaw, -rest]), b_eq=np.zeros(3),
             bounds=[*zip(low, high, strict=True), ends, (0, 1)],
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
         )  # fmt: skip
         assert found.status == 0
         return found.x[-2 if first is None else -1]
 
     for F in wrenches(seed, T, chain.bounds, 2.5, 3):
         yaw, rest = np.array([0, 0, F[2]]), np.array([F[0], F[1], 0])
-        first = most(None, yaw, rest)
-        second = most(first, yaw, rest)
         commands, shares, _ = allocator.allot(F[None, :])
+        first = most(None, yaw, rest)
+        second = most(shares[0, 2], yaw, rest)
         np.testing.assert_allclose(shares[0], [second, second, first], atol=1e-6)
         np.testing.assert_allclose(allocator.wrench(commands[0]), shares[0] * F, atol=1e-9)
         np.testing.assert_allclose(T @ chain.of(commands[0]), shares[0] * F, atol=1e-9)

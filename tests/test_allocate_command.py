@@ -2,6 +2,7 @@
 """`seatrial allocate`: schemes side by side on a recorded drive, as text, JSON and a page."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from seatrial.allocate.comparison import PLAIN, RECORDED, crossings
 from seatrial.cli import main
 from seatrial.report.schemes.draw import outline
 
+ROOT = Path(__file__).resolve().parents[1]
 ZONE = 0.1
 FILE = """
 chain:
@@ -215,3 +217,15 @@ def test_a_model_file_is_told_from_a_vehicle_file(place, tmp_path):
     assert reads == boat.vehicle
     assert seatrial.Allocator(boat).edges.tolist() == [[ZONE] * 4] * 2
     assert load_boat("mallard-af")[0] == seatrial.load_vehicle("mallard-af")
+
+
+@pytest.mark.parametrize("name", ["mallard", "geometries"])
+def test_the_pages_tables_are_what_the_benchmark_prints(name, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    from benchmarks.allocation import drives, geometries
+    from benchmarks.blocks import MARK
+
+    made = {"mallard": drives.mallard, "geometries": geometries.table_of_boats}[name]()
+    page = (ROOT / "docs" / "allocate.md").read_text()
+    (written,) = (m[0] for m in MARK.finditer(page) if m["name"] == name)
+    assert made.strip() in written

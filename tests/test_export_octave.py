@@ -12,7 +12,7 @@ from export_tools import BOATS, boat, core_states, drive, program, run
 from seatrial.errors import ExportError
 from seatrial.export import export
 
-EVERY, SECONDS = 7, 30.0  # commands, and time, of S7: Octave interprets
+EVERY, SECONDS = 7, 20.0  # commands, and time, of S7: Octave interprets
 SCRIPT = """
 rows = dlmread('rows.csv', ',');
 boat = my_boat();

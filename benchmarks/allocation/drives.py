@@ -29,8 +29,14 @@ def mallard() -> str:
     (trial,) = simulate(only, vehicle)
     drives = [trial.recording, scaled(trial.recording, 0.5)]
     found = compare_schemes(plant_model(plan, vehicle), drives)
-    return "\n\n".join(
-        [_able(found), "As driven:", _driven(found, 0), "With half the stick:", _driven(found, 1)]
+    return "\n".join(
+        [
+            _able(found),
+            "As driven:\n",
+            _driven(found, 0),
+            "With half the stick:\n",
+            _driven(found, 1),
+        ]
     )
 
 
@@ -42,7 +48,7 @@ def ship() -> str:
     }
     model = seatrial.identify([runs[n] for n in TRAINED], vehicle, method="equation-error")
     found = compare_schemes(model, [runs[UNSEEN]])
-    return "\n\n".join([_able(found), f"Along `{UNSEEN}`:", _driven(found, 0)])
+    return "\n".join([_able(found), f"Along `{UNSEEN}`:\n", _driven(found, 0)])
 
 
 def with_dead_zone(vehicle: Vehicle) -> Vehicle:
@@ -67,7 +73,7 @@ def _able(found: AllocationComparison) -> str:
                 rows.append([row.name, "not possible", "", ""])
             continue
         ends = ", ".join(f"{-b:.2f} to {a:.2f}" for a, b in np.asarray(row.authority).tolist())
-        switching = ", ".join(row.allocator.switching) or "none"
+        switching = f"{len(row.allocator.switching)} of {len(row.allocator.thrusters)}"
         rows.append([row.name, ends, f"{row.allocator.idle_power:.3f}", switching])
     head = ["scheme", "most of surge, sway, yaw", "idle power", "through their dead zones"]
     return table(head, rows)

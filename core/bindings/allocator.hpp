@@ -91,7 +91,8 @@ Out2 thruster_by_thruster(const Allocator& self, Matrix rows) {
   double* out = nullptr;
   auto found = fresh<Out2>({m, n}, &out);
   for (std::size_t i = 0; i < m; ++i) {
-    for (std::size_t k = 0; k < n; ++k) out[i * n + k] = (self.*each)(static_cast<int>(k), rows(i, k));
+    for (std::size_t k = 0; k < n; ++k)
+      out[i * n + k] = (self.*each)(static_cast<int>(k), rows(i, k));
   }
   return found;
 }

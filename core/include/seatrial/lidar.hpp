@@ -56,10 +56,10 @@ inline void scan(const Lidar& s, const Scene& scene, const double* eta, const do
     body_to_earth(psi, lever, arm);
     const double origin[2] = {eta[0] - ago * eta_dot[0] + arm[0],
                               eta[1] - ago * eta_dot[1] + arm[1]};
-    const double found = range(scene, origin, psi + s.mount[2] + beam_angle(s, k)) + s.bias +
-                         s.noise * random.normal();
-    const bool seen = found >= s.nearest && found <= s.farthest;
-    ranges[static_cast<std::size_t>(k)] = seen ? found : detail::kNowhere;
+    double& found = ranges[static_cast<std::size_t>(k)];
+    found = range(scene, origin, psi + s.mount[2] + beam_angle(s, k)) + s.bias +
+            s.noise * random.normal();
+    if (!(found >= s.nearest && found <= s.farthest)) found = detail::kNowhere;
   }
 }
 

@@ -64,7 +64,9 @@ inline double ray_to(const Segment& s, const double* origin, const double* ray) 
   if (turn == 0.0) return kNowhere;  // parallel
   const double distance = cross(off, edge) / turn;
   const double share = cross(off, ray) / turn;
-  return distance > 0.0 && share >= 0.0 && share <= 1.0 ? distance : kNowhere;
+  const bool meets = distance > 0.0 && share >= 0.0 && share <= 1.0;
+  if (!meets) return kNowhere;
+  return distance;
 }
 
 /// The nearer intersection; from within there is none.
@@ -74,7 +76,8 @@ inline double ray_to(const Circle& c, const double* origin, const double* ray) {
   const double square = c.radius * c.radius - aside * aside;
   if (square < 0.0) return kNowhere;
   const double distance = off[0] * ray[0] + off[1] * ray[1] - std::sqrt(square);
-  return distance > 0.0 ? distance : kNowhere;
+  if (!(distance > 0.0)) return kNowhere;
+  return distance;
 }
 
 /// From a point of the surface to a point off it; `side` where both are one.

@@ -149,6 +149,8 @@ class Simulator {
       return {{x[0], x[1]}, {rate[0] + c[0], rate[1] + c[1]}, radius};
     }
 
+    // it moves the plant, which is its own
+    // NOLINTNEXTLINE(readability-make-member-function-const)
     void take(const Hull& hull) {
       double* x = plant->state();
       const double* c = plant->current();

@@ -54,7 +54,7 @@ class Allocator:
         hysteresis: float = HYSTERESIS,
         limits: float | Mapping[str, float] | None = None,
     ) -> None:
-        """Set up, once; takes some milliseconds with eight thrusters.
+        """Set up, once; takes some ten milliseconds with eight thrusters.
 
         `priority`: axes in the order in which they are served at the limits; those joined by + are
         scaled alike. `invert`: False sends thrusts as commands, as the paper does. `margin`: from the

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""Command line: print tables, or write them and the picture into docs/."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
+
+from benchmarks.blocks import fill
+from benchmarks.mpc.figure import draw
+from benchmarks.mpc.tables import MAKERS
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Make what is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.mpc", description=__doc__)
+    parser.add_argument(
+        "--write", action="store_true", help="into docs/mpc.md, docs/images/mpc.svg"
+    )
+    given = parser.parse_args(arguments)
+    made = {}
+    for name, maker in MAKERS.items():
+        made[name] = maker()
+        print(f"## {name}\n\n{made[name]}\n", flush=True)
+    if given.write:
+        fill(DOCS / "mpc.md", {name: partial(str, text) for name, text in made.items()})
+        draw(DOCS / "images" / "mpc.svg")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

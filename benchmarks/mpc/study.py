@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""What is run: the tracking benchmark's boat, courses, SLAM and current."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from benchmarks.mpc.pilot import Predictive
+from benchmarks.tracking.loop import Outcome, run
+from benchmarks.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, identified, truth
+from benchmarks.tracking.study import PILOTS, SEEDS
+from seatrial.control import Course, Shape, fitted
+from seatrial.frames import Array
+from seatrial.mpc import Nmpc, by_thrusters
+from seatrial.plan import load_plan
+
+PID = "tuned PID, feed-forward"
+OWN = "MP"  # allocation of the trials that the predictive controller's model is of: it has the dead zone
+QUICK = 1.5  # times what always-forward can give at most, for the courses that leave no room
+FREE = 100.0  # [m] of water
+
+
+@cache
+def controller(plan: str, pool: tuple[float, float] = (FREE, FREE)) -> Nmpc:
+    """By the identified model."""
+    return Nmpc(identified(OWN, plan), pool=pool)
+
+
+@cache
+def quick(shape: str) -> Course:
+    """A course at some places of which always-forward falls short."""
+    return fitted(SHAPES[shape], truth("AF"), QUICK)
+
+
+def chosen(shape: str, hurry: bool) -> Course:
+    """The tracking benchmark's course, or the quick one."""
+    return quick(shape) if hurry else course(shape)
+
+
+@dataclass(frozen=True)
+class Both:
+    """The controllers on one course, a run a seed."""
+
+    predictive: tuple[Outcome, ...]
+    tuned: dict[str, tuple[Outcome, ...]]  # by allocation
+    took: Array  # (n,) [s] of the programmes
+
+
+@cache
+def both(conditions: str, shape: str, hurry: bool) -> Both:
+    """Same courses, poses, and current."""
+    told, way = CONDITIONS[conditions], chosen(shape, hurry)
+    ours, took = [], []
+    for seed in SEEDS:
+        pilot = Predictive(controller(told.plan))
+        ours.append(run(by_thrusters(truth(OWN)), pilot, way, told, seed))
+        took += pilot.took[1:]  # the first one looks for a plan from nothing
+    tuned = {
+        scheme: tuple(
+            run(truth(scheme), PILOTS[PID](scheme, conditions), way, told, seed) for seed in SEEDS
+        )
+        for scheme in SCHEMES
+    }
+    return Both(tuple(ours), tuned, np.array(took))
+
+
+@dataclass(frozen=True)
+class Beyond(Shape):
+    """A circle about the origin that a heading along x is kept on."""
+
+    radius: float  # [m]
+
+    @property
+    def length(self) -> float:
+        """Radians."""
+        return 2.0 * np.pi
+
+    def at(self, s: float) -> Array:
+        """From (radius, 0) on, counter-clockwise."""
+        c, k = self.radius * np.cos(s), self.radius * np.sin(s)
+        return np.array([[c, k, 0.0], [-k, c, 0.0], [-c, -k, 0.0]])
+
+
+WALLED = Course(Beyond(1.2), 90.0)
+CLEARANCE = 0.5  # [m] from the plan's pool
+
+
+@cache
+def at_walls(seed: int = SEEDS[0]) -> tuple[Outcome, Array, Array]:
+    """A course that leaves the pool: what came, the way (n, 2), and how far |x|, |y| may go (2,)."""
+    told = CONDITIONS["hard"]
+    pool = load_plan(told.plan).pool
+    kept = Nmpc(identified(OWN, told.plan), pool=(pool.length, pool.width), clearance=CLEARANCE)
+    found = run(by_thrusters(truth(OWN)), Predictive(kept), WALLED, told, seed)
+    wanted = np.array([WALLED.at(t).eta[:2] for t in found.t])
+    return found, wanted + found.error[:, :2], kept.reach

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""The tables of docs/mpc.md."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.mpc.study import WALLED, at_walls, both, chosen
+from benchmarks.tracking.loop import Outcome
+from benchmarks.tracking.scenes import SCHEMES, SHAPES, truth
+from benchmarks.tracking.tables import position, table
+from seatrial.frames import Array
+
+WEATHER = ("hard", "paper-like, current")
+
+
+def dead_zone() -> float:
+    """The true one."""
+    names = truth("MP").vehicle.constants.names
+    return float(truth("MP").constants[names.index("edge_forward")])
+
+
+def crossings(command: Array) -> int:
+    """Entries of thrusters into their dead zone, or leaps over it."""
+    side = np.where(np.abs(command) > dead_zone(), np.sign(command), 0.0)
+    return int(np.count_nonzero(np.diff(side, axis=0)))
+
+
+def courses() -> str:
+    """RMS distance from the reference and of heading, predictive and tuned."""
+    rows = []
+    for hurry in (False, True):
+        for conditions in WEATHER:
+            for shape in SHAPES:
+                found = both(conditions, shape, hurry)
+                every = [*found.tuned.values(), found.predictive]
+                rows.append(
+                    [f"{shape}, {chosen(shape, hurry).duration:.0f} s", conditions,
+                     *(f"{position(one)}, {heading(one)}" for one in every),
+                     str(sum(crossings(one.command) for one in found.predictive))]
+                )  # fmt: skip
+    pids = [f"PID, {scheme} [mm, mrad]" for scheme in SCHEMES]
+    return table(["course", "SLAM", *pids, "NMPC [mm, mrad]", "dead zones entered by NMPC"], rows)
+
+
+def heading(found: Sequence[Outcome]) -> str:
+    """RMS over all seeds."""
+    return f"{1e3 * np.sqrt(np.mean([one.heading**2 for one in found])):.1f}"
+
+
+def times() -> str:
+    """Of one step: linearise, solve the quadratic programme."""
+    rows = []
+    for hurry in (False, True):
+        took = np.concatenate([both(c, s, hurry).took for c in WEATHER for s in SHAPES])
+        middle, late, worst = 1e3 * np.quantile(took, [0.5, 0.99, 1.0])
+        kind = "the quick ones" if hurry else "with room"
+        rows.append([kind, str(len(took)), f"{middle:.1f}", f"{late:.1f}", f"{worst:.1f}"])
+    return table(["courses", "steps", "median [ms]", "99 %", "worst"], rows)
+
+
+def walls() -> str:
+    """How far the boat went."""
+    _, way, reach = at_walls()
+    far = max(abs(WALLED.at(t).eta[0]) for t in np.linspace(0.0, WALLED.duration, 400))
+    over = 1e3 * (np.abs(way).max(axis=0) - reach)
+    rows = [
+        [axis, f"{reach[i]:.2f}", f"{far:.2f}", f"{over[i]:+.1f}"] for i, axis in enumerate("xy")
+    ]
+    return table(
+        ["", "wall less clearance [m]", "path goes to [m]", "boat beyond it, most [mm]"], rows
+    )
+
+
+MAKERS: dict[str, Callable[[], str]] = {"courses": courses, "times": times, "walls": walls}
