@@ -87,24 +87,43 @@ TEST_CASE("Commands that no message carries are refused") {
           "has no field 'data[0]'");
 }
 
-TEST_CASE("A stream of references goes on as its last two say") {
+TEST_CASE("A steady turn goes on as it is") {
   ros::Target target;
   CHECK_FALSE(target.known());
   target.follow(on_circle(0.0));
-  Reference first = target.at(on_circle(0.0).stamp);
-  CHECK(first.acceleration[0] == 0.0);  // one message knows none
-  target.follow(on_circle(0.02));
   CHECK(target.frame() == "map");
-  const auto later = on_circle(0.12);
+  const auto later = on_circle(0.1);
   CHECK(target.age(later.stamp) == doctest::Approx(0.1));
   const Reference r = target.at(later.stamp);
   double rate[kAxes];
   body_to_earth(later.eta[2], later.nu, rate);
+  const double chord = 2.0 * std::pow(0.05, 3) / 24.0;  // [m] chord and arc, R (r t)^3 / 24
+  const double inward[kAxes] = {-0.25 * later.eta[0], -0.25 * later.eta[1], 0.0};
   for (int i = 0; i < kAxes; ++i) {
-    CHECK(std::abs(r.eta[i] - later.eta[i]) < 1e-4);
-    CHECK(std::abs(r.rate[i] - rate[i]) < 2e-3);
+    CHECK(std::abs(r.eta[i] - later.eta[i]) < 1.05 * chord);
+    CHECK(std::abs(r.rate[i] - rate[i]) < 1e-12);
+    CHECK(std::abs(r.acceleration[i] - inward[i]) < 1e-12);
   }
-  CHECK(std::hypot(r.acceleration[0], r.acceleration[1]) == doctest::Approx(0.5).epsilon(1e-3));
+}
+
+TEST_CASE("What speeds up goes on speeding up") {
+  const auto speeding = [](double t) {  // 0.3 m/s^2 along y, the heading kept
+    ros::MotionMessage m = on_circle(t);
+    m.eta[0] = 1.0;
+    m.eta[1] = 0.15 * t * t;
+    m.eta[2] = kPi / 2.0;
+    m.nu[0] = 0.3 * t;
+    m.nu[2] = 0.0;
+    return m;
+  };
+  ros::Target target;
+  target.follow(speeding(1.0));
+  CHECK(target.at(speeding(1.0).stamp).acceleration[1] == 0.0);  // one message knows none
+  target.follow(speeding(1.05));
+  const Reference r = target.at(speeding(1.2).stamp);
+  CHECK(r.eta[1] == doctest::Approx(speeding(1.2).eta[1]));
+  CHECK(r.rate[1] == doctest::Approx(0.36));
+  CHECK(r.acceleration[1] == doctest::Approx(0.3));
 }
 
 TEST_CASE("A goal is held still and does not age, and a reference after it has no difference") {
@@ -116,15 +135,21 @@ TEST_CASE("A goal is held still and does not age, and a reference after it has n
   const Reference r = target.at(later);
   CHECK(r.eta[0] == on_circle(0.1).eta[0]);
   CHECK(r.rate[0] == 0.0);
-  target.follow(on_circle(0.2));
-  CHECK(target.at(later).acceleration[0] == 0.0);
+  auto quicker = on_circle(0.2);
+  quicker.nu[1] = 0.4;
+  target.follow(quicker);
+  CHECK(target.at(quicker.stamp).acceleration[0] ==
+        doctest::Approx(-0.25 * quicker.eta[0] - 0.5 * 0.4 * std::cos(quicker.eta[2])));
 }
 
 TEST_CASE("References far apart are not differentiated, nor those out of order") {
   ros::Target target;
   target.follow(on_circle(0.0));
-  target.follow(on_circle(0.6));
-  CHECK(target.at(on_circle(0.6).stamp).acceleration[1] == 0.0);
-  target.follow(on_circle(0.5));
-  CHECK(target.at(on_circle(0.5).stamp).acceleration[1] == 0.0);
+  for (const double t : {0.6, 0.5}) {
+    auto other = on_circle(t);
+    other.nu[0] = 0.0;
+    other.nu[2] = t;
+    target.follow(other);
+    CHECK(target.at(other.stamp).acceleration[2] == 0.0);
+  }
 }

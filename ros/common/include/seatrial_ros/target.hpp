@@ -33,59 +33,61 @@ class Target {
  public:
   static constexpr double kFarthestApart = 0.5;  // [s] between references that are differentiated
 
-  /// The next of a stream; its acceleration is by the difference to the one before.
+  /// The next of a stream; its acceleration is by the difference to the one before, body-fixed, so
+  /// that a steady turn is known exactly.
   void follow(const MotionMessage& in) {
-    Reference next;
-    std::copy(in.eta, in.eta + kAxes, next.eta);
-    body_to_earth(in.eta[2], in.nu, next.rate);
-    const double apart = static_cast<double>(in.stamp - stamp_) * 1e-9;
-    if (streams_ && apart > 0.0 && apart <= kFarthestApart) {
-      for (int i = 0; i < kAxes; ++i) {
-        next.acceleration[i] = (next.rate[i] - newest_.rate[i]) / apart;
-      }
+    const double apart = static_cast<double>(in.stamp - newest_.stamp) * 1e-9;
+    const bool near = streams_ && apart > 0.0 && apart <= kFarthestApart;
+    for (int i = 0; i < kAxes; ++i) {
+      nu_dot_[i] = near ? (in.nu[i] - newest_.nu[i]) / apart : 0.0;
     }
-    set(next, in, true);
+    set(in, true);
   }
 
   /// A goal, for as long as nothing else comes.
   void hold(const MotionMessage& in) {
-    Reference still;
-    std::copy(in.eta, in.eta + kAxes, still.eta);
-    set(still, in, false);
+    set(in, false);
+    std::fill(newest_.nu, newest_.nu + kAxes, 0.0);
+    std::fill(nu_dot_, nu_dot_ + kAxes, 0.0);
   }
 
   bool known() const { return known_; }
-  const std::string& frame() const { return frame_; }
+  const std::string& frame() const { return newest_.frame; }
 
   /// How far the newest reference is from `now` [ns]; a goal never ages.
   double age(std::int64_t now) const {
-    return streams_ ? std::abs(static_cast<double>(now - stamp_)) * 1e-9 : 0.0;
+    return streams_ ? std::abs(static_cast<double>(now - newest_.stamp)) * 1e-9 : 0.0;
   }
 
-  /// At a time [ns], with the newest reference's acceleration kept.
+  /// At a time [ns], with the newest reference's body-fixed acceleration kept.
   Reference at(std::int64_t time) const {
-    Reference r = newest_;
-    if (!streams_) return r;
-    const double dt = static_cast<double>(time - stamp_) * 1e-9;
+    Reference r;
+    const double dt = static_cast<double>(time - newest_.stamp) * 1e-9;
+    double mean[kAxes];  // velocity on the way
+    double nu[kAxes];    // and at its end
     for (int i = 0; i < kAxes; ++i) {
-      r.eta[i] += dt * (r.rate[i] + 0.5 * dt * r.acceleration[i]);
-      r.rate[i] += dt * r.acceleration[i];
+      mean[i] = newest_.nu[i] + 0.5 * dt * nu_dot_[i];
+      nu[i] = newest_.nu[i] + dt * nu_dot_[i];
     }
+    body_to_earth(newest_.eta[2] + 0.5 * dt * newest_.nu[2], mean, r.rate);
+    for (int i = 0; i < kAxes; ++i) r.eta[i] = newest_.eta[i] + dt * r.rate[i];
+    body_to_earth(r.eta[2], nu, r.rate);
+    // eta_ddot = R (nu_dot + r S nu)
+    const double turned[kAxes] = {nu_dot_[0] - nu[2] * nu[1], nu_dot_[1] + nu[2] * nu[0],
+                                  nu_dot_[2]};
+    body_to_earth(r.eta[2], turned, r.acceleration);
     return r;
   }
 
  private:
-  void set(const Reference& next, const MotionMessage& in, bool streams) {
-    newest_ = next;
-    stamp_ = in.stamp;
-    frame_ = in.frame;
+  void set(const MotionMessage& in, bool streams) {
+    newest_ = in;
     streams_ = streams;
     known_ = true;
   }
 
-  Reference newest_;
-  std::int64_t stamp_ = 0;  // [ns]
-  std::string frame_;
+  MotionMessage newest_;
+  double nu_dot_[kAxes] = {};
   bool streams_ = false;
   bool known_ = false;
 };
