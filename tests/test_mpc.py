@@ -24,7 +24,8 @@ ca = pytest.importorskip("casadi")
 PERIOD = 0.1  # [s]
 EDGE = 0.08  # of the plant's dead zone
 POOL = (2.0, 1.2)  # [m]
-SHIP = Path(__file__).parents[1] / "data" / "cse1" / "pair.yaml"
+ROOT = Path(__file__).parents[1]
+SHIP = ROOT / "data" / "cse1" / "pair.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -253,3 +254,9 @@ def test_without_casadi_it_says_what_to_install(truth, monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(ExportError, match=r"pip install 'seatrial\[mpc\]'"):
         Nmpc(truth)
+
+
+def test_the_example_follows_its_course():
+    script = ROOT / "examples" / "nmpc.py"
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert float(done.stdout.split()[-5]) < 5.0  # [mm]

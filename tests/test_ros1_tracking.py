@@ -266,25 +266,22 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     def says(words):
         ros.until(lambda: words in ros.run("rostopic", "echo", "-n1", "/diagnostics"), words)
 
-    def go(frame):
-        ros.finish(
-            ros.start("rostopic", "pub", "-1", "/goal", "geometry_msgs/PoseStamped", GOAL % frame)
-        )
+    def go(frame, words):
+        goal = ros.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL % frame)
+        says(words)
+        ros.finish(goal, signal.SIGINT)
 
     assert pulses() == [1500.0] * 4  # no odometry yet
     velocity = stands("/odom", "nav_msgs/Odometry")
     pose = stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped")
-    go("map")
-    says("follows the reference")
+    go("map", "follows the reference")
     gains = yaml.safe_load(parameters.read_text())["seatrial_tracking"]
     share = np.array(gains["mix"]).reshape(4, 3)[:, 0] * gains["proportional"][0] * 0.05
     assert np.abs(share).max() > 0.1
     np.testing.assert_allclose(pulses(), 1500.0 + 400.0 * share, atol=0.01)
-    go("odom")
-    says("in another frame")
+    go("odom", "in another frame")
     assert pulses() == [1500.0] * 4
-    go("map")
-    says("follows the reference")
+    go("map", "follows the reference")
     ros.finish(pose, signal.SIGINT)
     numbers = ", ".join(["0.16"] + ["0.0"] * 35)  # 0.4 m, of the 0.3 that may be
     doubt = f", covariance: [{numbers}]"

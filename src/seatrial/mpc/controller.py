@@ -19,7 +19,8 @@ from seatrial.mpc.thrusters import by_thrusters, thrusters_of
 if TYPE_CHECKING:
     import casadi
 
-FIRST = 10  # Gauss-Newton steps before the first command, as there is no last solution
+FIRST, LATER = 10, 3  # Gauss-Newton steps at most: without a last solution, and from it
+SETTLED = 0.02  # of full thrust: a plan that a step moves by less is taken
 OPEN = (np.inf, np.inf)
 
 
@@ -114,13 +115,22 @@ class Nmpc:
             stage = np.concatenate([z, self.thrusters.idle, [0.0]])
             w = np.concatenate([np.tile(stage, layout.stages), z])
             plan = (w, np.zeros(layout.size), np.zeros(layout.rows))
-        for _ in range(FIRST if self._plan is None else 1):
+        for _ in range(FIRST if self._plan is None else LATER):
             found = self._call(*plan, z, wanted.T, self._thrust, push)
-            plan = tuple(np.asarray(part).ravel() for part in found)  # type: ignore[assignment]
+            before, plan = plan, tuple(np.asarray(part).ravel() for part in found)  # type: ignore[assignment]
+            if not self._moved(before[0], plan[0]) > SETTLED:
+                break
         good = all(np.isfinite(part).all() for part in plan)
         self._plan = plan if good else None
         thrust = plan[0][layout.thrust(0)] if good else self.thrusters.idle
         self._thrust = np.clip(thrust, self.thrusters.lowest, self.thrusters.highest)
+
+    def _moved(self, before: Array, after: Array) -> float:
+        """Largest change of a thrust in the plan."""
+        stages = range(self.layout.stages)
+        return max(
+            float(np.abs(after[g] - before[g]).max()) for g in map(self.layout.thrust, stages)
+        )
 
     @property
     def path(self) -> Array:
