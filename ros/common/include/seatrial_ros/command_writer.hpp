@@ -80,6 +80,7 @@ inline std::vector<CommandTopic> command_topics(const std::vector<Channel>& chan
   std::set<std::string> names;
   for (const Channel& c : channels) names.insert(c.topic);
   std::vector<CommandTopic> topics;
+  topics.reserve(names.size());
   for (const std::string& name : names) topics.emplace_back(name, channels);
   return topics;
 }
