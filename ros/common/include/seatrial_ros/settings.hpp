@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace seatrial::ros {
 
@@ -32,7 +33,8 @@ struct Parameter {
   double high = 0.0;
 };
 
-/// Calls visit(Parameter, value) for each; values are std::string, double or bool.
+/// Calls visit(Parameter, value) for each; values are std::string, double, bool
+/// or std::vector<double>.
 template <class Given, class Visit>
 std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_parameter(
     Given& s, Visit&& visit) {
@@ -72,6 +74,7 @@ void check_ranges(const Given& settings) {
   struct {
     void operator()(const Parameter&, const std::string&) const {}
     void operator()(const Parameter&, bool) const {}
+    void operator()(const Parameter&, const std::vector<double>&) const {}
     void operator()(const Parameter& p, double value) const {
       if (value >= p.low && value <= p.high) return;
       throw std::runtime_error(std::string(p.name) + " is " + std::to_string(value) +

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// Commands into messages, and references out of them.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "seatrial_ros/command_writer.hpp"
+#include "seatrial_ros/signal.hpp"
+#include "seatrial_ros/target.hpp"
+
+using namespace seatrial;  // NOLINT(google-build-using-namespace)
+using ros::Channel;
+
+namespace {
+
+Channel channel(const char* topic, const char* field, int index, double gain, double offset) {
+  Channel c;
+  c.name = field;
+  c.topic = topic;
+  c.field = field;
+  c.index = index;
+  c.gain = gain;
+  c.offset = offset;
+  return c;
+}
+
+/// On a circle of 2 m at 0.5 rad/s, forward along the tangent; a frame, and a stamp from 100 s on.
+ros::MotionMessage on_circle(double t) {
+  ros::MotionMessage m;
+  const double s = 0.5 * t;
+  m.stamp = 100'000'000'000 + std::llround(t * 1e9);
+  m.frame = "map";
+  m.eta[0] = 2.0 * std::cos(s);
+  m.eta[1] = 2.0 * std::sin(s);
+  m.eta[2] = s + kPi / 2.0;
+  m.nu[0] = 1.0;
+  m.nu[2] = 0.5;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("What is written into messages is read out of them") {
+  const std::vector<Channel> inputs = {channel("/joy", "axes", 3, -1.0, 0.0),
+                                       channel("/joy", "axes", 1, 2.0, 0.5),
+                                       channel("/wrench", "wrench.torque.z", -1, 1.0, 0.0),
+                                       channel("/pulses", "data", 2, 1.0 / 400.0, -1500.0 / 400.0)};
+  const double values[] = {0.25, -0.75, 0.5, -0.125};
+  ros::Signal signal(inputs);
+  const auto topics = ros::command_topics(inputs);
+  REQUIRE(topics.size() == 3);
+  for (const auto& topic : topics) {
+    const auto type = topic.name() == "/joy"      ? "sensor_msgs/Joy"
+                      : topic.name() == "/wrench" ? "geometry_msgs/WrenchStamped"
+                                                  : "std_msgs/Float64MultiArray";
+    const ros::Shape* shape = ros::shape_of(type);
+    CHECK(topic.kind() == shape->kind);
+    signal.set_type(topic.name(), *shape);
+    ros::NumbersMessage message;
+    message.topic = topic.name();
+    message.numbers = topic.numbers(values);
+    const bool last = topic.name() == "/wrench";  // in the order of names
+    CHECK(signal.update(message) == last);
+  }
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    CHECK(signal.values()[i] == doctest::Approx(values[i]));
+  }
+}
+
+TEST_CASE("Raw numbers by hand") {
+  const std::vector<Channel> inputs = {channel("/p", "data", 1, 1.0 / 400.0, -1500.0 / 400.0)};
+  const double half = 0.5;
+  const auto numbers = ros::command_topics(inputs)[0].numbers(&half);
+  REQUIRE(numbers.size() == 1);
+  REQUIRE(numbers[0].size() == 2);
+  CHECK(numbers[0][0] == 0.0);
+  CHECK(numbers[0][1] == doctest::Approx(1700.0));
+}
+
+TEST_CASE("Commands that no message carries are refused") {
+  const auto refuses = [](const std::vector<Channel>& inputs, const char* words) {
+    CHECK_THROWS_WITH_AS(ros::command_topics(inputs), doctest::Contains(words), std::runtime_error);
+  };
+  refuses({channel("/a", "surge", -1, 1.0, 0.0)}, "no message that is known has a field 'surge'");
+  refuses({channel("/joy", "buttons", 0, 1.0, 0.0)}, "commands need an axis");
+  refuses({channel("/a", "axes", 0, 1.0, 0.0), channel("/a", "data", 0, 1.0, 0.0)},
+          "has no field 'data[0]'");
+}
+
+TEST_CASE("A steady turn goes on as it is") {
+  ros::Target target;
+  CHECK_FALSE(target.known());
+  target.follow(on_circle(0.0));
+  CHECK(target.frame() == "map");
+  const auto later = on_circle(0.1);
+  CHECK(target.age(later.stamp) == doctest::Approx(0.1));
+  const Reference r = target.at(later.stamp);
+  double rate[kAxes];
+  body_to_earth(later.eta[2], later.nu, rate);
+  const double chord = 2.0 * std::pow(0.05, 3) / 24.0;  // [m] chord and arc, R (r t)^3 / 24
+  const double inward[kAxes] = {-0.25 * later.eta[0], -0.25 * later.eta[1], 0.0};
+  for (int i = 0; i < kAxes; ++i) {
+    CHECK(std::abs(r.eta[i] - later.eta[i]) < 1.05 * chord);
+    CHECK(std::abs(r.rate[i] - rate[i]) < 1e-12);
+    CHECK(std::abs(r.acceleration[i] - inward[i]) < 1e-12);
+  }
+}
+
+TEST_CASE("What speeds up goes on speeding up") {
+  const auto speeding = [](double t) {  // 0.3 m/s^2 along y, the heading kept
+    ros::MotionMessage m = on_circle(t);
+    m.eta[0] = 1.0;
+    m.eta[1] = 0.15 * t * t;
+    m.eta[2] = kPi / 2.0;
+    m.nu[0] = 0.3 * t;
+    m.nu[2] = 0.0;
+    return m;
+  };
+  ros::Target target;
+  target.follow(speeding(1.0));
+  CHECK(target.at(speeding(1.0).stamp).acceleration[1] == 0.0);  // one message knows none
+  target.follow(speeding(1.05));
+  const Reference r = target.at(speeding(1.2).stamp);
+  CHECK(r.eta[1] == doctest::Approx(speeding(1.2).eta[1]));
+  CHECK(r.rate[1] == doctest::Approx(0.36));
+  CHECK(r.acceleration[1] == doctest::Approx(0.3));
+}
+
+TEST_CASE("A goal is held still and does not age, and a reference after it has no difference") {
+  ros::Target target;
+  target.follow(on_circle(0.0));
+  target.hold(on_circle(0.1));
+  const std::int64_t later = on_circle(1000.0).stamp;
+  CHECK(target.age(later) == 0.0);
+  const Reference r = target.at(later);
+  CHECK(r.eta[0] == on_circle(0.1).eta[0]);
+  CHECK(r.rate[0] == 0.0);
+  auto quicker = on_circle(0.2);
+  quicker.nu[1] = 0.4;
+  target.follow(quicker);
+  CHECK(target.at(quicker.stamp).acceleration[0] ==
+        doctest::Approx(-0.25 * quicker.eta[0] - 0.5 * 0.4 * std::cos(quicker.eta[2])));
+}
+
+TEST_CASE("References far apart are not differentiated, nor those out of order") {
+  ros::Target target;
+  target.follow(on_circle(0.0));
+  for (const double t : {0.6, 0.5}) {
+    auto other = on_circle(t);
+    other.nu[0] = 0.0;
+    other.nu[2] = t;
+    target.follow(other);
+    CHECK(target.at(other.stamp).acceleration[2] == 0.0);
+  }
+}

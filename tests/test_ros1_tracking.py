@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: MIT
+"""The tracking controller's node with a real ROS 1: simulator, odometry node and controller, closed."""
+
+import signal
+import time
+
+import msgspec
+import numpy as np
+import pytest
+import yaml
+from conftest import ROOT, TABLE_II, make_model
+from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
+from ros1_tools import PARTS, Ros1
+
+import seatrial
+from seatrial.control import Circle, Course, save_gains, save_ros, tune
+from seatrial.plan import load_plan
+from seatrial.simulate import plant_model
+from seatrial.vehicle import vehicle_from
+
+pytestmark = pytest.mark.skipif(
+    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
+)
+SIMULATOR, TRACKING = NODE.parent / "simulator", NODE.parent / "tracking"
+RECORDED = ("/truth", "/odom", "/map_pose", "/reference", "/goal", "/joy", "/diagnostics")
+HOLD = 4.0  # [s] at the first goal
+COURSE = Course(Circle(0.3), 14.0)
+LAST = HOLD + COURSE.duration + 1.2  # [s] the second goal, after a second without reference
+SECOND = (0.1, 0.1, 1.0)
+TIMEOUT = 0.5  # [s] of odometry and of references
+SCENE = """seatrial: scene 1
+sensors:
+  pose: {rate: 15, position_noise: 0.001, heading_noise: 0.001, delay: 0.05}
+boats: [{start: [0.26, -0.03, 1.5]}]
+"""
+
+
+@pytest.fixture(scope="module")
+def boat(mp):
+    return plant_model(load_plan("paper-like"), mp)
+
+
+@pytest.fixture(scope="module")
+def tuning(boat):
+    return tune(boat, 1.0, draws=5)
+
+
+@pytest.fixture(scope="module")
+def files(boat, tuning, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tracking")
+    seatrial.save(boat, folder / "model.yaml")
+    (folder / "scene.yaml").write_text(SCENE)
+    save_gains(tuning, folder / "gains.yaml")
+    save_ros(tuning, folder / "ros.yaml")
+    rows = [("goal", 0.0, *COURSE.at(0.0).eta, 0.0, 0.0, 0.0)]
+    for t in np.arange(0.0, COURSE.duration + 1e-9, 0.05):
+        now = COURSE.at(t)
+        rows.append(("reference", HOLD + t, *now.eta, *now.body()[0]))
+    rows.append(("goal", LAST, *SECOND, 0.0, 0.0, 0.0))
+    (folder / "course.txt").write_text("\n".join(" ".join(map(str, row)) for row in rows))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
+        ros.run("rosparam", "set", "use_sim_time", "true")
+        yield ros
+    assert ros.processes() == []
+
+
+@pytest.fixture(scope="module")
+def recorded(ros, files, tmp_path_factory):
+    """A goal, a course, a pause, another goal; then odometry ends, and then the controller."""
+    out = tmp_path_factory.mktemp("recorded") / "out.bag"
+    model = files / "model.yaml"
+    recorder = ros.record("-O", out, topics=RECORDED)
+    odometer = ros.start(str(NODE), f"_model:={model}")
+    tracker = ros.start(str(TRACKING), f"_model:={model}", f"_gains:={files / 'gains.yaml'}")
+    ros.until(lambda: "/seatrial_tracking" in ros.subscribers("/goal"), "tracking node")
+    simulator = ros.start(str(SIMULATOR), f"_models:={model}", f"_scene:={files / 'scene.yaml'}")
+    ros.until(lambda: ros.connected("/joy") and ros.connected("/map_pose"), "connections")
+    ros.finish(ros.start("python3", ROOT / "tests" / "ros1_course.py", files / "course.txt"))
+    time.sleep(0.5)  # on the way to the second goal
+    ros.finish(odometer, signal.SIGINT)
+    time.sleep(TIMEOUT + 0.7)
+    for process in (tracker, recorder, simulator):
+        ros.finish(process, signal.SIGINT)
+    return out
+
+
+def poses(bag, topic):
+    """Stamps [s], poses (n, 3) and body velocities (n, 3)."""
+    rows = [
+        (stamp_of(m.header) * 1e-9, m.pose.pose.position.x, m.pose.pose.position.y,
+         heading(m.pose.pose.orientation),
+         *((w.linear.x, w.linear.y, w.angular.z) if (w := twist_of(m)) else (0.0, 0.0, 0.0)))
+        for _, m in messages(bag, topic)
+    ]  # fmt: skip
+    found = np.array(rows)
+    found[:, 3] = np.unwrap(found[:, 3])
+    return found[:, 0], found[:, 1:4], found[:, 4:]
+
+
+def twist_of(message):
+    return message.twist.twist if hasattr(message, "twist") else None
+
+
+def commands(bag):
+    """Stamps [s] and commands (n, 3): surge, sway, yaw."""
+    rows = [
+        (stamp_of(m.header) * 1e-9, m.axes[1], m.axes[0], m.axes[3])
+        for _, m in messages(bag, "/joy")
+    ]
+    found = np.array(rows)
+    return found[:, 0], found[:, 1:]
+
+
+def begin_of(bag):
+    """Stamp [s] of the course's t = 0."""
+    return stamp_of(messages(bag, "/goal")[0][1].header) * 1e-9
+
+
+def away(pose, wanted):
+    """Distance (n,) [m] and difference in heading (n,) [rad]."""
+    turn = np.angle(np.exp(1j * (pose[:, 2] - wanted[:, 2])))
+    return np.hypot(*(pose - wanted)[:, :2].T), np.abs(turn)
+
+
+def test_the_course_is_tracked_within_two_centimetres_of_the_truth(recorded):
+    t, pose, velocity = poses(recorded, "/truth")
+    t = t - begin_of(recorded) - HOLD
+    on = (t > 0.0) & (t < COURSE.duration)
+    off, turned = away(pose[on], np.array([COURSE.at(x).eta for x in t[on]]))
+    assert on.sum() > 400
+    assert off.max() < 0.03, off.max()
+    assert np.sqrt(np.mean(off**2)) < 0.02
+    assert turned.max() < 0.1
+    assert np.abs(velocity[on, 0]).max() > 0.12  # it went all the way round
+    assert np.ptp(pose[on, 0]) > 0.55
+
+
+def test_a_goal_is_reached_as_the_knob_says(recorded, tuning):
+    """By the closed loop's (1 + 3 knob s) / (1 + knob s)^3, which the delay shifts: it overshoots by 20 %."""
+    t, pose, _ = poses(recorded, "/truth")
+    t = t - begin_of(recorded)
+    goal = COURSE.at(0.0).eta
+    way = (goal - pose[np.searchsorted(t, 0.0)])[:2]
+    on = (t > 0.0) & (t < HOLD)
+    left = (goal - pose[on])[:, :2] @ way / np.hypot(*way)
+    x = np.maximum(t[on] - tuning.delay.mean(), 0.0) / tuning.knob
+    want = np.hypot(*way) * np.exp(-x) * (1.0 + x - x**2)
+    assert np.hypot(*way) > 0.04
+    assert np.abs(left - want).max() < 0.01, np.abs(left - want).max()
+    off, turned = away(pose[on][-20:], goal[None, :])
+    assert off.max() < 0.02
+    assert turned.max() < 0.05
+
+
+def test_commands_are_those_of_the_controller_in_python(recorded, tuning, boat):
+    """By the same odometry; but where the course speeds up, what its messages leave out is added."""
+    t, given = commands(recorded)
+    controller = seatrial.TrackingController(tuning, boat)
+    at, seen, _ = poses(recorded, "/map_pose")
+    then, _, nu = poses(recorded, "/odom")
+    since = t - begin_of(recorded) - HOLD
+    on = np.any(given != 0.0, axis=1) & (since < COURSE.duration)
+    want = []
+    for now, s in zip(t[on], since[on], strict=True):
+        references = COURSE.at(s), COURSE.at(s + controller.gains.lead)
+        want.append(controller.command(now, *_here(now, at, seen, then, nu), *references))
+    off = np.abs(given[on] - want)
+    ramp = COURSE.ramp * COURSE.duration
+    holds = since[on] < -0.2  # look-ahead and a message's period before the course
+    steady = (since[on] > ramp + 0.3) & (since[on] < COURSE.duration - ramp - 0.3)
+    assert min(holds.sum(), steady.sum()) > 150
+    assert np.abs(given[on]).max() > 0.3
+    for part in (holds, steady):
+        assert np.median(off[part]) < 0.003
+        # the others: where a message came just before or after the tick
+        assert np.quantile(off[part], 0.8) < 0.01
+
+
+def _here(now, at, seen, then, nu):
+    """Pose and velocity (3,) by the last messages that can have come by then, the pose moved on to then."""
+    i, j = (np.searchsorted(stamps, now - 0.001) - 1 for stamps in (at, then))
+    c, s = np.cos(seen[i, 2]), np.sin(seen[i, 2])
+    rate = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ nu[j]
+    return seen[i] + (now - at[i]) * rate, nu[j]
+
+
+def zero_from(bag, after):
+    """When [s] commands became zero after a time, and whether they stayed so for 0.3 s."""
+    t, given = commands(bag)
+    moving = np.any(given != 0.0, axis=1)
+    first = np.flatnonzero(~moving & (t > after))[0]
+    return t[first], not np.any(moving[(t >= t[first]) & (t < t[first] + 0.3)])
+
+
+def test_a_silent_reference_and_silent_odometry_end_commands_in_time(recorded):
+    begin = begin_of(recorded)
+    ends = {
+        "no reference": begin + HOLD + COURSE.duration,
+        "no odometry": poses(recorded, "/odom")[0][-1],
+    }
+    t, given = commands(recorded)
+    for words, end in ends.items():
+        assert np.any(given[(t > end - 0.3) & (t < end + 0.3)], axis=1).all(), words
+        when, stays = zero_from(recorded, end)
+        assert TIMEOUT - 0.05 < when - end < TIMEOUT + 0.1, words
+        assert stays
+        said = [
+            stamp_of(m.header) * 1e-9 for _, m in messages(recorded, "/diagnostics")
+            if m.status[0].name == "/seatrial_tracking: tracking" and words in m.status[0].message
+            and stamp_of(m.header) * 1e-9 > end
+        ]  # fmt: skip
+        assert min(said) - when < 0.1, words
+
+
+def test_without_any_reference_commands_are_zero(recorded):
+    t, given = commands(recorded)
+    before = t < begin_of(recorded)
+    assert before.sum() > 5
+    assert not given[before].any()
+
+
+@pytest.fixture(scope="module")
+def pulsed(mp, files):
+    """The same boat, its thrusters commanded one by one in microseconds: model and ROS parameters."""
+    raw = msgspec.to_builtins(mp.file)
+    names = list(raw["thrusters"])
+    columns = [
+        {"column": name, "field": f"data[{i}]", "scale": 400.0, "offset": 1500.0}
+        for i, name in enumerate(names)
+    ]
+    inputs = dict(zip(names, columns, strict=True))
+    raw["commands"] = {"topic": "/pulses", "stamp": {"column": "t"}, "inputs": inputs}
+    raw["allocation"] = {"scheme": "direct"}
+    model = make_model(vehicle_from(raw, "pulsed"), TABLE_II["MP"])
+    seatrial.save(model, files / "pulsed.yaml")
+    save_ros(tune(model, 1.0, action="pd", draws=5), files / "pulsed-ros.yaml")
+    return files / "pulsed.yaml", files / "pulsed-ros.yaml"
+
+
+STILL = "{header: {stamp: now, frame_id: map}, pose: {pose: {orientation: {w: 1}}%s}}"
+GOAL = "{header: {frame_id: %s}, pose: {position: {x: 0.05}, orientation: {w: 1}}}"
+
+
+def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
+    """A boat that stands still, 5 cm short of its goal; then the goal's frame, then the pose is at fault."""
+    model, parameters = pulsed
+    ros.until(lambda: "/seatrial_tracking" not in ros.subscribers("/goal"), "the other's end")
+    ros.run("rosparam", "delete", "/seatrial_tracking")
+    ros.run("rosparam", "set", "use_sim_time", "false")
+    ros.run("rosparam", "load", parameters)
+    node = ros.start(str(TRACKING), f"_model:={model}")
+    ros.until(lambda: "/seatrial_tracking" in ros.subscribers("/goal"), "node")
+
+    def pulses():
+        return yaml.safe_load(ros.run("rostopic", "echo", "-n1", "/pulses").split("---")[0])["data"]
+
+    def stands(topic, kind, extra=""):
+        return ros.start("rostopic", "pub", "-s", "-r", "20", topic, kind, STILL % extra)
+
+    def says(words):
+        ros.until(lambda: words in ros.run("rostopic", "echo", "-n1", "/diagnostics"), words)
+
+    def go(frame):
+        ros.finish(
+            ros.start("rostopic", "pub", "-1", "/goal", "geometry_msgs/PoseStamped", GOAL % frame)
+        )
+
+    assert pulses() == [1500.0] * 4  # no odometry yet
+    velocity = stands("/odom", "nav_msgs/Odometry")
+    pose = stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped")
+    go("map")
+    says("follows the reference")
+    gains = yaml.safe_load(parameters.read_text())["seatrial_tracking"]
+    share = np.array(gains["mix"]).reshape(4, 3)[:, 0] * gains["proportional"][0] * 0.05
+    assert np.abs(share).max() > 0.1
+    np.testing.assert_allclose(pulses(), 1500.0 + 400.0 * share, atol=0.01)
+    go("odom")
+    says("in another frame")
+    assert pulses() == [1500.0] * 4
+    go("map")
+    says("follows the reference")
+    ros.finish(pose, signal.SIGINT)
+    numbers = ", ".join(["0.16"] + ["0.0"] * 35)  # 0.4 m, of the 0.3 that may be
+    doubt = f", covariance: [{numbers}]"
+    pose = stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped", doubt)
+    says("too uncertain")
+    assert pulses() == [1500.0] * 4
+    for process in (pose, velocity, node):
+        ros.finish(process, signal.SIGINT)
+    ros.run("rosparam", "delete", "/seatrial_tracking")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("__name:=a",), "parameter model is empty"),
+        (("__name:=b", "_model:={model}"), "parameter proportional has 0 numbers; expected 3"),
+        (("__name:=c", "_model:={model}", "_gains:={model}"), "expected 'seatrial: gains 1'"),
+        (("__name:=d", "_model:={model}", "_gains:={inputs}"), "the gains are for F_u, F_v, F_q"),
+        (("__name:=e", "_model:={model}", "_gains:={other}"), "full command in sway gives 9.0"),
+        (("__name:=f", "_model:={model}", "_gains:={gains}", "_timeout:=90.0"), "timeout is 90"),
+    ],
+)
+def test_a_mistake_is_one_line(ros, files, arguments, words):
+    gains = yaml.safe_load((files / "gains.yaml").read_text())
+    names = {name: files / f"{name}.yaml" for name in ("model", "gains", "inputs", "other")}
+    names["inputs"].write_text(yaml.safe_dump({**gains, "inputs": ["F_u", "F_v", "F_q"]}))
+    surge, _, yaw = gains["authority"]
+    names["other"].write_text(yaml.safe_dump({**gains, "authority": [surge, 9.0, yaw]}))
+    process = ros.start(str(TRACKING), *(a.format(**names) for a in arguments))
+    assert process.wait(20.0) == 1
+    process.stdin.close()
+    said = process.said.read_text().strip()
+    assert words in said
+    assert said.count("\n") == 0
