@@ -16,6 +16,7 @@ from seatrial.report import repeat as agreement
 from seatrial.report.actuators import answers, curves
 from seatrial.report.draw.base import CYCLE, colour_of
 from seatrial.report.draw.recorded import cells, timeline, tracks
+from seatrial.report.embed import decode, encode
 from seatrial.report.evidence import collect
 from seatrial.report.physics import physics
 from seatrial.report.pool import judged, pooled, together
@@ -218,3 +219,12 @@ def test_the_verdict_counts_what_is_known(evidence, model):
     constants = sum(n in model.vehicle.constants.names for n in names)
     assert f"{len(model.values)} coefficients and {constants} constants of the thrusters" in said
     assert "of these" in said
+
+
+def test_a_column_over_decades_keeps_the_digits_of_its_small_numbers():
+    """On a logarithmic axis they are as wide as the large ones."""
+    wide = np.geomspace(0.05, 50.0, 200)
+    np.testing.assert_allclose(decode(encode(wide)), wide, rtol=1e-3)
+    narrow = np.linspace(-1.0, 1.0, 201)
+    np.testing.assert_allclose(decode(encode(narrow)), narrow, atol=0.5e-4)
+    assert encode(narrow)[0] == -4

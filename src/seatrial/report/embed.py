@@ -13,6 +13,8 @@ import numpy as np
 from seatrial.frames import Array
 
 DIGITS = 5  # significant digits of a column's largest number
+WIDE = 100.0  # a positive column that spans more may stand on a logarithmic axis
+LEAST = 4  # and has so many digits of its smallest number, too
 
 
 def pack(figures: Mapping[str, object]) -> str:
@@ -54,11 +56,22 @@ def encode(values: Array) -> list[int | None]:
     """A column as exponent and steps."""
     flat = np.asarray(values, dtype=float).ravel()
     finite = np.isfinite(flat)
-    largest = float(np.abs(flat[finite]).max()) if finite.any() else 0.0
-    exponent = int(np.floor(np.log10(largest))) - DIGITS + 1 if largest > 0 else 0
+    exponent = _exponent(flat[finite])
     whole = np.rint(flat[finite] / 10.0**exponent).astype(np.int64)
     steps = iter(np.diff(whole, prepend=0).tolist())
     return [exponent, *(next(steps) if good else None for good in finite.tolist())]
+
+
+def _exponent(values: Array) -> int:
+    """Power of ten that values are given in."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if largest == 0.0:
+        return 0
+    exponent = int(np.floor(np.log10(largest))) - DIGITS + 1
+    smallest = float(values.min())
+    if largest <= WIDE * smallest or smallest <= 0.0:
+        return exponent
+    return max(min(exponent, int(np.floor(np.log10(smallest))) - LEAST + 1), exponent - DIGITS)
 
 
 def decode(column: list[int | None]) -> Array:
