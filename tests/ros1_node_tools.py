@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The odometry node for ROS 1, built from `ros/ros1`; what it published, out of a bag."""
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -21,7 +22,15 @@ LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is ti
 
 
 def build() -> Path:
-    """Node and what it is timed with; their folder."""
+    """Nodes and what they are timed with; their folder. One process at a time."""
+    BUILD.parent.mkdir(exist_ok=True)
+    with (BUILD.parent / "ros1.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _make()
+    return NODE.parent
+
+
+def _make() -> None:
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}
     cmake = str(CMAKE if CMAKE.exists() else shutil.which("cmake"))
     for command in (
@@ -31,7 +40,6 @@ def build() -> Path:
     ):  # fmt: skip
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    return NODE.parent
 
 
 @dataclass(frozen=True)
