@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from seatrial.errors import FileError
@@ -24,3 +25,9 @@ def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
         )
     made = {name: makers[name]() for name in names}
     path.write_text(MARK.sub(lambda m: f"{m[1]}\n{made[m['name']].strip()}\n\n{m[3]}", text))
+
+
+def refill(path: Path, made: Mapping[str, str]) -> None:
+    """Some of the page's blocks anew, the others as they stand. Raises FileError as `fill`."""
+    old = {m["name"]: "\n".join(m[0].splitlines()[1:-1]) for m in MARK.finditer(path.read_text())}
+    fill(path, {name: partial(str, text) for name, text in {**old, **made}.items()})

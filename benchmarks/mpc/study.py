@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """What is run: the tracking benchmark's boat, courses, SLAM and current."""
 
+import subprocess
+import tempfile
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +31,34 @@ def controller(plan: str, pool: tuple[float, float] = (FREE, FREE)) -> Nmpc:
 
 
 @cache
+def compiled(plan: str) -> Nmpc:
+    """The same with its step as generated C."""
+    found, folder = Nmpc(identified(OWN, plan), pool=(FREE, FREE)), Path(tempfile.mkdtemp())
+    library = folder / "step.so"
+    build = [
+        "gcc",
+        "-O2",
+        "-shared",
+        "-fPIC",
+        str(found.generate(folder)),
+        "-o",
+        str(library),
+        "-lm",
+    ]
+    subprocess.run(build, check=True)
+    found.use(library)
+    return found
+
+
+def timed(controller: Nmpc, hurry: bool) -> Array:
+    """[s] each command on the figure of eight, hard SLAM, but for the first."""
+    pilot = Predictive(controller)
+    way, told = chosen("eight", hurry), CONDITIONS["hard"]
+    run(by_thrusters(truth(OWN)), pilot, way, told, SEEDS[0])
+    return np.array(pilot.took[1:])
+
+
+@cache
 def quick(shape: str) -> Course:
     """A course at some places of which always-forward falls short."""
     return fitted(SHAPES[shape], truth("AF"), QUICK)
@@ -44,25 +75,23 @@ class Both:
 
     predictive: tuple[Outcome, ...]
     tuned: dict[str, tuple[Outcome, ...]]  # by allocation
-    took: Array  # (n,) [s] of the programmes
 
 
 @cache
 def both(conditions: str, shape: str, hurry: bool) -> Both:
     """Same courses, poses, and current."""
     told, way = CONDITIONS[conditions], chosen(shape, hurry)
-    ours, took = [], []
-    for seed in SEEDS:
-        pilot = Predictive(controller(told.plan))
-        ours.append(run(by_thrusters(truth(OWN)), pilot, way, told, seed))
-        took += pilot.took[1:]  # the first one looks for a plan from nothing
+    ours = tuple(
+        run(by_thrusters(truth(OWN)), Predictive(controller(told.plan)), way, told, seed)
+        for seed in SEEDS
+    )
     tuned = {
         scheme: tuple(
             run(truth(scheme), PILOTS[PID](scheme, conditions), way, told, seed) for seed in SEEDS
         )
         for scheme in SCHEMES
     }
-    return Both(tuple(ours), tuned, np.array(took))
+    return Both(ours, tuned)
 
 
 @dataclass(frozen=True)

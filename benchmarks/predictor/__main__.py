@@ -12,7 +12,7 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
-from benchmarks.blocks import MARK, fill
+from benchmarks.blocks import fill, refill
 from benchmarks.predictor import accuracy, board, consistency, matches, ros1
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -28,11 +28,6 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "soak": board.soak,
 }
 NODE = {"node": ros1.cost}
-
-
-def inside(block: str) -> str:
-    """A block of the page without its marks."""
-    return "\n".join(block.splitlines()[1:-1])
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -51,9 +46,7 @@ def main(arguments: Sequence[str]) -> None:
         own = [name for name in given.tables if name in BLOCKS]
         if given.tables and not own:
             return
-        old = {m["name"]: m[0] for m in MARK.finditer(PAGE.read_text())}
-        kept = {name: (lambda text=old[name]: inside(text)) for name in BLOCKS}
-        fill(PAGE, {**kept, **{name: BLOCKS[name] for name in own or BLOCKS}})
+        refill(PAGE, {name: BLOCKS[name]() for name in own or BLOCKS})
         return
     default = [name for name in BLOCKS if name != "soak" or given.soak]
     for name in given.tables or default:

@@ -5,12 +5,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
-from benchmarks.blocks import MARK, fill
+from benchmarks.blocks import refill
 from seatrial.errors import SeatrialError
 
 try:
@@ -38,8 +37,7 @@ def main(arguments: Sequence[str]) -> None:
     if not given.write:
         print("\n\n".join(f"## {name}\n\n{text}" for name, text in made.items()))
         return
-    old = {m["name"]: "\n".join(m[0].splitlines()[1:-1]) for m in MARK.finditer(PAGE.read_text())}
-    fill(PAGE, {name: partial(str, text) for name, text in {**old, **made}.items()})
+    refill(PAGE, made)
     draw(PICTURE)
 
 

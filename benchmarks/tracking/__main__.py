@@ -5,12 +5,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
-from benchmarks.blocks import MARK, fill
+from benchmarks.blocks import refill
 from benchmarks.tracking.tables import MAKERS
 
 PAGE = Path(__file__).parents[2] / "docs" / "tune.md"
@@ -28,10 +27,8 @@ def main(arguments: Sequence[str]) -> None:
     for name in given.tables or MAKERS:
         made[name] = MAKERS[name]()
         print(f"## {name}\n\n{made[name]}\n", flush=True)
-    if not given.write:
-        return
-    old = {m["name"]: "\n".join(m[0].splitlines()[1:-1]) for m in MARK.finditer(PAGE.read_text())}
-    fill(PAGE, {name: partial(str, text) for name, text in {**old, **made}.items()})
+    if given.write:
+        refill(PAGE, made)
 
 
 if __name__ == "__main__":
