@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""The node for ROS 2 before a compiler: messages as Humble defines them, rclcpp as it is documented.
+"""The nodes for ROS 2 before a compiler: messages as Humble defines them, rclcpp as it is documented.
 
 ROS 2 is not here. This finds misspelt members and calls that no overload takes; not what runs wrong.
 """
 
-import ast
 import re
+import runpy
 import shutil
 import subprocess
+import sys
+from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from xml.etree import ElementTree
 
 import pytest
@@ -17,7 +20,8 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-SHELL = ROOT / "ros" / "ros2" / "src" / "odometry.cpp"
+SHELLS = ROOT / "ros" / "ros2" / "src"
+NODES = ("odometry", "simulator", "mimic", "tracking")
 API = ROOT / "tests" / "ros2_api"
 PLAIN = {"bool": "bool", "string": "std::string", "byte": "unsigned char", "char": "unsigned char"}
 TRIGGER = """#pragma once
@@ -89,19 +93,24 @@ def write_message(kind: str, folder: Path) -> None:
 def headers(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("ros2")
     by_header = {header_of(kind): kind for kind in DEFINITIONS if kind.count("/") == 2}
-    asked = re.findall(r"#include <(\w+/msg/\w+\.hpp)>", SHELL.read_text())
-    assert len(asked) > 10
-    for header in [*asked, "builtin_interfaces/msg/time.hpp"]:
+    text = "".join(path.read_text() for path in SHELLS.iterdir())
+    asked = set(re.findall(r"#include <(\w+/msg/\w+\.hpp)>", text))
+    assert len(asked) > 20
+    for header in asked:
         write_message(by_header[header], folder)
     (folder / "std_srvs/srv").mkdir(parents=True)
     (folder / "std_srvs/srv/trigger.hpp").write_text(TRIGGER)
     return folder
 
 
-def compiled(headers: Path, source: Path) -> str:
-    """What the compiler complains of."""
+def expect_compiler() -> None:
     if shutil.which("c++") is None or not Path("/usr/include/yaml-cpp").exists():
         pytest.skip("no C++ compiler, or no libyaml-cpp-dev")
+
+
+def compiled(headers: Path, source: Path) -> str:
+    """What the compiler complains of."""
+    expect_compiler()
     folders = (ROOT / "core/include", ROOT / "ros/common/include")
     done = subprocess.run(
         ["c++", "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror",
@@ -112,36 +121,164 @@ def compiled(headers: Path, source: Path) -> str:
     return done.stderr if done.returncode else ""
 
 
-def test_the_shell_compiles_against_the_declared_interfaces(headers):
-    assert compiled(headers, SHELL) == ""
+@pytest.mark.parametrize("node", NODES)
+def test_the_shell_compiles_against_the_declared_interfaces(headers, node):
+    assert compiled(headers, SHELLS / f"{node}.cpp") == ""
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong"),
+    ("file", "right", "wrong"),
     [
-        ("m.child_frame_id", "m.child_frame"),
-        ("odometry_->publish(message)", "odometry_->publish(found)"),
-        ("std::shared_ptr<Trigger::Response> response", "std::shared_ptr<int> response"),
+        ("odometry.cpp", "std::shared_ptr<Trigger::Response> response", "int response"),
+        ("simulator.cpp", "out.imu->publish(message)", "out.scan->publish(message)"),
+        ("mimic.cpp", "timer_->cancel()", "timer_->stop()"),
+        ("numbers.hpp", "wrench_numbers(m.wrench)", "wrench_numbers(m)"),
+        ("commands.hpp", "out.twist.linear, ", "out.linear, "),
     ],
 )
-def test_what_is_misspelt_is_found(headers, tmp_path, right, wrong):
-    text = SHELL.read_text()
+def test_what_is_misspelt_is_found(headers, tmp_path, file, right, wrong):
+    shutil.copytree(SHELLS, tmp_path / "src")
+    text = (SHELLS / file).read_text()
     assert right in text
-    (tmp_path / "odometry.cpp").write_text(text.replace(right, wrong))
-    assert "error" in compiled(headers, tmp_path / "odometry.cpp")
+    (tmp_path / "src" / file).write_text(text.replace(right, wrong))
+    user = {"numbers.hpp": "mimic.cpp", "commands.hpp": "tracking.cpp"}.get(file, file)
+    assert f"{file}:" in compiled(headers, tmp_path / "src" / user)
 
 
-def test_both_packages_name_what_they_use():
-    for version, source in (("ros1", "ros1/src/odometry.cpp"), ("ros2", "ros2/src/odometry.cpp")):
-        used = set(re.findall(r"#include <(\w+)/", (ROOT / "ros" / source).read_text()))
-        used = {"roscpp" if name == "ros" else name for name in used}
-        package = ElementTree.parse(ROOT / "ros" / version / "package.xml").getroot()
-        declared = {node.text for node in package.iter("depend")}
-        assert used <= declared, version
-        build = (ROOT / "ros" / version / "CMakeLists.txt").read_text()
-        assert all(name in build for name in used)
+@pytest.mark.parametrize("version", ["ros1", "ros2"])
+def test_the_package_names_what_it_uses(version):
+    folder = ROOT / "ros" / version
+    text = "".join(path.read_text() for path in (folder / "src").iterdir())
+    used = {*re.findall(r"#include <(\w+)/", text), "yaml-cpp"}
+    used = {"roscpp" if name == "ros" else name for name in used}
+    package = ElementTree.parse(folder / "package.xml").getroot()
+    assert {node.text for node in package.iter("depend")} == used
+    build = (folder / "CMakeLists.txt").read_text()
+    assert all(name in build for name in used)
+    assert f"set(nodes {' '.join(NODES)})" in build
+    assert {path.stem for path in (folder / "src").glob("*.cpp")} == set(NODES)
 
 
-def test_the_launch_files_can_be_read():
-    ElementTree.parse(ROOT / "ros/ros1/launch/odometry.launch")
-    ast.parse((ROOT / "ros/ros2/launch/odometry.launch.py").read_text())
+@dataclass(frozen=True)
+class Parameter:
+    kind: str
+    default: str
+    low: float
+    high: float
+
+
+@pytest.fixture(scope="module")
+def parameters(tmp_path_factory) -> dict[str, dict[str, Parameter]]:
+    """What each node declares, as it runs."""
+    expect_compiler()
+    program = tmp_path_factory.mktemp("parameters") / "parameters"
+    subprocess.run(
+        ["c++", "-std=c++17", f"-I{ROOT}/core/include", f"-I{ROOT}/ros/common/include",
+         str(ROOT / "ros/common/tests/parameters.cpp"), "-o", str(program), "-lyaml-cpp"],
+        check=True,
+    )  # fmt: skip
+    text = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    found: dict[str, dict[str, Parameter]] = {node: {} for node in NODES}
+    for line in text.splitlines():
+        node, name, kind, default, low, high = line.split("|")
+        found[node][name] = Parameter(kind, default, float(low), float(high))
+    return found
+
+
+def test_parameters_begin_within_their_ranges(parameters):
+    numbers = [p for own in parameters.values() for p in own.values() if p.kind == "float"]
+    assert len(numbers) > 20
+    assert all(p.low <= float(p.default) <= p.high for p in numbers)
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_the_launch_file_of_ros1_is_the_nodes(parameters, node):
+    root = ElementTree.parse(ROOT / f"ros/ros1/launch/{node}.launch").getroot()
+    defaults = {arg.get("name"): arg.get("default") for arg in root.iter("arg")}
+    own = root.find("node")
+    assert (own.get("type"), own.get("name")) == (node, f"seatrial_{node}")
+    names = {param.get("name") for param in own.iter("param")}
+    assert all(p.get("value") == f"$(arg {p.get('name')})" for p in own.iter("param"))
+    remapped = {remap.get("from") for remap in own.iter("remap")}
+    assert names | remapped == set(defaults)
+    expect_same(parameters[node], {name: defaults[name] for name in names})
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_the_launch_file_of_ros2_is_the_nodes(parameters, launched, node):
+    description = launched(node)
+    *arguments, own = description.entities
+    assert (own.package, own.executable) == ("seatrial_odometry", node)
+    assert own.name == f"seatrial_{node}"
+    shell = (SHELLS / f"{node}.cpp").read_text()
+    assert f'rclcpp::Node("{own.name}")' in shell
+    (values,) = own.parameters
+    assert all(value.value.name == name for name, value in values.items())
+    kinds = {name: value.value_type for name, value in values.items()}
+    assert kinds.pop("use_sim_time", bool) is bool
+    assert {name: kind.__name__ for name, kind in kinds.items()} == {
+        name: parameters[node][name].kind for name in kinds
+    }
+    remapped = dict(own.remappings or ())
+    assert all(f'"{name}"' in shell and name == to.name for name, to in remapped.items())
+    defaults = {a.name: a.default_value for a in arguments}
+    assert set(defaults) == {*values, *remapped}
+    expect_same(parameters[node], {name: defaults[name] for name in kinds})
+
+
+def expect_same(own: dict[str, Parameter], defaults: dict[str, str | None]) -> None:
+    """Defaults of a launch file are the node's, but where the launch file asks for a value."""
+    for name, default in defaults.items():
+        if default is None:
+            assert own[name].default == ""
+        elif own[name].kind == "float":
+            assert float(default) == float(own[name].default)
+        else:
+            assert default == own[name].default
+
+
+class Recorded:
+    """Keeps what a launch file gives an action or a substitution, by the documented names."""
+
+    order: tuple[str, ...] = ()
+    known: frozenset[str] = frozenset()
+
+    def __init__(self, *given: object, **named: object) -> None:
+        assert set(named) <= self.known, type(self).__name__
+        assert len(given) <= len(self.order), type(self).__name__
+        for name in (*self.order, *self.known):
+            setattr(self, name, None)
+        for name, value in (*zip(self.order, given, strict=False), *named.items()):
+            setattr(self, name, value)
+
+
+def recorded(name: str, order: str, known: str = "") -> type[Recorded]:
+    return type(name, (Recorded,), {"order": (*order.split(),), "known": frozenset(known.split())})
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """Runs a launch file with the names that it takes from launch and launch_ros."""
+    names = {
+        "launch": [recorded("LaunchDescription", "entities")],
+        "launch.actions": [recorded("DeclareLaunchArgument", "name", "default_value description")],
+        "launch.substitutions": [recorded("LaunchConfiguration", "name")],
+        "launch_ros": [],
+        "launch_ros.actions": [
+            recorded("Node", "", "package executable name output respawn remappings parameters")
+        ],
+        "launch_ros.parameter_descriptions": [
+            recorded("ParameterValue", "value", "value_type description")
+        ],
+    }
+    for module, classes in names.items():
+        stand_in = ModuleType(module)
+        for kind in classes:
+            setattr(stand_in, kind.__name__, kind)
+        monkeypatch.setitem(sys.modules, module, stand_in)
+
+    def run(node: str):
+        path = ROOT / f"ros/ros2/launch/{node}.launch.py"
+        return runpy.run_path(str(path))["generate_launch_description"]()
+
+    return run

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 import yaml
+from conftest import ROOT
 from tune_tools import mallard
 
 import seatrial
@@ -44,6 +45,11 @@ def test_the_command_writes_what_the_library_finds(model_file, tmp_path, capsys)
     assert found.action == "pid" and found.knob == 0.8 and found.inputs == ["F_u", "F_v", "F_r"]
     ros, ros2 = (yaml.safe_load(out.read_text())["seatrial_tracking"] for out in outs[1:3])
     assert ros2["ros__parameters"] == ros
+    assert ros.pop("action") == "pid"
+    numbers = [x for v in ros.values() for x in (v if isinstance(v, list) else [v])]
+    assert all(isinstance(x, float) for x in numbers)  # ROS 2 takes no 1 for 1.0
+    header = (ROOT / "ros/common/include/seatrial_ros/tracking_settings.hpp").read_text()
+    assert all(f'Parameter{{"{name}"' in header for name in set(ros) - {"knob"})
     assert ros["derivative"] == pytest.approx(own.table()[:, 2].tolist())
     assert ros["mix"] == pytest.approx(own.boat.mix.ravel().tolist(), abs=1e-12)
     assert outs[3].read_text().startswith("<!DOCTYPE html")

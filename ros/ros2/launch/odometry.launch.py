@@ -13,6 +13,7 @@ ARGUMENTS = (  # name, type, default, description
     ("rate", float, "50.0", "of the odometry [Hz]; 0: after every command"),
     ("publish_tf", bool, "true", "odom to base_link"),
     ("publish_map_to_odom", bool, "false", "only where nobody else does"),
+    ("use_sim_time", bool, "false", "with a simulator's /clock"),
 )
 
 

@@ -1,26 +1,35 @@
 // SPDX-License-Identifier: MIT
-// Declarations of the part of rclcpp that the node for ROS 2 uses, after its documentation (Humble;
+// Declarations of the part of rclcpp that the nodes for ROS 2 use, after its documentation (Humble;
 // https://docs.ros2.org). Enough for a compiler to check calls; there is nothing behind them.
 #pragma once
 #include <builtin_interfaces/msg/time.hpp>
 #include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <memory>
 #include <rcl_interfaces/msg/parameter_descriptor.hpp>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #define RCLCPP_INFO(logger, ...) (void)(logger), std::printf(__VA_ARGS__)
 #define RCLCPP_ERROR(logger, ...) (void)(logger), std::printf(__VA_ARGS__)
+// the clock is asked, so that it must be one
 #define RCLCPP_ERROR_THROTTLE(logger, clock, duration, ...) \
-  (void)(logger), (void)(clock), (void)(duration), std::printf(__VA_ARGS__)
+  (void)(logger), (void)(clock).now(), (void)(duration), std::printf(__VA_ARGS__)
+#define RCLCPP_WARN_THROTTLE(logger, clock, duration, ...) \
+  (void)(logger), (void)(clock).now(), (void)(duration), std::printf(__VA_ARGS__)
+
+// of rcl/time.h
+enum rcl_clock_type_t { RCL_CLOCK_UNINITIALIZED, RCL_ROS_TIME, RCL_SYSTEM_TIME, RCL_STEADY_TIME };
 
 namespace rclcpp {
 
 class Time {
  public:
+  explicit Time(std::int64_t nanoseconds = 0, rcl_clock_type_t clock = RCL_SYSTEM_TIME);
   Time(const builtin_interfaces::msg::Time& message);  // NOLINT(google-explicit-constructor)
   std::int64_t nanoseconds() const;
   operator builtin_interfaces::msg::Time() const;  // NOLINT(google-explicit-constructor)
@@ -42,16 +51,24 @@ class SensorDataQoS : public QoS {
   SensorDataQoS();
 };
 
+class ClockQoS : public QoS {
+ public:
+  ClockQoS();
+};
+
 class Logger {};
 
 class Clock {
  public:
   using SharedPtr = std::shared_ptr<Clock>;
+  explicit Clock(rcl_clock_type_t type = RCL_SYSTEM_TIME);
+  Time now();
 };
 
 class TimerBase {
  public:
   using SharedPtr = std::shared_ptr<TimerBase>;
+  void cancel();
 };
 
 class SubscriptionBase {
@@ -88,6 +105,12 @@ class NodeTopicsInterface {
 };
 }  // namespace node_interfaces
 
+/// The types of parameters that the nodes have, of those that ParameterValue knows.
+template <class T>
+inline constexpr bool is_parameter =
+    std::is_same_v<T, bool> || std::is_same_v<T, std::int64_t> || std::is_same_v<T, double> ||
+    std::is_same_v<T, std::string> || std::is_same_v<T, std::vector<double>>;
+
 class Node {
  public:
   explicit Node(const std::string& name);
@@ -96,7 +119,10 @@ class Node {
   template <class T>
   T declare_parameter(const std::string& name, const T& value,
                       const rcl_interfaces::msg::ParameterDescriptor& descriptor,
-                      bool ignore_override = false);
+                      bool ignore_override = false) {
+    static_assert(is_parameter<T>);
+    return declare<T>(name, value, descriptor, ignore_override);
+  }
   template <class Message>
   typename Publisher<Message>::SharedPtr create_publisher(const std::string& topic, const QoS& qos);
   template <class Message, class Callback>
@@ -128,6 +154,8 @@ class Node {
   node_interfaces::NodeTopicsInterface::SharedPtr get_node_topics_interface();
 
  private:
+  template <class T>
+  T declare(const std::string&, const T&, const rcl_interfaces::msg::ParameterDescriptor&, bool);
   template <class Message, class Function>
   typename Subscription<Message>::SharedPtr keep(const std::string&, const QoS&, Function);
   template <class Kind, class Function>
@@ -144,8 +172,17 @@ TimerBase::SharedPtr create_timer(NodeT, Clock::SharedPtr clock, Duration period
   return timer_of(clock, period, checked);
 }
 
-void init(int argc, const char* const* argv);
+class Context;
+
+class InitOptions {};
+
+enum class SignalHandlerOptions { All, SigInt, SigTerm, None };
+
+void init(int argc, const char* const argv[], const InitOptions& options = InitOptions(),
+          SignalHandlerOptions signals = SignalHandlerOptions::All);
 void spin(std::shared_ptr<Node> node);
-bool shutdown();
+bool shutdown(std::shared_ptr<Context> context = nullptr,
+              const std::string& reason = "user called rclcpp::shutdown()");
+bool sleep_for(const std::chrono::nanoseconds& span, std::shared_ptr<Context> context = nullptr);
 
 }  // namespace rclcpp

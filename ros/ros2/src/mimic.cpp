@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// The mimic's node for ROS 2: commands to a virtual boat and the carrier's odometry in, cmd_vel
+// out. What is done with them is in seatrial_ros/mimic_node.hpp.
+#include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <geometry_msgs/msg/twist.hpp>
+#include <nav_msgs/msg/odometry.hpp>
+#include <rclcpp/rclcpp.hpp>
+
+#include "diagnostics.hpp"
+#include "numbers.hpp"
+#include "parameters.hpp"
+#include "run.hpp"
+#include "seatrial_ros/mimic_node.hpp"
+#include "seatrial_ros/sim_messages.hpp"
+#include "topics.hpp"
+
+namespace {
+
+namespace sr = seatrial::ros;
+using namespace std::chrono_literals;
+using diagnostic_msgs::msg::DiagnosticArray;
+using geometry_msgs::msg::Twist;
+using nav_msgs::msg::Odometry;
+
+class Shell : public rclcpp::Node {
+ public:
+  Shell()
+      : rclcpp::Node("seatrial_mimic"),
+        node_(sr::read_settings<sr::MimicSettings>(*this)),
+        velocity_(create_publisher<Twist>("cmd_vel", kQueue)),
+        boat_(create_publisher<Odometry>("virtual_boat", kQueue)),
+        diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
+        numbers_(*this, node_, [this](const sr::NumbersMessage& in) { node_.numbers(in); }),
+        odometry_(sr::hear<Odometry>(*this, "odom", sr::stream(),
+                                     [this](const Odometry& m) { on_odometry(m); })),
+        timer_(rclcpp::create_timer(this, get_clock(),
+                                    rclcpp::Duration::from_seconds(1.0 / node_.settings().rate),
+                                    [this] { publish(); })),
+        slow_(create_wall_timer(1s, [this] { diagnose(); })),
+        last_act_(*this, [this] { stop(); }) {}
+
+ private:
+  static constexpr std::size_t kQueue = 10;
+
+  void on_odometry(const Odometry& message) {
+    double eta[seatrial::kAxes];
+    sr::read(message.pose.pose, eta);
+    frame_ = message.header.frame_id;
+    node_.pose(sr::nanoseconds(message.header.stamp), now().nanoseconds(), eta);
+  }
+
+  /// The carrier is left standing.
+  void stop() {
+    timer_->cancel();
+    velocity_->publish(Twist());
+  }
+
+  void publish() {
+    const rclcpp::Time stamp = now();
+    if (stamp.nanoseconds() == 0) return;  // simulated time that has not begun
+    const seatrial::MimicOutput found = node_.tick(stamp.nanoseconds());
+    Twist velocity;
+    velocity.linear.x = found.velocity[0];
+    velocity.linear.y = found.velocity[1];
+    velocity.angular.z = found.velocity[2];
+    velocity_->publish(velocity);
+    Odometry boat;
+    boat.header.stamp = stamp;
+    sr::fill_truth(found.boat, {frame_, "virtual_boat"}, boat);
+    boat_->publish(boat);
+  }
+
+  void diagnose() { diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "mimic")); }
+
+  sr::MimicNode node_;
+  rclcpp::Publisher<Twist>::SharedPtr velocity_;
+  rclcpp::Publisher<Odometry>::SharedPtr boat_;
+  rclcpp::Publisher<DiagnosticArray>::SharedPtr diagnostics_;
+  sr::NumberTopics<sr::MimicNode> numbers_;
+  sr::SubscriptionPtr odometry_;
+  rclcpp::TimerBase::SharedPtr timer_;
+  rclcpp::TimerBase::SharedPtr slow_;
+  sr::LastAct last_act_;
+  std::string frame_ = "odom";
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  sr::init_with_last_act(argc, argv);
+  return sr::run<Shell>("seatrial_mimic");
+}

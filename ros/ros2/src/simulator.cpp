@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+// The simulator's node for ROS 2: boats take commands, and publish pose, truth, IMU, scan and
+// clock. What is done with commands and time is in seatrial_ros/sim_node.hpp.
+#include <chrono>
+#include <cmath>
+#include <geometry_msgs/msg/pose_stamped.hpp>
+#include <geometry_msgs/msg/transform_stamped.hpp>
+#include <nav_msgs/msg/odometry.hpp>
+#include <rclcpp/rclcpp.hpp>
+#include <rosgraph_msgs/msg/clock.hpp>
+#include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/laser_scan.hpp>
+#include <vector>
+#if __has_include(<tf2_ros/static_transform_broadcaster.hpp>)
+#include <tf2_ros/static_transform_broadcaster.hpp>
+#else
+#include <tf2_ros/static_transform_broadcaster.h>
+#endif
+
+#include "numbers.hpp"
+#include "parameters.hpp"
+#include "run.hpp"
+#include "seatrial_ros/sim_messages.hpp"
+#include "seatrial_ros/sim_node.hpp"
+
+namespace {
+
+namespace sr = seatrial::ros;
+using namespace std::chrono_literals;
+using geometry_msgs::msg::PoseStamped;
+using nav_msgs::msg::Odometry;
+using rosgraph_msgs::msg::Clock;
+using seatrial::Reading;
+using seatrial::ReadingKind;
+using sensor_msgs::msg::Imu;
+using sensor_msgs::msg::LaserScan;
+
+constexpr auto kPeriod = 5ms;    // of this machine's clock between steps
+constexpr double kBehind = 1.0;  // [s] that are made up for; what is more is lost
+
+class Shell : public rclcpp::Node {
+ public:
+  Shell()
+      : rclcpp::Node("seatrial_simulator"),
+        node_(sr::read_settings<sr::SimSettings>(*this)),
+        numbers_(*this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }),
+        broadcaster_(*this) {
+    for (int boat = 0; boat < node_.n_boats(); ++boat) advertise(boat);
+    place_lasers();
+    if (node_.settings().publish_clock) {
+      clock_ = create_publisher<Clock>("/clock", rclcpp::ClockQoS());
+    }
+    timer_ = create_wall_timer(kPeriod, [this] { step(); });
+  }
+
+ private:
+  static constexpr std::size_t kQueue = 100;
+  using Seconds = std::chrono::duration<double>;
+
+  struct Outlets {
+    rclcpp::Publisher<PoseStamped>::SharedPtr pose;
+    rclcpp::Publisher<Odometry>::SharedPtr truth;
+    rclcpp::Publisher<Imu>::SharedPtr imu;
+    rclcpp::Publisher<LaserScan>::SharedPtr scan;
+    sr::Frames frames;
+    std::string laser;
+  };
+
+  void advertise(int boat) {
+    const sr::SimSettings& s = node_.settings();
+    const seatrial::Sensors& sensors = node_.sensors();
+    Outlets out;
+    const auto name = [this, boat](const char* word) { return node_.named(boat, word); };
+    out.truth = create_publisher<Odometry>(name("truth"), kQueue);
+    if (sensors.pose) out.pose = create_publisher<PoseStamped>(node_.pose_topic(boat), kQueue);
+    if (sensors.imu) out.imu = create_publisher<Imu>(name("imu"), kQueue);
+    if (sensors.lidar) out.scan = create_publisher<LaserScan>(name("scan"), kQueue);
+    out.frames = {s.map_frame, node_.named(boat, s.base_frame)};
+    out.laser = node_.named(boat, s.laser_frame);
+    outlets_.push_back(out);
+  }
+
+  void place_lasers() {
+    if (!node_.sensors().lidar) return;
+    std::vector<geometry_msgs::msg::TransformStamped> all;
+    for (const Outlets& out : outlets_) {
+      geometry_msgs::msg::TransformStamped message;
+      message.header.frame_id = out.frames.base_link;
+      message.child_frame_id = out.laser;
+      sr::fill(node_.sensors().lidar->mount, message.transform);
+      all.push_back(message);
+    }
+    broadcaster_.sendTransform(all);
+  }
+
+  void on_numbers(const sr::NumbersMessage& in) {
+    step();
+    const std::string wrong = node_.numbers(in);
+    if (!wrong.empty()) RCLCPP_WARN_THROTTLE(get_logger(), steady_, 1000, "%s", wrong.c_str());
+  }
+
+  /// Simulated time as a stamp: from this machine's time at the start on.
+  rclcpp::Time stamp(double t) const {
+    return rclcpp::Time(start_.count() + std::llround(t * 1e9));
+  }
+
+  /// On to where this machine's clock is.
+  void step() {
+    const double factor = node_.settings().real_time_factor;
+    const double passed = Seconds(std::chrono::steady_clock::now() - began_).count() - lost_;
+    const double behind = passed - node_.time() / factor;
+    if (behind > kBehind) {
+      RCLCPP_WARN_THROTTLE(get_logger(), steady_, 5000,
+                           "this machine can't keep up; time goes on from here");
+      lost_ += behind;
+      return;
+    }
+    const double goal = passed * factor;
+    for (double due = truth_due(); due <= goal; due = truth_due()) {
+      advance_to(due);
+      ++truths_;
+      for (int boat = 0; boat < node_.n_boats(); ++boat) publish_truth(boat);
+    }
+    advance_to(goal);
+    if (clock_ == nullptr) return;
+    Clock message;
+    message.clock = stamp(node_.time());
+    clock_->publish(message);
+  }
+
+  double truth_due() const { return static_cast<double>(truths_) / node_.settings().rate; }
+
+  void advance_to(double t) {
+    for (const Reading& reading : node_.advance_to(t)) publish(reading);
+  }
+
+  void publish_truth(int boat) {
+    const Outlets& out = outlets_[static_cast<std::size_t>(boat)];
+    double x[seatrial::kStates];
+    node_.state(boat, x);
+    Odometry message;
+    message.header.stamp = stamp(node_.time());
+    sr::fill_truth(x, out.frames, message);
+    out.truth->publish(message);
+  }
+
+  void publish(const Reading& reading) {
+    const Outlets& out = outlets_[static_cast<std::size_t>(reading.boat)];
+    const auto head = [this, &reading](auto& message, const std::string& frame) {
+      message.header.stamp = stamp(reading.stamp);
+      message.header.frame_id = frame;
+    };
+    if (reading.kind == ReadingKind::kPose) {
+      PoseStamped message;
+      head(message, node_.pose_frame(reading.boat));
+      double raw[3];
+      node_.as_message(reading.boat, reading.values.data(), raw);
+      sr::fill_pose(raw, message.pose);
+      out.pose->publish(message);
+    } else if (reading.kind == ReadingKind::kImu) {
+      Imu message;
+      head(message, out.frames.base_link);
+      sr::fill_imu(reading, *node_.sensors().imu, message);
+      out.imu->publish(message);
+    } else {
+      LaserScan message;
+      head(message, out.laser);
+      sr::fill_scan(reading, *node_.sensors().lidar, message);
+      out.scan->publish(message);
+    }
+  }
+
+  sr::SimNode node_;
+  sr::NumberTopics<sr::SimNode> numbers_;
+  tf2_ros::StaticTransformBroadcaster broadcaster_;
+  std::vector<Outlets> outlets_;
+  rclcpp::Publisher<Clock>::SharedPtr clock_;
+  rclcpp::Clock steady_{RCL_STEADY_TIME};
+  // simulated time 0, by either clock of this machine
+  const std::chrono::nanoseconds start_ = std::chrono::system_clock::now().time_since_epoch();
+  const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  double lost_ = 0.0;  // [s] of this machine's clock that were not made up for
+  long truths_ = 0;    // number of the next
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  rclcpp::init(argc, argv);
+  return sr::run<Shell>("seatrial_simulator");
+}
