@@ -6,6 +6,7 @@
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
 #include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
@@ -45,6 +46,7 @@ class Shell {
   struct Outlets {
     ros::Publisher pose;
     ros::Publisher truth;
+    ros::Publisher taken;
     ros::Publisher imu;
     ros::Publisher scan;
     sr::Frames frames;
@@ -57,6 +59,7 @@ class Shell {
     Outlets out;
     const auto name = [this, boat](const char* word) { return node_.named(boat, word); };
     out.truth = public_.advertise<nav_msgs::Odometry>(name("truth"), kQueue);
+    out.taken = public_.advertise<sensor_msgs::JointState>(name("taken"), kQueue);
     if (sensors.pose) {
       out.pose = public_.advertise<geometry_msgs::PoseStamped>(node_.pose_topic(boat), kQueue);
     }
@@ -82,7 +85,12 @@ class Shell {
 
   void on_numbers(const sr::NumbersMessage& in) {
     step();
-    const std::string wrong = node_.numbers(in);
+    const std::string wrong = node_.numbers(in, [this](int boat, const sr::Signal& command) {
+      sensor_msgs::JointState message;
+      message.header.stamp = stamp(node_.time());
+      sr::fill_taken(command, message);
+      outlets_[static_cast<std::size_t>(boat)].taken.publish(message);
+    });
     if (!wrong.empty()) ROS_WARN_THROTTLE(1.0, "%s", wrong.c_str());
   }
 

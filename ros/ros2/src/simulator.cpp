@@ -9,6 +9,7 @@
 #include <rclcpp/rclcpp.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/imu.hpp>
+#include <sensor_msgs/msg/joint_state.hpp>
 #include <sensor_msgs/msg/laser_scan.hpp>
 #include <vector>
 #if __has_include(<tf2_ros/static_transform_broadcaster.hpp>)
@@ -33,6 +34,7 @@ using rosgraph_msgs::msg::Clock;
 using seatrial::Reading;
 using seatrial::ReadingKind;
 using sensor_msgs::msg::Imu;
+using sensor_msgs::msg::JointState;
 using sensor_msgs::msg::LaserScan;
 
 constexpr auto kPeriod = 5ms;    // of this machine's clock between steps
@@ -60,6 +62,7 @@ class Shell : public rclcpp::Node {
   struct Outlets {
     rclcpp::Publisher<PoseStamped>::SharedPtr pose;
     rclcpp::Publisher<Odometry>::SharedPtr truth;
+    rclcpp::Publisher<JointState>::SharedPtr taken;
     rclcpp::Publisher<Imu>::SharedPtr imu;
     rclcpp::Publisher<LaserScan>::SharedPtr scan;
     sr::Frames frames;
@@ -72,6 +75,7 @@ class Shell : public rclcpp::Node {
     Outlets out;
     const auto name = [this, boat](const char* word) { return node_.named(boat, word); };
     out.truth = create_publisher<Odometry>(name("truth"), kQueue);
+    out.taken = create_publisher<JointState>(name("taken"), kQueue);
     if (sensors.pose) out.pose = create_publisher<PoseStamped>(node_.pose_topic(boat), kQueue);
     if (sensors.imu) out.imu = create_publisher<Imu>(name("imu"), kQueue);
     if (sensors.lidar) out.scan = create_publisher<LaserScan>(name("scan"), kQueue);
@@ -95,7 +99,12 @@ class Shell : public rclcpp::Node {
 
   void on_numbers(const sr::NumbersMessage& in) {
     step();
-    const std::string wrong = node_.numbers(in);
+    const std::string wrong = node_.numbers(in, [this](int boat, const sr::Signal& command) {
+      JointState message;
+      message.header.stamp = stamp(node_.time());
+      sr::fill_taken(command, message);
+      outlets_[static_cast<std::size_t>(boat)].taken->publish(message);
+    });
     if (!wrong.empty()) RCLCPP_WARN_THROTTLE(get_logger(), steady_, 1000, "%s", wrong.c_str());
   }
 

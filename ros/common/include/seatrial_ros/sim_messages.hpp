@@ -3,6 +3,7 @@
 #pragma once
 #include "seatrial/simulator.hpp"
 #include "seatrial_ros/messages.hpp"
+#include "seatrial_ros/signal.hpp"
 
 namespace seatrial::ros {
 
@@ -54,6 +55,13 @@ void fill_scan(const Reading& reading, const Lidar& lidar, Message& out) {
   out.range_min = static_cast<float>(lidar.nearest);
   out.range_max = static_cast<float>(lidar.farthest);
   out.ranges.assign(reading.values.begin(), reading.values.end());
+}
+
+/// A command as it was taken: names and values of the inputs, as sensor_msgs/JointState.
+template <class Message>
+void fill_taken(const Signal& command, Message& out) {
+  for (const Channel& c : command.channels()) out.name.push_back(c.name);
+  out.position.assign(command.values(), command.values() + command.size());
 }
 
 }  // namespace seatrial::ros

@@ -66,8 +66,10 @@ class SimNode {
     for (Boat& b : boats_) b.command.set_type(topic, shape);
   }
 
-  /// A command acts when it comes. Empty, or in one line why it was left out.
-  std::string numbers(const NumbersMessage& in) {
+  /// A command acts when it comes, and is told: taken(boat, command). Empty, or in one line why it
+  /// was left out.
+  template <class Taken>
+  std::string numbers(const NumbersMessage& in, const Taken& taken) {
     for (std::size_t i = 0; i < boats_.size(); ++i) {
       Signal& command = boats_[i].command;
       if (!command.update(in)) continue;
@@ -78,6 +80,7 @@ class SimNode {
       if (!simulator_->command(static_cast<int>(i), values)) {
         return in.topic + ": too many commands within the thrusters' latency; left out";
       }
+      taken(static_cast<int>(i), command);
     }
     return "";
   }
