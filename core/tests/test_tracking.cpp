@@ -41,7 +41,7 @@ Tracker tracker(const TrackingGains& g, Scheme scheme = Scheme::kMoorePenrose, d
   Chain c = boats::plain_chain(scheme);
   c.allocation.limit = limit;
   const auto coefficients = boats::mallard_coefficients();
-  return Tracker(boats::mallard(), coefficients.data(), c.allocation, g);
+  return {boats::mallard(), coefficients.data(), c.allocation, g};
 }
 
 }  // namespace
