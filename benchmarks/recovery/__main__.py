@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, tables, write (docs/recovery.md), figure."""
+"""Command line: run, tables, write (docs/recovery.md), reachable (its block there), figure."""
 
 import argparse
 import os
@@ -9,9 +9,10 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
-from benchmarks.blocks import fill
+from benchmarks.blocks import refill
 from benchmarks.recovery import store, tables
 from benchmarks.recovery.figure import draw, numbers
+from benchmarks.recovery.reachable import reachable
 from benchmarks.recovery.scenes import scenes
 from benchmarks.recovery.work import Record
 
@@ -46,10 +47,15 @@ def shown(path: Path, *, any_code: bool) -> str:
     return "\n".join(f"## {name}\n\n{make()}" for name, make in made.items())
 
 
+def filled(text: str) -> bool:
+    """Does it hold more than a table's head?"""
+    return text.count("\n") > len(("head", "rule"))
+
+
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.recovery", description=__doc__)
-    parser.add_argument("verb", choices=("run", "tables", "write", "figure"))
+    parser.add_argument("verb", choices=("run", "tables", "write", "reachable", "figure"))
     parser.add_argument("--results", type=Path, default=DEFAULT)
     parser.add_argument("--seeds", type=int, default=8, help=f"how many, from {FIRST} on")
     parser.add_argument("--groups", help="still,pushed,together,faults,noise; default all")
@@ -68,7 +74,11 @@ def main(arguments: Sequence[str]) -> None:
     elif given.verb == "tables":
         print(shown(given.results, any_code=given.any_code))
     elif given.verb == "write":
-        fill(PAGE, blocks(store.chosen(store.read(given.results), any_code=given.any_code)))
+        made = blocks(store.chosen(store.read(given.results), any_code=given.any_code))
+        texts = {name: make() for name, make in made.items()}
+        refill(PAGE, {name: text for name, text in texts.items() if filled(text)})
+    elif given.verb == "reachable":
+        refill(PAGE, {"reachable": reachable()})
     else:
         draw(store.chosen(store.read(given.results), any_code=given.any_code), given.out)
 
