@@ -30,6 +30,7 @@ def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers(tm
         "c++",
         "-Werror",
         "-g",
+        "-O1",
         "-fsanitize=address,undefined",
         "-fno-sanitize-recover=all",
     )
