@@ -12,7 +12,8 @@ demo: $(VENV)/.built
 
 # small matrices on few cores: more threads in BLAS only get in each other's way
 test: $(VENV)/.built $(VENV)/.test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
+	  --no-loadscope-reorder $(PYTEST_ARGS)
 
 lint: $(VENV)/.built $(VENV)/.test
 	$(BIN)/ruff format --check .

@@ -13,6 +13,7 @@ edge. Times are of the CPU, of one thread after the other.
 import argparse
 import time
 from collections.abc import Iterable
+from functools import cache
 
 import msgspec
 import numpy as np
@@ -24,7 +25,7 @@ from seatrial.identify import METHODS
 from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.predict import predict
 from seatrial.simulate import Trial, plant_model, simulate
-from seatrial.vehicle import Vehicle, load_vehicle
+from seatrial.vehicle import load_vehicle
 
 FIRST = 2001  # seed
 TRAINING, UNSEEN = ("S1", "S2", "S3"), "S7"
@@ -32,12 +33,15 @@ PUSH = Unmodelled(share=0.04, correlation=2.0)  # of full thrust; [s]
 WEAK = "N_ud"  # weakly excited in the paper's trials: listed apart
 
 
-def trials(plan: PlanFile, vehicle: Vehicle) -> tuple[list[Trial], Trial]:
-    """Those to train on, and the one to test on."""
-    found = list(simulate(plan, vehicle))
-    return [t for t in found if t.name[:2] in TRAINING], next(
-        t for t in found if t.name.startswith(UNSEEN)
-    )
+@cache
+def trials(
+    preset: str, name: str, seed: int, *, pushed: bool = False
+) -> tuple[tuple[Trial, ...], Trial]:
+    """Those to train on, and the one to test on; the same for every method."""
+    plan = plan_of(preset, seed, pushed=pushed)
+    plan = msgspec.structs.replace(plan, trials={s: plan.trials[s] for s in (*TRAINING, UNSEEN)})
+    *known, unseen = simulate(plan, load_vehicle(name))
+    return tuple(known), unseen
 
 
 def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, float]:
@@ -74,7 +78,7 @@ def row(preset: str, name: str, method: str, seeds: int, *, pushed: bool = False
     failed = 0
     for seed in range(FIRST, FIRST + seeds):
         plan = plan_of(preset, seed, pushed=pushed)
-        known, unseen = trials(plan, vehicle)
+        known, unseen = trials(preset, name, seed, pushed=pushed)
         begin = time.process_time()
         try:
             model = seatrial.identify([t.recording for t in known], vehicle, method=method)

@@ -14,6 +14,7 @@ import seatrial
 from seatrial.plan import load_plan
 from seatrial.simulate import simulate
 
+TRAINING = ("S1", "S2", "S3")
 PAIRING = (("S4", "u"), ("S5", "v"), ("S6", "r"))  # Table III
 ALLOCATIONS = ("mallard-mp", "mallard-af")
 
@@ -21,10 +22,11 @@ ALLOCATIONS = ("mallard-mp", "mallard-af")
 def errors(name: str, seed: int) -> list[float]:
     """RMS of the 1-s errors by Table III's pairing [m/s, m/s, rad/s]."""
     vehicle = seatrial.load_vehicle(name)
-    plan = msgspec.structs.replace(load_plan("clean"), seed=seed)
+    clean = load_plan("clean")
+    driven = {s: clean.trials[s] for s in (*TRAINING, *(s for s, _ in PAIRING))}
+    plan = msgspec.structs.replace(clean, seed=seed, trials=driven)
     trials = {t.name.split("-")[0]: t.recording for t in simulate(plan, vehicle)}
-    known = [trials[s] for s in ("S1", "S2", "S3")]
-    model = seatrial.identify(known, vehicle, method="equation-error")
+    model = seatrial.identify([trials[s] for s in TRAINING], vehicle, method="equation-error")
     rows = seatrial.validate(model, [trials[s] for s, _ in PAIRING]).recordings
     return [row.scores[symbol].rms for row, (_, symbol) in zip(rows, PAIRING, strict=True)]
 

@@ -41,6 +41,17 @@ TABLE_II = {
 }  # fmt: skip
 
 
+# files that take minutes: begun first, so that no process is left with one of them at the end
+FIRST = ("test_core_cpp", "test_demo", "test_fuzz", "test_ros1_node", "test_report_browser")
+
+
+def pytest_collection_modifyitems(items):
+    """The longest files first: `make test` hands out files in this order."""
+    items.sort(
+        key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST)
+    )
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield
@@ -81,6 +92,17 @@ def clean_af(af) -> dict[str, Trial]:
 @pytest.fixture(scope="session")
 def paper_af(af) -> dict[str, Trial]:
     return trials("paper-like", af)
+
+
+@pytest.fixture(scope="session")
+def paper_mp(mp) -> dict[str, Trial]:
+    return trials("paper-like", mp)
+
+
+@pytest.fixture(scope="session")
+def paper_mp_model(mp, paper_mp) -> seatrial.Model:
+    """Identified from S1-S3 by the default method."""
+    return seatrial.identify([paper_mp[s].recording for s in ("S1", "S2", "S3")], mp)
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The C++ reader of model files beside Python's: the same predictor, the same signals, as clear words."""
 
+import copy
 import shutil
 import subprocess
 from dataclasses import dataclass, replace
@@ -196,11 +197,11 @@ def program() -> Program:
     return Program(build / "ros" / "common" / "tests" / "board_model")
 
 
-@pytest.fixture(params=VEHICLES)
-def written(request, tmp_path) -> tuple[seatrial.Model, Path]:
+@pytest.fixture(scope="module", params=VEHICLES)
+def written(request, tmp_path_factory) -> tuple[seatrial.Model, Path]:
     """A model as Python reads it, and its file."""
     seed = list(VEHICLES).index(request.param)
-    path = tmp_path / "model.yaml"
+    path = tmp_path_factory.mktemp("written") / "model.yaml"
     save(identified(VEHICLES[request.param](), seed), path)
     return load(path), path
 
@@ -288,10 +289,23 @@ def test_poses_are_read_as_from_bags(program, written, turned):
     )
 
 
+@pytest.fixture(scope="module")
+def ship(tmp_path_factory) -> str:
+    """A file that is right."""
+    path = tmp_path_factory.mktemp("ship") / "model.yaml"
+    save(identified(VEHICLES["cse1 pair"](), 0), path)
+    return path.read_text()
+
+
+@pytest.fixture(scope="module")
+def right(ship) -> dict:
+    return yaml.safe_load(ship)
+
+
 @pytest.fixture
-def content(tmp_path) -> dict:
-    save(identified(VEHICLES["cse1 pair"](), 0), tmp_path / "model.yaml")
-    return yaml.safe_load((tmp_path / "model.yaml").read_text())
+def content(right) -> dict:
+    """What is in it, to be spoiled."""
+    return copy.deepcopy(right)
 
 
 BAD = [
@@ -367,10 +381,10 @@ def test_what_is_no_model_file_is_one_line(program, tmp_path, text, words):
         load(path)
 
 
-def test_a_file_that_was_cut_off_anywhere_is_one_line(program, content, tmp_path):
-    text, path = (tmp_path / "model.yaml").read_text(), tmp_path / "cut.yaml"
-    for end in np.linspace(0, text.index("\nvehicle:"), 25).astype(int):
-        path.write_text(text[:end])
+def test_a_file_that_was_cut_off_anywhere_is_one_line(program, ship, tmp_path):
+    path = tmp_path / "cut.yaml"
+    for end in np.linspace(0, ship.index("\nvehicle:"), 25).astype(int):
+        path.write_text(ship[:end])
         said = program.complaint(path)
         assert said.startswith(f"{path}: ")
         assert said.count("\n") == 1

@@ -20,7 +20,7 @@ from seatrial.errors import ModelError
 from seatrial.io.write import write_trial
 from seatrial.model import load, save
 from seatrial.plan import load_plan
-from seatrial.schema import ChainGroup, DeadZone, RecordingEntry, SourceEntry
+from seatrial.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.simulate import plant_model, simulate
 from seatrial.vehicle import vehicle_from
 
@@ -232,12 +232,14 @@ def loaded_plan(plan):
 
 @pytest.fixture(scope="module")
 def heavier(mp):
-    """Trials of the boat with its payload; the models of both."""
+    """Trials of the boat with its payload; the models of both, at a step that models come with."""
     plan = load_plan("paper-like")
     plan = msgspec.structs.replace(plan, trials={n: plan.trials[n] for n in ("S4", "S7")})
     after = loaded_plan(plan)
     trials = list(simulate(after, mp))
-    return plant_model(plan, mp), plant_model(after, mp), trials
+    step = Integration("runge-kutta", 1 / 30)
+    models = (replace(plant_model(one, mp), integration=step) for one in (plan, after))
+    return *models, trials
 
 
 def test_the_model_of_the_loaded_boat_predicts_it_better(heavier):

@@ -14,7 +14,7 @@ import pytest
 FUZZ = Path(__file__).with_name("fuzz.py")
 CASES = {"bag": 2500, "mcap": 2500, "db3": 1500, "csv": 2000, "yaml": 1500, "inspect": 400}
 WORKERS = 2
-BATCH = 500  # cases of a worker
+BATCH = 1250  # cases of a worker
 TIMEOUT = 600.0  # [s] of a worker: a hang that no timer ends
 
 

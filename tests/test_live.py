@@ -29,7 +29,7 @@ from seatrial.predictor import Health, Taken
 from seatrial.vehicle import vehicle_from
 
 sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import drive, model, trials
+from benchmarks.predictor.drives import IDENTIFIED, drive, model, trials
 
 SCENE = "hard"
 SEED = 5
@@ -369,7 +369,7 @@ def test_as_a_process_by_udp_and_the_systems_clock(path):
 def test_along_a_recording(path, recording, tmp_path, capsys):
     from seatrial.io.write import write_trial
 
-    folder = write_trial(trials(SCENE, SEED, ("S7",))["S7"], tmp_path)
+    folder = write_trial(trials(SCENE, SEED, IDENTIFIED)["S1"], tmp_path)
     for name in ("out.csv", "out.jsonl"):
         assert main(["predict", str(path), str(folder), "-o", str(tmp_path / name)]) == 0
     header, *rows = (tmp_path / "out.csv").read_text().splitlines()

@@ -11,21 +11,19 @@ from html_tables import Tables
 
 import seatrial
 from seatrial.compare import compare
-from seatrial.plan import load_plan
 from seatrial.report.beside import comparison_report, write_comparison
 from seatrial.report.embed import decode
-from seatrial.simulate import simulate
 
 
 @pytest.fixture(scope="module")
-def runs(mp):
-    return [t.recording for t in simulate(load_plan("paper-like"), mp)]
+def runs(paper_mp):
+    return [trial.recording for trial in paper_mp.values()]
 
 
 @pytest.fixture(scope="module")
-def models(runs, mp):
+def models(paper_mp_model):
     """The boat, and one that was made a fifth heavier by hand."""
-    a = seatrial.identify(runs[:3], mp)
+    a = paper_mp_model
     b = replace(a, coefficients=a.coefficients / 1.2, recordings=())
     return a, b
 

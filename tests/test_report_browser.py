@@ -13,11 +13,9 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.compare import compare
-from seatrial.plan import load_plan
 from seatrial.recording import Signal, make_recording
 from seatrial.report import write_report
 from seatrial.report.beside import write_comparison
-from seatrial.simulate import simulate
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
@@ -261,11 +259,9 @@ def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit,
 
 
 @pytest.fixture(scope="module")
-def mallard(mp):
+def mallard(mp, paper_mp, paper_mp_model):
     """A boat with trials, and a model of it by the default method."""
-    trials = {t.name: t.recording for t in simulate(load_plan("paper-like"), mp)}
-    runs = list(trials.values())
-    return mp, runs, seatrial.identify(runs[:3], mp)
+    return mp, [trial.recording for trial in paper_mp.values()], paper_mp_model
 
 
 def one_recording(boat):

@@ -10,9 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-import seatrial
 from seatrial.faults import Fault, FaultKind
-from seatrial.plan import load_plan
 from seatrial.report import write_report
 from seatrial.report.cells import Interval, Name, Number, Said, Text, Unit, between, known
 from seatrial.report.draw.base import (
@@ -30,16 +28,15 @@ from seatrial.report.draw.recorded import timeline
 from seatrial.report.svg import svg
 from seatrial.report.svg_axes import Axis
 from seatrial.report.table import Table
-from seatrial.simulate import simulate
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory, mp):
+def written(tmp_path_factory, paper_mp, paper_mp_model):
     out = tmp_path_factory.mktemp("out")
-    trials = [t.recording for t in simulate(load_plan("paper-like"), mp)]
-    model = seatrial.identify(trials[:3], mp)
+    trials = [trial.recording for trial in paper_mp.values()]
+    model = paper_mp_model
     write_report(
         model,
         [trials[3], trials[0]],

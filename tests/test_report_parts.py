@@ -27,13 +27,13 @@ from seatrial.simulate import plant_model, simulate
 
 
 @pytest.fixture(scope="module")
-def trials(mp):
-    return {t.name.split("-")[0]: t.recording for t in simulate(load_plan("paper-like"), mp)}
+def trials(paper_mp):
+    return {name: trial.recording for name, trial in paper_mp.items()}
 
 
 @pytest.fixture(scope="module")
-def model(mp, trials):
-    return seatrial.identify([trials[n] for n in ("S1", "S2", "S3")], mp)
+def model(paper_mp_model):
+    return paper_mp_model
 
 
 @pytest.fixture(scope="module")
