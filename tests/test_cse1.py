@@ -18,25 +18,16 @@ def trained(cse1, cse1_vehicle):
     return seatrial.identify(known, cse1_vehicle, method="equation-error")
 
 
-def left_out(file, method):
+@pytest.fixture(scope="module")
+def coupled():
     """A model from all runs but run1, and the runs."""
-    vehicle = seatrial.load_vehicle(CSE1 / file)
+    vehicle = seatrial.load_vehicle(CSE1 / "coupled.yaml")
     runs = {
         n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", vehicle)
         for n in ("random_run1", "random_run3", "run1")
     }
     known = [runs["random_run1"], runs["random_run3"]]
-    return seatrial.identify(known, vehicle, method=method), runs
-
-
-@pytest.fixture(scope="module")
-def coupled():
-    return left_out("coupled.yaml", "equation-error")
-
-
-@pytest.fixture(scope="module")
-def paired():
-    return left_out("pair.yaml", "output-error")
+    return seatrial.identify(known, vehicle, method="equation-error"), runs
 
 
 def test_lengths_rates_and_marked_samples_are_those_of_the_provenance(cse1):
@@ -121,21 +112,3 @@ def test_a_model_of_the_ship_has_drag_in_the_right_direction(coupled):
     for name in ("X_u", "Y_v", "N_r"):
         assert model.values[name] < 0
         assert abs(model.values[name]) > 2 * model.standard_errors[name]
-
-
-def test_the_default_method_finds_propellers_as_pairs_and_predicts_the_run_it_has_not_seen(
-    paired, trained, cse1
-):
-    """Offset and dead zone of the pitch as the bollard pulls have them; each group's own delay."""
-    model, runs = paired
-    scores = seatrial.validate(model, [runs["run1"]]).recordings[0].scores
-    papers = seatrial.validate(trained, [cse1["run1"]]).recordings[0].scores
-    assert scores["u"].ratio < 0.45
-    assert scores["v"].rms < 0.85 * papers["v"].rms
-    assert scores["r"].rms < papers["r"].rms
-    found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
-    assert found["pair_offset_across.propellers"] == pytest.approx(0.20, abs=0.06)
-    assert found["pair_dead_zone.propellers"] == pytest.approx(0.25, abs=0.08)
-    for group in ("surge", "sway", "bow"):
-        assert 0.1 < found[f"latency.{group}"] + found["lag"] < 0.5
-    assert any("not quite right" in note for note in model.estimator.notes)

@@ -117,33 +117,6 @@ def test_the_dead_zones_ratios_are_the_readmes():
     assert f"MP/AF {shown} over four seeds" in (ROOT / "README.md").read_text()
 
 
-def test_the_demos_figures_are_the_readmes(tmp_path):
-    from seatrial.demo import demo
-
-    said: list[str] = []
-    demo(tmp_path, said.append, lambda _: None)
-    ship = next(text for text in said if "CSE1_data_run1 u" in text)
-    ratios = [re.findall(r"\((\d\.\d\d)\)", row) for row in ship.splitlines()[1:]]
-    paper, usual, pair = (", ".join(one) for one in zip(*ratios, strict=True))
-    readme = plain(ROOT / "README.md")
-    assert f"{paper} by the paper's method; {usual} by output-error with the paper's" in readme
-    assert f"{pair} with coupled terms and each propeller's two commands as a vector" in readme
-    used = next(
-        re.search(r"(\d+)\.\d % of the poses used", text) for text in said if "% of the" in text
-    )
-    assert f"({used[1]} % of its poses" in readme
-
-    tables = [text for text in said if "N_ud" in text and "\n  true" in text]
-    x_uu = [[row.split()[2] for row in text.splitlines()[1:]] for text in tables]
-    (truth, mp, mp_right), (_, af, af_right) = x_uu
-    assert (
-        f"X_uu is {truth}. The paper's method finds {mp} (MP) and {af} (AF), output-error {mp_right} "
-        f"and {af_right}"
-    ) in readme
-    derivations = plain(ROOT / "docs" / "derivations.md")
-    assert f"X_uu = {mp} (MP) and {af} (AF) where the truth is {truth}" in derivations
-
-
 def test_the_readmes_coverage_is_the_studys():
     table = (ROOT / "docs" / "recovery.md").read_text().split("| coverage, % |")[1].split("\n\n")[0]
     covered = [float(row.split("|")[7]) for row in table.splitlines()[2:]]
