@@ -21,35 +21,31 @@ DEFAULT = Path("build/recovery.jsonl")
 PAGE = Path("docs/recovery.md")
 
 
-def blocks(records: Sequence[Record]) -> dict[str, Callable[[], str]]:
+Block = tuple[list[str], Callable[[], str]]  # scenes that it is of, and what makes it
+
+
+def blocks(records: Sequence[Record]) -> dict[str, Block]:
     """The tables by name, each made when it is asked for."""
     names = {g: [s.name for s in scenes().values() if s.group == g] for g in
              ("still", "pushed", "together", "faults", "noise")}  # fmt: skip
     driven = names["still"] + names["pushed"]
+    delayed = driven + names["together"]
     return {
-        "overview": lambda: tables.overview(records, driven),
-        "thrusters": lambda: tables.thrusters(records, driven + names["together"]),
-        "ahead": lambda: tables.prediction(records),
-        "ahead-pushed": lambda: tables.prediction(records, " pushed"),
-        "faults": lambda: tables.fault_moves(records, names["faults"]),
-        "noise": lambda: numbers(records),
-        "believed": lambda: tables.believed(records, driven),
-        "parameters": lambda: "\n".join(
-            tables.recovery(records, n) for n in driven if tables.good(records, n)
-        ),
-        "failures": lambda: tables.failures(records) or "none\n",
+        "overview": (driven, lambda: tables.overview(records, driven)),
+        "thrusters": (delayed, lambda: tables.thrusters(records, delayed)),
+        "ahead": (names["still"], lambda: tables.prediction(records)),
+        "ahead-pushed": (names["pushed"], lambda: tables.prediction(records, " pushed")),
+        "faults": (names["faults"], lambda: tables.fault_moves(records, names["faults"])),
+        "noise": (names["noise"], lambda: numbers(records)),
+        "believed": (driven, lambda: tables.believed(records, driven)),
+        "parameters": (driven, lambda: "\n".join(tables.recovery(records, n) for n in driven)),
     }
 
 
-def shown(path: Path, *, any_code: bool) -> str:
-    """All tables."""
-    made = blocks(store.chosen(store.read(path), any_code=any_code))
-    return "\n".join(f"## {name}\n\n{make()}" for name, make in made.items())
-
-
-def filled(text: str) -> bool:
-    """Does it hold more than a table's head?"""
-    return text.count("\n") > len(("head", "rule"))
+def made(records: Sequence[Record]) -> dict[str, str]:
+    """Those tables whose scenes all have results."""
+    there = {r["scene"] for r in records if "failed" not in r}
+    return {name: make() for name, (wanted, make) in blocks(records).items() if there >= {*wanted}}
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -71,16 +67,18 @@ def main(arguments: Sequence[str]) -> None:
             if (groups is None or s.group in groups) and (names is None or s.name in names)
         ]  # fmt: skip
         store.run(given.results, chosen, range(FIRST, FIRST + given.seeds), print)
-    elif given.verb == "tables":
-        print(shown(given.results, any_code=given.any_code))
-    elif given.verb == "write":
-        made = blocks(store.chosen(store.read(given.results), any_code=given.any_code))
-        texts = {name: make() for name, make in made.items()}
-        refill(PAGE, {name: text for name, text in texts.items() if filled(text)})
-    elif given.verb == "reachable":
+        return
+    if given.verb == "reachable":
         refill(PAGE, {"reachable": reachable()})
+        return
+    records = store.chosen(store.read(given.results), any_code=given.any_code)
+    if given.verb == "tables":
+        print("\n".join(f"## {name}\n\n{text}" for name, text in made(records).items()))
+        print(tables.failures(records))
+    elif given.verb == "write":
+        refill(PAGE, made(records))
     else:
-        draw(store.chosen(store.read(given.results), any_code=given.any_code), given.out)
+        draw(records, given.out)
 
 
 if __name__ == "__main__":

@@ -17,10 +17,10 @@
 
 #include "diagnostics.hpp"
 #include "network_queue.hpp"
+#include "network_timer.hpp"
 #include "numbers.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
-#include "ticks.hpp"
 
 namespace {
 
@@ -48,32 +48,31 @@ class Shell {
         network_, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); });
     pose_ = network_.subscribe(node_.pose_topic(), kQueue, &Shell::on_pose, this,
                                ros::TransportHints().tcpNoDelay());
+    const double rate = node_.settings().rate;
+    if (rate > 0.0) {
+      timer_ = std::make_unique<sr::NetworkTimer>(rate, messages_, [this] { publish(); });
+    }
+    slow_ = public_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+      const auto held = messages_.hold();
+      diagnose();
+    });
   }
 
+  /// Services, diagnostics and signals; all else happens in the network's thread.
   void spin() {
-    const double rate = node_.settings().rate;
-    sr::Ticks<ros::Time, ros::Duration> odometry(std::max(rate, kSlow));
-    sr::Ticks<ros::SteadyTime, ros::WallDuration> slow(kSlow);
     while (ros::ok()) {
-      double wait = kLongest;
-      if (rate > 0.0) wait = std::min(wait, odometry.wait(ros::Time::now()));
-      if (rate > 0.0 && ros::Time::isSimTime()) wait = kSimulated;
-      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::max(wait, 0.0)));
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kLongest));
+      if (reload_asked == 0) continue;
+      reload_asked = 0;
       const auto held = messages_.hold();
-      if (rate > 0.0 && odometry.due(ros::Time::now())) publish();
-      if (slow.due(ros::SteadyTime::now())) diagnose();
-      if (reload_asked != 0) {
-        reload_asked = 0;
-        reload();
-      }
+      reload();
     }
+    ros::shutdown();  // joins the network's thread
   }
 
  private:
   static constexpr std::uint32_t kQueue = 100;
-  static constexpr double kSlow = 1.0;         // diagnostics [Hz]
-  static constexpr double kLongest = 0.1;      // between two looks at signals [s]
-  static constexpr double kSimulated = 0.001;  // between two looks at simulated time [s]
+  static constexpr double kLongest = 0.1;  // between two looks at signals [s]
 
   /// What the node says would come back as what it hears, within one call.
   void refuse_own_topics() const {
@@ -192,6 +191,8 @@ class Shell {
   tf2_ros::TransformBroadcaster broadcaster_;
   std::unique_ptr<NumberTopics<sr::Node>> numbers_;  // these last: messages come from here on
   ros::Subscriber pose_;
+  std::unique_ptr<sr::NetworkTimer> timer_;
+  ros::WallTimer slow_;
 };
 
 }  // namespace
