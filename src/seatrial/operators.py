@@ -33,14 +33,14 @@ class Operator(ABC):
     def look(self, t: float, x: Array) -> Array:
         """The sticks, after a glance at the walls."""
         guard = self._guard(x)
-        return np.clip(self.drive(t, x) if guard is None else guard, -1.0, 1.0)
+        return _limited(self.drive(t, x) if guard is None else guard)
 
     def _guard(self, x: Array) -> Array | None:
         """Full stick away from a wall that the boat could not stop before."""
         velocity = _earth(x[2], x[3:5])
         stop = x[:2] + velocity * LOOK_AHEAD + velocity * np.abs(velocity) / (2 * BRAKING)
         outside = (np.abs(stop) > self.safe) & (stop * velocity >= 0)
-        if not outside.any():
+        if not (outside[0] or outside[1]):
             return None
         push = np.where(outside, -np.sign(stop), 0.0)
         sticks = _body(x[2], push)
@@ -92,11 +92,11 @@ class PulseOperator(Operator):
         if self.axis != 2:
             off = _turned(x[2] - self.start_heading())
             if abs(off) > 0.15:
-                sticks[2] = np.clip(-1.0 * off - 0.8 * x[5], -0.5, 0.5)
+                sticks[2] = min(max(-1.0 * off - 0.8 * x[5], -0.5), 0.5)
         place, speed = _body(x[2], x[:2]), x[3:5]
         for axis in {0, 1} - {self.axis}:
             if abs(place[axis]) > 0.2:
-                sticks[axis] = np.clip(-1.2 * place[axis] - 2.0 * speed[axis], -0.6, 0.6)
+                sticks[axis] = min(max(-1.2 * place[axis] - 2.0 * speed[axis], -0.6), 0.6)
         return sticks
 
 
@@ -125,10 +125,10 @@ class CourseOperator(Operator):
             [
                 2.5 * place[0] - 2.0 * x[3],
                 2.5 * place[1] - 2.0 * x[4],
-                np.clip(1.5 * turn, -0.9, 0.9) - 0.5 * x[5],
+                min(max(1.5 * turn, -0.9), 0.9) - 0.5 * x[5],
             ]
         )
-        return np.asarray(np.round(np.clip(sticks, -1.0, 1.0) / 0.1) * 0.1)
+        return np.asarray(np.round(_limited(sticks) / 0.1) * 0.1)
 
     def _choose(self, kind: int) -> None:
         self.kind = kind
@@ -154,6 +154,11 @@ def make_operator(
     if drive == "courses":
         return CourseOperator(entry, pool, rng)
     return PulseOperator(AXES.index(drive), entry, pool, rng)
+
+
+def _limited(sticks: Array) -> Array:
+    """Within -1..1, in half the time that np.clip takes for three numbers."""
+    return np.minimum(np.maximum(sticks, -1.0), 1.0)
 
 
 def _earth(psi: float, body: Array) -> Array:

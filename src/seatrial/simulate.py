@@ -145,14 +145,14 @@ def _drive(
     sticks = np.zeros((len(looks), 3))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
-    walls = np.array([plan.pool.length, plan.pool.width]) / 2 + OVERSHOOT
-    j = 0
+    wall_x, wall_y = plan.pool.length / 2 + OVERSHOOT, plan.pool.width / 2 + OVERSHOOT
+    due, j = [*poses.tolist(), np.inf], 0
     for i, t in enumerate(looks.tolist()):
-        while j < len(poses) and poses[j] < t:
-            j = _note(plant, poses, truth, force, j)
+        while due[j] < t:
+            j = _note(plant, due[j], truth, force, j)
         plant.advance_to(t)
         x = plant.state
-        if not np.all(np.abs(x[:2]) < walls):
+        if not (abs(x[0]) < wall_x and abs(x[1]) < wall_y):
             raise ModelError(
                 f"{label}: the boat left the pool after {t:.1f} s at ({x[0]:.2f}, {x[1]:.2f}) m; "
                 "the plant is too fast or too weak for this operator and pool"
@@ -160,7 +160,7 @@ def _drive(
         sticks[i] = operator.look(t, x)
         plant.command(t, np.ascontiguousarray(sticks[i][order]))
     while j < len(poses):
-        j = _note(plant, poses, truth, force, j)
+        j = _note(plant, due[j], truth, force, j)
     return looks, sticks, poses, truth, force
 
 
@@ -202,8 +202,8 @@ def _response(model: Model) -> Array:
     return np.asarray(found[:-1] - found[-1])
 
 
-def _note(plant: _core.Plant, poses: Array, truth: Array, force: Array, j: int) -> int:
-    plant.advance_to(float(poses[j]))
+def _note(plant: _core.Plant, t: float, truth: Array, force: Array, j: int) -> int:
+    plant.advance_to(t)
     truth[j] = plant.state
     force[j] = plant.forces(force.shape[1])
     return j + 1
