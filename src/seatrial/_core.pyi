@@ -463,7 +463,8 @@ class Carrier:
     @lost.setter
     def lost(self, arg: float, /) -> None: ...
 
-    def fault(self) -> str: ...
+    def fault(self) -> tuple[str, float, str, str]:
+        """Name (empty: none), value, what was expected, what to do."""
 
 class Mimic:
     def __init__(self, boat: Boat, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], carrier: Carrier, timeout: float) -> None: ...
@@ -472,9 +473,9 @@ class Mimic:
 
     def pose(self, t: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> bool: ...
 
-    def at(self, t: float) -> tuple[float, list[float], list[float], list[float], int]:
+    def at(self, t: float) -> tuple[float, list[float], list[float], list[float], list[float], int]:
         """
-        time, velocity for the carrier, the virtual boat's state, mismatch, health.
+        time, velocity for the carrier, the same before its limits, the virtual boat's state, mismatch, health.
         """
 
 def regressors(structure: Structure, nu: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], nu_dot: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...

@@ -81,6 +81,7 @@ class Stream:
         answer = {
             "t": motion.time,
             "velocity": (motion.velocity * flip).tolist(),
+            "asked": (motion.asked * flip).tolist(),
             "boat": [*(motion.pose * flip).tolist(), *(motion.nu * flip).tolist()],
             "mismatch": (motion.mismatch * flip).tolist(),
             "health": motion.health.names,
