@@ -98,10 +98,10 @@ def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():
     assert np.std(v) == pytest.approx(noise[2] * np.sqrt(n * dt), rel=0.1)
 
 
-def test_a_walk_that_has_a_disturbance_beside_it_stays():
-    noise = np.array([1e-3, 1e-3, 8e-3, 1e-9, 7e-3, 5e-2, 2.0, *NOISE_LEAST[7:]])
+def test_a_walk_that_has_a_disturbance_beside_it_stays_and_so_does_an_idle_one():
+    noise = np.array([1e-3, 1e-3, 8e-3, 1e-6, 7e-3, 1e-9, 2.0, *NOISE_LEAST[7:]])
     assert exchanged(noise, 2, 4) is None
-    assert exchanged(noise, 3, 5) is None  # no walk of the heading
+    assert exchanged(noise, 3, 5) is None
 
 
 def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found):

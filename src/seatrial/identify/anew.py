@@ -14,6 +14,7 @@ from seatrial.errors import IdentificationError
 from seatrial.filter_noise import (
     MEMORY,
     NOISE_LEAST,
+    RAISED,
     WALKS_AND_DISTURBANCES,
     fitted_noise,
 )
@@ -23,7 +24,7 @@ from seatrial.identify.search import Point, descend, hangs
 from seatrial.identify.whiteness import white
 
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
-NOTHING = 0.01  # of a walk's velocity: what a disturbance beside it makes is as good as none
+NOTHING = 0.01  # share of what a walk, or a disturbance beside it, would have to be to matter
 
 
 def anew(at: Point, theta: Array) -> Point:
@@ -46,10 +47,8 @@ def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:
     One of size d and memory T makes the velocity walk by d sqrt(2 T) in times longer than T.
     """
     makes = np.sqrt(2.0 * noise[MEMORY])
-    if (
-        noise[walk] <= 1.01 * NOISE_LEAST[walk]
-        or noise[disturbance] * makes > NOTHING * noise[walk]
-    ):
+    idle = noise[walk] < NOTHING * RAISED[walk]
+    if idle or noise[disturbance] * makes > NOTHING * noise[walk]:
         return None
     other = noise.copy()
     other[disturbance] = noise[walk] / makes
