@@ -19,7 +19,7 @@ from seatrial.filter_noise import (
     fitted_noise,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import all_hanging
+from seatrial.identify.first_noise import all_hanging, half_hanging
 from seatrial.identify.search import Point, descend, hangs
 from seatrial.identify.whiteness import white
 
@@ -32,7 +32,8 @@ def anew(at: Point, theta: Array) -> Point:
 
     `theta` (p,): where the search began.
     """
-    if not hangs(at.noise) and not white(at):
+    let_go = not hangs(at.noise) and not white(at)
+    if let_go and _promises(at, half_hanging(at.noise)):
         at = _likelier(at, theta, all_hanging(at.passes.problem.recordings))
     for walk, disturbance in WALKS_AND_DISTURBANCES:
         other = exchanged(at.noise, walk, disturbance)

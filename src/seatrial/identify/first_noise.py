@@ -27,7 +27,15 @@ def first_noise(recordings: Sequence[Recording]) -> Array:
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
     )
     white = np.maximum([position, heading], NOISE_FIRST)
-    return np.array([*white, *PROCESS_START, *(COLOUR_START * white), NOISE_START[COLOUR_MEMORY]])
+    return half_hanging(np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]]))
+
+
+def half_hanging(noise: Array) -> Array:
+    """The noise with errors of the poses that hang together, half as large as the white ones."""
+    other = noise.copy()
+    other[COLOUR] = COLOUR_START * noise[:2]
+    other[COLOUR_MEMORY] = NOISE_START[COLOUR_MEMORY]
+    return other
 
 
 def all_hanging(recordings: Sequence[Recording]) -> Array:
