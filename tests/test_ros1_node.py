@@ -225,6 +225,10 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
         (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
         (("__name:=c", "_model:={model}", "_rate:=900"), "rate is 900"),
         (("__name:=d", "_model:={model}", "_window:=text"), "window is of another type"),
+        (
+            ("__name:=e", "_model:={model}", "_pose_topic:=odom"),
+            "/odom is what this node publishes",
+        ),
     ],
 )
 def test_a_mistake_is_one_line(ros, known, arguments, words):
@@ -250,11 +254,25 @@ def test_a_topic_of_another_type_is_said(ros, known):
     ros.run("rosparam", "set", "use_sim_time", "true")
 
 
-def test_odometry_follows_each_command_at_once(ros, known):
+def answered(ros, known, rate, commands):
+    """How many commands, and how many odometries came after the first of them, in 3 s of system time."""
     ros.run("rosparam", "set", "use_sim_time", "false")
-    node = ros.start(str(NODE), f"_model:={known}", "_rate:=0")
-    commands, answers, *_ = map(float, ros.run(str(LATENCY), "_seconds:=3").split())
+    node = ros.start(str(NODE), f"_model:={known}", f"_rate:={rate}")
+    sent, heard, *_ = map(
+        float, ros.run(str(LATENCY), "_seconds:=3", f"_commands:={commands}").split()
+    )
     ros.finish(node, signal.SIGINT)
     ros.run("rosparam", "set", "use_sim_time", "true")
-    assert commands > 250
-    assert answers > 0.9 * commands
+    return sent, heard
+
+
+def test_odometry_follows_each_command_at_once(ros, known):
+    sent, heard = answered(ros, known, 0, 100)
+    assert sent > 250
+    assert 0.9 * sent < heard <= sent
+
+
+def test_odometry_keeps_its_rate_by_system_time(ros, known):
+    sent, heard = answered(ros, known, 100, 20)
+    assert 50 < sent < 70
+    assert 270 < heard <= 301

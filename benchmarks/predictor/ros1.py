@@ -14,7 +14,7 @@ from pathlib import Path
 import seatrial
 
 ROOT = Path(__file__).parents[2]
-SECONDS = 60
+SECONDS = 30
 CLOCK_TICKS = os.sysconf("SC_CLK_TCK")  # [1/s]
 CASES = (  # odometry, commands [Hz]; odometry at 0: after every command
     (0.0, 100.0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, tables, write (docs/recovery.md), figure."""
+"""Command line: run, tables, write (docs/recovery.md), reachable (its block there), figure."""
 
 import argparse
 import os
@@ -9,9 +9,10 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
-from benchmarks.blocks import fill
+from benchmarks.blocks import refill
 from benchmarks.recovery import store, tables
 from benchmarks.recovery.figure import draw, numbers
+from benchmarks.recovery.reachable import reachable
 from benchmarks.recovery.scenes import scenes
 from benchmarks.recovery.work import Record
 
@@ -20,36 +21,37 @@ DEFAULT = Path("build/recovery.jsonl")
 PAGE = Path("docs/recovery.md")
 
 
-def blocks(records: Sequence[Record]) -> dict[str, Callable[[], str]]:
+Block = tuple[list[str], Callable[[], str]]  # scenes that it is of, and what makes it
+
+
+def blocks(records: Sequence[Record]) -> dict[str, Block]:
     """The tables by name, each made when it is asked for."""
     names = {g: [s.name for s in scenes().values() if s.group == g] for g in
              ("still", "pushed", "together", "faults", "noise")}  # fmt: skip
     driven = names["still"] + names["pushed"]
+    delayed = driven + names["together"]
     return {
-        "overview": lambda: tables.overview(records, driven),
-        "thrusters": lambda: tables.thrusters(records, driven + names["together"]),
-        "ahead": lambda: tables.prediction(records),
-        "ahead-pushed": lambda: tables.prediction(records, " pushed"),
-        "faults": lambda: tables.fault_moves(records, names["faults"]),
-        "noise": lambda: numbers(records),
-        "believed": lambda: tables.believed(records, driven),
-        "parameters": lambda: "\n".join(
-            tables.recovery(records, n) for n in driven if tables.good(records, n)
-        ),
-        "failures": lambda: tables.failures(records) or "none\n",
+        "overview": (driven, lambda: tables.overview(records, driven)),
+        "thrusters": (delayed, lambda: tables.thrusters(records, delayed)),
+        "ahead": (names["still"], lambda: tables.prediction(records)),
+        "ahead-pushed": (names["pushed"], lambda: tables.prediction(records, " pushed")),
+        "faults": (names["faults"], lambda: tables.fault_moves(records, names["faults"])),
+        "noise": (names["noise"], lambda: numbers(records)),
+        "believed": (driven, lambda: tables.believed(records, driven)),
+        "parameters": (driven, lambda: "\n".join(tables.recovery(records, n) for n in driven)),
     }
 
 
-def shown(path: Path, *, any_code: bool) -> str:
-    """All tables."""
-    made = blocks(store.chosen(store.read(path), any_code=any_code))
-    return "\n".join(f"## {name}\n\n{make()}" for name, make in made.items())
+def made(records: Sequence[Record]) -> dict[str, str]:
+    """Those tables whose scenes all have results."""
+    there = {r["scene"] for r in records if "failed" not in r}
+    return {name: make() for name, (wanted, make) in blocks(records).items() if there >= {*wanted}}
 
 
 def main(arguments: Sequence[str]) -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.recovery", description=__doc__)
-    parser.add_argument("verb", choices=("run", "tables", "write", "figure"))
+    parser.add_argument("verb", choices=("run", "tables", "write", "reachable", "figure"))
     parser.add_argument("--results", type=Path, default=DEFAULT)
     parser.add_argument("--seeds", type=int, default=8, help=f"how many, from {FIRST} on")
     parser.add_argument("--groups", help="still,pushed,together,faults,noise; default all")
@@ -65,12 +67,18 @@ def main(arguments: Sequence[str]) -> None:
             if (groups is None or s.group in groups) and (names is None or s.name in names)
         ]  # fmt: skip
         store.run(given.results, chosen, range(FIRST, FIRST + given.seeds), print)
-    elif given.verb == "tables":
-        print(shown(given.results, any_code=given.any_code))
+        return
+    if given.verb == "reachable":
+        refill(PAGE, {"reachable": reachable()})
+        return
+    records = store.chosen(store.read(given.results), any_code=given.any_code)
+    if given.verb == "tables":
+        print("\n".join(f"## {name}\n\n{text}" for name, text in made(records).items()))
+        print(tables.failures(records))
     elif given.verb == "write":
-        fill(PAGE, blocks(store.chosen(store.read(given.results), any_code=given.any_code)))
+        refill(PAGE, made(records))
     else:
-        draw(store.chosen(store.read(given.results), any_code=given.any_code), given.out)
+        draw(records, given.out)
 
 
 if __name__ == "__main__":

@@ -110,8 +110,13 @@ def _rows(recording: Recording, length: float) -> list[NDArray[np.int64]]:
     return [rows for rows in found if len(rows) > 2]
 
 
-def variances(information: Array) -> Array:
-    """Diagonal of the inverse; scaled, since parameters differ by orders of magnitude."""
+def inverse(information: Array) -> Array:
+    """Covariance (p, p) of the bound; scaled, since parameters differ by orders of magnitude."""
     scale = np.sqrt(np.diag(information))
-    inverse = np.linalg.inv(information / np.outer(scale, scale))
-    return np.asarray(np.diag(inverse) / scale**2)
+    scales = np.outer(scale, scale)
+    return np.asarray(np.linalg.inv(information / scales) / scales)
+
+
+def variances(information: Array) -> Array:
+    """Its diagonal (p,)."""
+    return np.diag(inverse(information))

@@ -94,11 +94,11 @@ def overview(records: Sequence[Record], names: Sequence[str]) -> str:
             scene, f"{len(mine)}", f"{failed}", f"{ratio[worst]:.2f} ({parameters[worst]})",
             f"{LIMIT[mine[0]['group']]}", f"{rms(ratio):.2f}", f"{100 * covered.mean():.1f}",
             f"{100 * covered[:, :size].mean():.1f}", f"{100 * each[low]:.0f} ({parameters[low]})",
-            f"{100 * each[high]:.0f}", f"{np.median([r['seconds'] for r in mine]):.2f}",
+            f"{100 * each[high]:.0f}",
         ])  # fmt: skip
     head = [
         "scene", "seeds", "failed", "largest RMS / bound", "limit", "all, RMS",
-        "coverage, %", "of coefficients", "lowest", "highest", "fit, s",
+        "coverage, %", "of coefficients", "lowest", "highest",
     ]  # fmt: skip
     return table(head, rows)
 
@@ -123,6 +123,7 @@ def believed(records: Sequence[Record], names: Sequence[str]) -> str:
     head = [
         "scene", "position, mm", "heading, mrad", "walk, m/s/√s", "walk, rad/s/√s",
         "disturbance, m/s²", "disturbance, rad/s²", "memory, s",
+        "hanging together, m", "rad", "memory, s",
     ]  # fmt: skip
     return table(head, rows)
 

@@ -132,9 +132,9 @@ class NumberTopics {
 
   Node* node_;
   Take take_;
-  std::vector<::ros::Subscriber> subscribers_;
   std::map<std::string, std::string> types_;
   std::map<std::string, std::string> refused_;  // why a topic's messages can't be used
+  std::vector<::ros::Subscriber> subscribers_;  // last, so gone first
 };
 
 }  // namespace seatrial::ros

@@ -4,14 +4,20 @@
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <memory>
+#include <set>
 
 #include "diagnostics.hpp"
+#include "network_queue.hpp"
+#include "network_timer.hpp"
 #include "numbers.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
@@ -35,27 +41,52 @@ class Shell {
         odometry_(public_.advertise<nav_msgs::Odometry>("odom", 10)),
         map_pose_(public_.advertise<geometry_msgs::PoseWithCovarianceStamped>("map_pose", 10)),
         diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)),
-        reload_(own_.advertiseService("reload", &Shell::on_reload, this)),
-        numbers_(public_, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }) {
-    const auto hints = ros::TransportHints().tcpNoDelay();
-    subscribers_.push_back(
-        public_.subscribe(node_.pose_topic(), kQueue, &Shell::on_pose, this, hints));
+        reload_(own_.advertiseService("reload", &Shell::on_reload, this)) {
+    refuse_own_topics();
+    network_.setCallbackQueue(&messages_);
+    numbers_ = std::make_unique<NumberTopics<sr::Node>>(
+        network_, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); });
+    pose_ = network_.subscribe(node_.pose_topic(), kQueue, &Shell::on_pose, this,
+                               ros::TransportHints().tcpNoDelay());
     const double rate = node_.settings().rate;
     if (rate > 0.0) {
-      timers_.push_back(public_.createTimer(ros::Duration(1.0 / rate),
-                                            [this](const ros::TimerEvent&) { publish(); }));
+      timer_ = std::make_unique<sr::NetworkTimer>(rate, messages_, [this] { publish(); });
     }
-    slow_ = public_.createWallTimer(ros::WallDuration(1.0),
-                                    [this](const ros::WallTimerEvent&) { diagnose(); });
-    quick_ = public_.createWallTimer(ros::WallDuration(0.1), [this](const ros::WallTimerEvent&) {
-      if (reload_asked == 0) return;
-      reload_asked = 0;
-      reload();
+    slow_ = public_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) {
+      const auto held = messages_.hold();
+      diagnose();
     });
+  }
+
+  /// Services, diagnostics and signals; all else happens in the network's thread.
+  void spin() {
+    while (ros::ok()) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kLongest));
+      if (reload_asked == 0) continue;
+      reload_asked = 0;
+      const auto held = messages_.hold();
+      reload();
+    }
+    ros::shutdown();  // joins the network's thread
   }
 
  private:
   static constexpr std::uint32_t kQueue = 100;
+  static constexpr double kLongest = 0.1;  // between two looks at signals [s]
+
+  /// What the node says would come back as what it hears, within one call.
+  void refuse_own_topics() const {
+    std::set<std::string> heard = node_.number_topics();
+    heard.insert(node_.pose_topic());
+    for (const std::string& topic : heard) {
+      const std::string name = public_.resolveName(topic);
+      if (name == odometry_.getTopic() || name == map_pose_.getTopic()) {
+        throw std::runtime_error("topic " + name +
+                                 " is what this node publishes; expected: poses and "
+                                 "commands of others; give pose_topic or remap");
+      }
+    }
+  }
 
   void on_pose(const ros::MessageEvent<ShapeShifter const>& event) {
     const ShapeShifter& any = *event.getConstMessage();
@@ -142,24 +173,26 @@ class Shell {
   }
 
   bool on_reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    const auto held = messages_.hold();
     response.message = reload();
     response.success = response.message.empty();
     return true;
   }
 
+  sr::NetworkQueue messages_;
   ros::NodeHandle public_;
+  ros::NodeHandle network_;
   ros::NodeHandle own_{"~"};
   sr::Node node_;
   ros::Publisher odometry_;
   ros::Publisher map_pose_;
   ros::Publisher diagnostics_;
   ros::ServiceServer reload_;
-  NumberTopics<sr::Node> numbers_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  std::vector<ros::Subscriber> subscribers_;
-  std::vector<ros::Timer> timers_;
+  std::unique_ptr<NumberTopics<sr::Node>> numbers_;  // these last: messages come from here on
+  ros::Subscriber pose_;
+  std::unique_ptr<sr::NetworkTimer> timer_;
   ros::WallTimer slow_;
-  ros::WallTimer quick_;
 };
 
 }  // namespace
@@ -169,7 +202,7 @@ int main(int argc, char** argv) {
   std::signal(SIGHUP, ask_reload);
   try {
     Shell shell;
-    ros::spin();
+    shell.spin();
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "seatrial_odometry: %s\n", error.what());
     return 1;

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Plays boat and SLAM for the odometry node, and measures how long it takes from a command to the
-// odometry that it brings about (node with rate 0). Poses at 15 Hz.
+// odometry that it brings about (node with rate 0): from publish() to when the answer was read off
+// the socket. Poses at 15 Hz.
 //
 //   latency _seconds:=30 _commands:=100        prints: commands answers p50 p99 worst [ms]
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Joy.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <vector>
+
+#include "../src/network_queue.hpp"
 
 namespace {
 
@@ -25,7 +27,10 @@ double at(const std::vector<double>& sorted, double share) {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "latency");
+  seatrial::ros::NetworkQueue answers;
   ros::NodeHandle node;
+  ros::NodeHandle hearing;
+  hearing.setCallbackQueue(&answers);
   const ros::NodeHandle own("~");
   const double seconds = own.param("seconds", 30.0);
   const double rate = own.param("commands", 100.0);  // [Hz]
@@ -39,7 +44,7 @@ int main(int argc, char** argv) {
         took.push_back((ros::WallTime::now() - sent).toSec());
       };
   const ros::Subscriber odometry =
-      node.subscribe<nav_msgs::Odometry>("odom", 10, heard, ros::VoidConstPtr(), hints);
+      hearing.subscribe<nav_msgs::Odometry>("odom", 10, heard, ros::VoidConstPtr(), hints);
   while (ros::ok() && (joypad.getNumSubscribers() == 0 || slam.getNumSubscribers() == 0 ||
                        odometry.getNumPublishers() == 0)) {
     ros::WallDuration(0.05).sleep();
@@ -62,14 +67,17 @@ int main(int argc, char** argv) {
     joy.header.stamp = ros::Time::now();
     joy.axes.assign(kAxes, 0.0F);
     joy.axes[1] = commands % 200 < 100 ? 0.3F : -0.3F;
-    sent = ros::WallTime::now();
+    {
+      const auto held = answers.hold();
+      sent = ros::WallTime::now();
+    }
     joypad.publish(joy);
     ++commands;
-    const ros::WallTime next = begin + ros::WallDuration(commands / rate);
-    while (ros::ok() && ros::WallTime::now() < next) {
-      ros::getGlobalCallbackQueue()->callOne(ros::WallDuration(0.001));
-    }
+    const ros::WallDuration rest =
+        begin + ros::WallDuration(commands / rate) - ros::WallTime::now();
+    if (rest > ros::WallDuration()) rest.sleep();
   }
+  ros::shutdown();  // no answer comes any more
   if (took.empty()) {
     std::fprintf(stderr, "latency: no odometry came\n");
     return 1;
