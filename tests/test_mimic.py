@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The mimic: a simulated carrier with wheels that slip follows what the boat really did."""
 
+import re
 import sys
 from dataclasses import replace
 
@@ -184,14 +185,37 @@ def test_an_unstable_model_stops_the_carrier(mp):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"lag": 2.0}, "lag: expected 0 to 1 s"),
-        ({"gain": 50.0}, "gain: expected"),
-        ({"speed": 0.0}, "speed"),
+        ({"speed": 0.0}, "speed is 0; expected more than 0 m/s: give the carrier's highest"),
+        ({"yaw_rate": -1.0}, "yaw_rate is -1; expected more than 0 rad/s: give the carrier's highest"),
+        ({"acceleration": np.nan}, "acceleration is nan; expected more than 0 m/s^2: give the"),
+        ({"yaw_acceleration": -0.5}, "yaw_acceleration is -0.5; expected more than 0 rad/s^2: give"),
+        ({"lag": 2.0}, "lag is 2; expected 0 to 1 s: measure its delay and time constant"),
+        ({"gain": 50.0}, "gain is 50; expected 0 to 20 1/s: a third of one over its delay is"),
+        ({"pose_timeout": 0.0}, "pose_timeout is 0; expected more than 0 s: give some periods"),
+        ({"lost": -2.0}, "lost is -2; expected more than 0 m: give how far from the virtual boat"),
+        ({"speed": "fast"}, "speed is 'fast'; expected a number"),
     ],
-)
+)  # fmt: skip
 def test_a_carrier_that_can_not_be_is_said(boat, settings, words):
-    with pytest.raises(MimicError, match=words):
+    with pytest.raises(MimicError, match="^" + re.escape(f"carrier: {words}")):
         Mimic(boat, Carrier(**settings))
+
+
+def test_what_is_asked_beyond_the_limits_is_told(boat):
+    """The velocity given is the one asked, along the same direction, down to the limit."""
+    free, slow = Mimic(boat, Carrier(lag=0.0)), Mimic(boat, Carrier(lag=0.0, speed=0.05))
+    for k in range(200):
+        for one in (free, slow):
+            one.command(0.02 * k, [1.0, 0.3, 0.0])
+            motion = one.at(0.02 * (k + 1))
+        if k == 0:
+            np.testing.assert_allclose(motion.asked, motion.nu, atol=1e-12)
+    assert MimicHealth.SPEED_LIMITED in motion.health
+    np.testing.assert_allclose(motion.asked, free.at(4.0).velocity, rtol=1e-9)
+    assert np.hypot(*motion.velocity[:2]) == pytest.approx(0.05)
+    np.testing.assert_allclose(
+        motion.velocity / np.linalg.norm(motion.velocity), motion.asked / np.linalg.norm(motion.asked)
+    )  # fmt: skip
 
 
 def test_inputs_of_another_shape_are_said(boat):

@@ -12,7 +12,8 @@ import pytest
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import ControlError, ExportError
+from seatrial.errors import ControlError, ExportError, ModelError
+from seatrial.export import export
 from seatrial.mpc import Grid, Nmpc, Weights, by_thrusters
 from seatrial.mpc.problem import stage
 from seatrial.plan import load_plan
@@ -239,6 +240,16 @@ def test_wrong_input_gets_one_line(controller, truth):
         Grid(1)
     with pytest.raises(ControlError, match="names no thrusters"):
         Nmpc(of_another(truth, load_vehicle(SHIP)))
+
+
+def test_a_model_that_runs_away_is_refused_in_the_words_of_export(truth, tmp_path):
+    values = truth.values | {"X_u": 0.5, "X_uu": 0.0}
+    wild = replace(truth, coefficients=np.array([values[n] for n in truth.structure.coefficients]))
+    with pytest.raises(ModelError, match=r"the model is unstable: .*surge passes 10 m/s") as ours:
+        Nmpc(wild)
+    with pytest.raises(ModelError) as theirs:
+        export(wild, "casadi", tmp_path / "wild.casadi")
+    assert str(ours.value) == str(theirs.value)
 
 
 def of_another(truth, vehicle):

@@ -205,6 +205,18 @@ def test_cells_say_the_same_three_times():
     assert known(float("nan")).html() == "–"
 
 
+def test_a_column_of_sentences_among_numbers_stands_to_the_left_and_is_wrapped():
+    rows = [[Text("a"), Number(1.0), Text("as long as a sentence is, and longer")],
+            [Text("as long as a sentence is, and longer"), Number(2.0), Text("brief")]]  # fmt: skip
+    table = Table("t", "T", ("scheme", "power", "why"), rows)
+    assert re.findall(r"<t[hd][^>]*words[^>]*>(.*?)</t", table.html()) == [
+        "why", "as long as a sentence is, and longer", "brief"
+    ]  # fmt: skip
+    assert r"\begin{tabular}{lrl}" in table.latex()
+    assert "words" not in Table("t", "T", table.head, rows, numbers=False).html()
+    assert "words" not in Table("t", "T", table.head, [[Text("a"), Number(1.0), Text("b")]]).html()
+
+
 def test_a_group_heads_its_rows_in_every_form():
     table = Table("t", "T", ("a", "b"), [[Text("g")], [Text("x"), between((1.0, 2.0))]])
     assert table.csv() == "group,a,b from,b to\ng,x,1,2\n"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The mimic's node with a real ROS 1: driven by Joy, it drives a carrier that slips."""
 
+import re
 import signal
 import time
 
@@ -126,12 +127,32 @@ def test_diagnostics_say_how_far_it_is_off(recorded, path):
     assert int(values["inputs not used"]) == 0
 
 
+def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path, tmp_path):
+    recorder = ros.record("-O", tmp_path / "slow.bag", topics=("/diagnostics",))
+    mimic = ros.start(str(MIMIC), f"_model:={path}", "_speed:=0.02")
+    ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
+    joypad = ros.start(
+        "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", "{axes: [0.0, 0.8, 0.0, 0.0]}"
+    )
+    time.sleep(3.0)
+    for process in (joypad, mimic, recorder):
+        ros.finish(process, signal.SIGINT)
+    said = [m.status[0].message for _, m in messages(tmp_path / "slow.bag", "/diagnostics")]
+    words = r"faster than the carrier may be.*\(asked ([\d.]+) m/s, \S+ rad/s; at most 0\.02, 2\)"
+    asked = [float(found[1]) for text in said if (found := re.search(words, text))]
+    assert asked
+    assert all(0.02 < a < 1.0 for a in asked)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("__name:=a",), "parameter model is empty"),
         (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
-        (("__name:=c", "_model:={model}", "_lag:=5.0"), "lag is 5"),
+        (
+            ("__name:=c", "_model:={model}", "_lag:=5.0"),
+            "parameter lag is 5; expected 0 to 1: its delay",
+        ),
     ],
 )
 def test_a_mistake_is_one_line(ros, path, arguments, words):

@@ -239,7 +239,8 @@ def pulsed(mp, files):
     raw["allocation"] = {"scheme": "direct"}
     model = make_model(vehicle_from(raw, "pulsed"), TABLE_II["MP"])
     seatrial.save(model, files / "pulsed.yaml")
-    save_ros(tune(model, 1.0, action="pd", draws=5), files / "pulsed-ros.yaml")
+    tuning = tune(model, 1.0, action="pd", draws=5, allocation="null-space")
+    save_ros(tuning, files / "pulsed-ros.yaml")
     return files / "pulsed.yaml", files / "pulsed-ros.yaml"
 
 
@@ -278,7 +279,10 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     gains = yaml.safe_load(parameters.read_text())["seatrial_tracking"]
     share = np.array(gains["mix"]).reshape(4, 3)[:, 0] * gains["proportional"][0] * 0.05
     assert np.abs(share).max() > 0.1
-    np.testing.assert_allclose(pulses(), 1500.0 + 400.0 * share, atol=0.01)
+    allocator = seatrial.Allocator(seatrial.load(model), "null-space")
+    values = allocator.allocate(allocator.boat.T @ share)
+    assert np.abs(values - share).max() > 0.03  # idle, all of them
+    np.testing.assert_allclose(pulses(), 1500.0 + 400.0 * values, atol=0.01)
     go("odom", "in another frame")
     assert pulses() == [1500.0] * 4
     go("map", "follows the reference")
@@ -302,6 +306,14 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
         (("__name:=d", "_model:={model}", "_gains:={inputs}"), "the gains are for F_u, F_v, F_q"),
         (("__name:=e", "_model:={model}", "_gains:={other}"), "full command in sway gives 9.0"),
         (("__name:=f", "_model:={model}", "_gains:={gains}", "_timeout:=90.0"), "timeout is 90"),
+        (
+            ("__name:=g", "_model:={model}", "_gains:={gains}", "_allocation:=auto"),
+            "the gains have none",
+        ),
+        (
+            ("__name:=h", "_model:={model}", "_gains:={thrusters}"),
+            "the model's vehicle allocates by",
+        ),
     ],
 )
 def test_a_mistake_is_one_line(ros, files, arguments, words):
@@ -310,6 +322,12 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     names["inputs"].write_text(yaml.safe_dump({**gains, "inputs": ["F_u", "F_v", "F_q"]}))
     surge, _, yaw = gains["authority"]
     names["other"].write_text(yaml.safe_dump({**gains, "authority": [surge, 9.0, yaw]}))
+    numbers = {"limits": [1.0] * 4, "idle_forward": [0.1] * 4, "idle_reverse": [0.1] * 4}
+    allocation = {
+        "scheme": "auto", "rank": [1, 1, 0], "hysteresis": 0.0, "effectiveness": [[1, 0, 0]] * 4, **numbers
+    }  # fmt: skip
+    names["thrusters"] = files / "thrusters.yaml"
+    names["thrusters"].write_text(yaml.safe_dump({**gains, "allocation": allocation}))
     process = ros.start(str(TRACKING), *(a.format(**names) for a in arguments))
     assert process.wait(20.0) == 1
     process.stdin.close()

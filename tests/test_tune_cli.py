@@ -45,7 +45,7 @@ def test_the_command_writes_what_the_library_finds(model_file, tmp_path, capsys)
     assert found.action == "pid" and found.knob == 0.8 and found.inputs == ["F_u", "F_v", "F_r"]
     ros, ros2 = (yaml.safe_load(out.read_text())["seatrial_tracking"] for out in outs[1:3])
     assert ros2["ros__parameters"] == ros
-    assert ros.pop("action") == "pid"
+    assert (ros.pop("action"), ros.pop("allocation")) == ("pid", "vehicle")
     numbers = [x for v in ros.values() for x in (v if isinstance(v, list) else [v])]
     assert all(isinstance(x, float) for x in numbers)  # ROS 2 takes no 1 for 1.0
     header = (ROOT / "ros/common/include/seatrial_ros/tracking_settings.hpp").read_text()

@@ -13,10 +13,14 @@ from benchmarks.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tun
 from benchmarks.tracking.scenes import CONDITIONS, Conditions, course, identified, truth
 from seatrial.control import KNOB, Course, Shape, Tuning, tune
 from seatrial.frames import Array
+from seatrial.model import Model
+from seatrial.mpc import by_thrusters
 
 SEEDS = (1, 2, 3)
 KNOBS = (0.35, 0.5, 1.0, 2.0, 4.0)  # [s]
 CURRENTS = ((0.0, 0.0), (0.015, 0.0))  # [m/s] against a boat that keeps still
+FOLLOWING = ("sign-pattern", "null-space")  # allocators that are tried on the courses
+STANDING = ("moore-penrose", *FOLLOWING)  # and keeping still
 WATCH = 180.0  # [s] it keeps still; the last half counts
 
 
@@ -59,6 +63,23 @@ def at_knob(scheme: str, conditions: str, knob: float) -> tuple[Outcome, ...]:
     )
 
 
+@cache
+def allocated(allocation: str, plan: str, action: str = "pid") -> Tuning:
+    """MP's boat with its thrusters commanded one by one, by an allocator."""
+    model = by_thrusters(identified("MP", plan))
+    return tune(model, KNOB, action="pd" if action == "pd" else "pid", allocation=allocation)
+
+
+@cache
+def by_allocator(allocation: str, conditions: str, shape: str) -> tuple[Outcome, ...]:
+    """One a seed, with feed-forward."""
+    told, plant = CONDITIONS[conditions], by_thrusters(truth("MP"))
+    return tuple(
+        run(plant, Tuned(allocated(allocation, told.plan)), course(shape), told, seed)
+        for seed in SEEDS
+    )
+
+
 @dataclass(frozen=True)
 class Still(Shape):
     """A point."""
@@ -74,11 +95,12 @@ class Still(Shape):
         return np.zeros((3, 3))
 
 
-def keeping_still(scheme: str, action: str, current: tuple[float, float]) -> tuple[float, float]:
+def keeping_still(
+    plant: Model, tuning: Tuning, current: tuple[float, float]
+) -> tuple[float, float]:
     """How far [m] the boat swings along its own axis from end to end, and its mean offset [m]."""
-    pilot = Tuned(tuned(scheme, "paper-like", KNOB, action))
     found = run(
-        truth(scheme), pilot, Course(Still(), WATCH), Conditions("paper-like", current), SEEDS[0]
+        plant, Tuned(tuning), Course(Still(), WATCH), Conditions("paper-like", current), SEEDS[0]
     )
     late = found.error[found.t > 0.5 * WATCH, 0]
     return float(np.ptp(late)), float(

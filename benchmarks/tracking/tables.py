@@ -2,22 +2,28 @@
 """The tables of docs/tune.md."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from benchmarks.tracking.hand import by_hand
 from benchmarks.tracking.loop import Outcome
-from benchmarks.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course
+from benchmarks.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, truth
 from benchmarks.tracking.study import (
     CURRENTS,
+    FOLLOWING,
     KNOBS,
     PILOTS,
+    STANDING,
+    allocated,
     at_knob,
+    by_allocator,
     keeping_still,
     outcomes,
     tuned,
 )
 from seatrial.control.dead_zone import dead_zone
+from seatrial.mpc import by_thrusters
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -52,11 +58,7 @@ def heading() -> str:
     for scheme in SCHEMES:
         for conditions in CONDITIONS:
             found = [outcomes(scheme, conditions, "eight", pilot) for pilot in PILOTS]
-            cells = [
-                f"{1e3 * np.sqrt(np.mean([o.heading**2 for o in each])):.1f}, "
-                f"{np.sqrt(np.mean([o.unrest**2 for o in each])):.3f}"
-                for each in found
-            ]
+            cells = [f"{_heading(each)}, {_unrest(each)}" for each in found]
             rows.append([scheme, conditions, *cells])
     return table(["", "SLAM", *PILOTS], rows)
 
@@ -81,20 +83,42 @@ def knobs() -> str:
 
 def still() -> str:
     """Keeping still: what the dead zone leaves."""
+    boats = {s: (truth(s), partial(tuned, s, "paper-like")) for s in SCHEMES}
+    for name in STANDING:
+        by_name = partial(allocated, name, "paper-like")
+        boats[f"MP, {name}"] = (by_thrusters(truth("MP")), by_name)
     rows = []
-    for scheme in SCHEMES:
+    for boat, (plant, tuning_for) in boats.items():
         for action in ("pid", "pd"):
-            tuning = tuned(scheme, "paper-like", action=action)
-            reach = dead_zone(tuning.model, tuning.boat)[0] / tuning.table()[0, 0]
+            tuning = tuning_for(action=action)
+            dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)[0]
             cells = []
             for current in CURRENTS:
-                swing, offset = keeping_still(scheme, action, current)
+                swing, offset = keeping_still(plant, tuning, current)
                 cells += [f"{1e3 * swing:.1f}", f"{1e3 * offset:.1f}"]
-            rows.append([scheme, action.upper(), f"{1e3 * reach:.1f}", *cells])
+            reach = 1e3 * dead / tuning.table()[0, 0]
+            rows.append([boat, action.upper(), f"{reach:.1f}", *cells])
     head = ["", "", "dead zone / P [mm]"]
     for current in CURRENTS:
         head += [f"swing [mm], {100 * current[0]:g} cm/s", "offset [mm]"]
     return table(head, rows)
+
+
+def allocators() -> str:
+    """Tuned PID with feed-forward by an allocator: RMS distance, heading, and the commands' changes."""
+    rows = []
+    for shape in SHAPES:
+        found = [by_allocator(name, "paper-like", shape) for name in FOLLOWING]
+        rows.append([shape, *(f"{position(f)}, {_heading(f)}, {_unrest(f)}" for f in found)])
+    return table(["course", *FOLLOWING], rows)
+
+
+def _heading(found: Sequence[Outcome]) -> str:
+    return f"{1e3 * np.sqrt(np.mean([o.heading**2 for o in found])):.1f}"
+
+
+def _unrest(found: Sequence[Outcome]) -> str:
+    return f"{np.sqrt(np.mean([o.unrest**2 for o in found])):.3f}"
 
 
 def gains() -> str:
@@ -117,4 +141,5 @@ def gains() -> str:
 
 MAKERS: dict[str, Callable[[], str]] = {
     "tracking": tracking, "heading": heading, "gains": gains, "knobs": knobs, "still": still,
+    "allocators": allocators,
 }  # fmt: skip

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Python's view of the mimic.
 #pragma once
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <string>
 #include <tuple>
 
 #include "arrays.hpp"
@@ -20,8 +22,9 @@ struct MimicBox {
   std::size_t n_inputs;
 };
 
-using MimicAnswer =
-    std::tuple<double, std::vector<double>, std::vector<double>, std::vector<double>, unsigned>;
+using CarrierAnswer = std::tuple<std::string, double, std::string, std::string>;
+using MimicAnswer = std::tuple<double, std::vector<double>, std::vector<double>,
+                               std::vector<double>, std::vector<double>, unsigned>;
 
 void bind_mimic(nb::module_& m) {
   using namespace nb::literals;
@@ -35,10 +38,13 @@ void bind_mimic(nb::module_& m) {
       .def_rw("gain", &Carrier::gain)
       .def_rw("pose_timeout", &Carrier::pose_timeout)
       .def_rw("lost", &Carrier::lost)
-      .def("fault", [](const Carrier& c) {
-        const char* why = fault(c);
-        return nb::str(why == nullptr ? "" : why);
-      });
+      .def(
+          "fault",
+          [](const Carrier& c) {
+            const CarrierFault f = fault(c);
+            return CarrierAnswer{f.name == nullptr ? "" : f.name, f.got, f.expected, f.advice};
+          },
+          "Name (empty: none), value, what was expected, what to do.");
   nb::class_<MimicBox>(m, "Mimic")
       .def(
           "__init__",
@@ -46,7 +52,7 @@ void bind_mimic(nb::module_& m) {
              double timeout) {
             require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value a constant");
             require(boat.structure.n_forces == chain.n_forces, "structure and chain differ");
-            require(fault(carrier) == nullptr, fault(carrier));
+            require(fault(carrier).name == nullptr, "a carrier without fault");
             const auto plant = std::make_unique<Plant>(boat.structure, boat.coefficient, chain,
                                                        q.data(), boat.longest_step);
             const auto n = static_cast<std::size_t>(chain.allocation.n_commands);
@@ -73,11 +79,14 @@ void bind_mimic(nb::module_& m) {
             const MimicOutput o = self.mimic.at(t);
             return {o.time,
                     {o.velocity, o.velocity + 3},
+                    {o.asked, o.asked + 3},
                     {o.boat, o.boat + kStates},
                     {o.mismatch, o.mismatch + 3},
                     o.health};
           },
-          "t"_a, "time, velocity for the carrier, the virtual boat's state, mismatch, health.");
+          "t"_a,
+          "time, velocity for the carrier, the same before its limits, the virtual boat's state, "
+          "mismatch, health.");
 }
 
 }  // namespace

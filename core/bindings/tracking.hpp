@@ -7,6 +7,7 @@
 
 #include "arrays.hpp"
 #include "predictor.hpp"
+#include "seatrial/allocator.hpp"
 #include "seatrial/tracking.hpp"
 
 namespace {
@@ -61,11 +62,20 @@ void bind_tracking(nb::module_& m) {
       .def(
           "__init__",
           [](Tracker* self, const Boat& boat, const Chain& chain, Matrix gains, Matrix mix,
-             double limit, bool feed_forward) {
-            new (self) Tracker(boat.structure, boat.coefficient, chain.allocation,
-                               make_gains(chain, gains, mix, limit, feed_forward));
+             double limit, bool feed_forward, const Allocator* allocator) {
+            const TrackingGains g = make_gains(chain, gains, mix, limit, feed_forward);
+            if (allocator == nullptr) {
+              new (self) Tracker(boat.structure, boat.coefficient, chain.allocation, g);
+              return;
+            }
+            require(allocator->fault() == AllocatorFault::kOk, "this allocator has a fault");
+            require(allocator->setup().effectiveness.n == chain.allocation.n_commands,
+                    "inputs and the allocator's thrusters differ");
+            new (self) Tracker(boat.structure, boat.coefficient, *allocator, g);
           },
-          "boat"_a, "chain"_a, "gains"_a, "mix"_a, "limit"_a, "feed_forward"_a)
+          "boat"_a, "chain"_a, "gains"_a, "mix"_a, "limit"_a, "feed_forward"_a,
+          "allocator"_a.none(),
+          "allocator: for inputs that are the thrusters; without it the boat's own allocation.")
       .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
            "Commands (inputs,), and what became of the call.")
       .def("forget", &Tracker::forget)

@@ -76,6 +76,50 @@ TEST_CASE("without feed-forward it is a PID in body axes") {
   }
 }
 
+TEST_CASE("by an allocator the curves are inverted: thrust is as without a dead zone") {
+  constexpr double kSigns[4][kAxes] = {{-1, 1, 1}, {-1, -1, -1}, {1, 1, -1}, {1, -1, 1}};
+  AllocatorSetup setup;
+  setup.scheme = AllocatorScheme::kNullSpace;
+  setup.effectiveness.n = setup.chain.allocation.n_actuators = 4;
+  setup.chain.n_constants = 1;
+  setup.q[0] = 0.08;
+  TrackingGains g = gains(false);
+  for (int k = 0; k < 4; ++k) {
+    setup.chain.actuators[k].edge_forward = setup.chain.actuators[k].edge_reverse = 0;
+    setup.limit[k] = 1.0;
+    setup.idle_forward[k] = setup.idle_reverse[k] = 0.12;
+    for (int i = 0; i < kAxes; ++i) {
+      setup.effectiveness.column[k][i] = 0.5 * kSigns[k][i];
+      g.mix[k][i] = kSigns[k][i];
+    }
+  }
+  const Allocator allocator(setup);
+  REQUIRE(allocator.fault() == AllocatorFault::kOk);
+  const auto c = boats::mallard_coefficients();
+  Tracker t(boats::mallard(), c.data(), allocator, g);
+  Reference r;
+  r.eta[0] = 0.01;
+  r.eta[1] = -0.02;
+  r.eta[2] = 0.03;
+  double values[kMaxCommands];
+  const long before = allocations.load();
+  CHECK(t.command(0.1, kStill, kStill, r, r, values) == Tracked::kFollowing);
+  CHECK(allocations.load() == before);
+  for (int i = 0; i < kAxes; ++i) {
+    double given = 0.0;  // T y, T = S / 2, with y past the edge of 0.08
+    for (int k = 0; k < 4; ++k) {
+      CHECK(std::abs(values[k]) >= 0.12 - 1e-12);
+      const double y = (std::abs(values[k]) - 0.08) / 0.92;
+      given += 0.5 * kSigns[k][i] * std::copysign(y, values[k]);
+    }
+    CHECK(given == doctest::Approx(2.0 * g.proportional[i] * r.eta[i]));  // 4 thrusters of 1/2 each
+  }
+  r.eta[0] = 9.0;
+  CHECK(t.command(0.1, kStill, kStill, r, r, values) == Tracked::kLimited);
+  for (int k = 0; k < 4; ++k) CHECK(std::abs(values[k]) <= 1.0);
+  CHECK(t.integral()[0] == doctest::Approx(0.1 * 0.01));  // full thrust: nothing more is integrated
+}
+
 TEST_CASE("a heading error goes the short way round") {
   Tracker t = tracker(gains(false));
   const double eta[kAxes] = {0.0, 0.0, 3.1};

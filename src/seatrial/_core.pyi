@@ -197,7 +197,10 @@ class Allocator:
     def reach(self, direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], most: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
 class Tracker:
-    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool) -> None: ...
+    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool, allocator: Allocator | None) -> None:
+        """
+        allocator: for inputs that are the thrusters; without it the boat's own allocation.
+        """
 
     def command(self, inputs: int, dt: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], now: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], ahead: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], int]:
         """Commands (inputs,), and what became of the call."""
@@ -463,7 +466,8 @@ class Carrier:
     @lost.setter
     def lost(self, arg: float, /) -> None: ...
 
-    def fault(self) -> str: ...
+    def fault(self) -> tuple[str, float, str, str]:
+        """Name (empty: none), value, what was expected, what to do."""
 
 class Mimic:
     def __init__(self, boat: Boat, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], carrier: Carrier, timeout: float) -> None: ...
@@ -472,9 +476,9 @@ class Mimic:
 
     def pose(self, t: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> bool: ...
 
-    def at(self, t: float) -> tuple[float, list[float], list[float], list[float], int]:
+    def at(self, t: float) -> tuple[float, list[float], list[float], list[float], list[float], int]:
         """
-        time, velocity for the carrier, the virtual boat's state, mismatch, health.
+        time, velocity for the carrier, the same before its limits, the virtual boat's state, mismatch, health.
         """
 
 def regressors(structure: Structure, nu: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], nu_dot: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...

@@ -327,7 +327,7 @@ class Allocator {
 
   double solve(const Reach& reach, Bounds bounds, const double* wrench, double* y) const {
     reach.pin(setup_.effectiveness, wrench, bounds);
-    return effort_.solve(bounds, wrench, y);
+    return effort_.solve(bounds, wrench, y).error;
   }
 
   void take_sides(const double* y) {

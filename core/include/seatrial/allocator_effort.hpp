@@ -30,24 +30,33 @@ class LeastEffort {
     }
   }
 
-  /// Writes y; returns the largest deviation of T y from F.
-  double solve(const Bounds& bounds, const double* wrench, double* y) const {
+  /// The largest deviation of T y from F, and how many 3 x 3 systems it took.
+  struct Outcome {
+    double error = std::numeric_limits<double>::infinity();
+    int steps = 0;
+  };
+
+  /// Writes y.
+  Outcome solve(const Bounds& bounds, const double* wrench, double* y) const {
     double lambda[kWrenchAxes];
     double centre[kWrenchAxes];
     solve_three(free_, wrench, lambda);  // the answer, where no bound is in the way
     std::copy(lambda, lambda + kWrenchAxes, centre);
-    double error = std::numeric_limits<double>::infinity();
+    Outcome out;
+    out.steps = 1;
     for (int pass = 0; pass < kPasses; ++pass) {
-      climb(bounds, wrench, centre, lambda);
+      out.steps += climb(bounds, wrench, centre, lambda);
       thrusts(bounds, lambda, y);
-      const double before = error;
-      error = deviation(wrench, y);
-      // within reach a pass moves lambda by up to rho times the error; out of reach, the error
-      // stays
-      if (error < 10 * kExact || (error > kOutOfReach && error > 0.5 * before)) break;
+      const double before = out.error;
+      out.error = deviation(wrench, y);
+      // within reach a pass moves lambda by up to rho times the error; out of reach, and where
+      // nothing but rounding is left, the error stays
+      const bool stays = out.error > 0.5 * before;
+      const bool given = out.error < 10 * kExact;
+      if (given || (stays && (out.error > kOutOfReach || out.error < kSettled))) break;
       std::copy(lambda, lambda + kWrenchAxes, centre);
     }
-    return error;
+    return out;
   }
 
  private:
@@ -55,6 +64,7 @@ class LeastEffort {
   static constexpr double kExact = 1e-14;
   static constexpr double kRounding = 1e-15;   // of a multiplier
   static constexpr double kOutOfReach = 1e-6;  // [command units]
+  static constexpr double kSettled = 1e-11;    // [command units] as near as Reach tells a face
   static constexpr int kPasses = 8;
   static constexpr int kSteps = 20;
 
@@ -72,18 +82,25 @@ class LeastEffort {
     return largest(given);
   }
 
-  /// To the maximum of the dual function, less |lambda - centre|^2 / (2 rho).
-  void climb(const Bounds& b, const double* wrench, const double* centre, double* lambda) const {
+  /// To the maximum of the dual function, less |lambda - centre|^2 / (2 rho); how many steps.
+  int climb(const Bounds& b, const double* wrench, const double* centre, double* lambda) const {
     for (int step = 0; step < kSteps; ++step) {
       double gradient[kWrenchAxes];
       double curvature[kWrenchAxes][kWrenchAxes];
       derivatives(b, wrench, centre, lambda, gradient, curvature);
-      if (largest(gradient) < kExact + kRounding * largest(lambda)) return;
+      if (largest(gradient) < kExact + kRounding * largest(lambda)) return step;
       double direction[kWrenchAxes];
       solve_three(curvature, gradient, direction);
       const double length = line_search(b, wrench, centre, lambda, direction);
-      for (int j = 0; j < kWrenchAxes; ++j) lambda[j] += length * direction[j];
+      bool moved = false;  // by less than lambda's last digit: so would every step after it
+      for (int j = 0; j < kWrenchAxes; ++j) {
+        const double before = lambda[j];
+        lambda[j] += length * direction[j];
+        moved = moved || lambda[j] != before;
+      }
+      if (!moved) return step + 1;
     }
+    return kSteps;
   }
 
   static double largest(const double* v) {
@@ -152,19 +169,25 @@ class LeastEffort {
     for (int j = 0; j < kWrenchAxes; ++j) {
       ray.constant += direction[j] * (wrench[j] - (lambda[j] - centre[j]) / kRho);
     }
-    double ends[2 * kMaxActuators + 1];
-    int n_ends = 0;
     for (int k = 0; k < t_.n; ++k) {
       ray.push[k] = detail::dot3(t_.column[k], direction);
       ray.start[k] = softness_[k] * detail::dot3(t_.column[k], lambda);
       ray.rate[k] = softness_[k] * ray.push[k];
+    }
+    return slope(b, ray, 1.0) >= 0.0 ? 1.0 : flat_point(b, ray);
+  }
+
+  /// The step in (0, 1) at which a slope that is negative at 1 is zero.
+  double flat_point(const Bounds& b, const Ray& ray) const {
+    double ends[2 * kMaxActuators + 1];
+    int n_ends = 0;
+    for (int k = 0; k < t_.n; ++k) {
       if (ray.rate[k] == 0.0) continue;
       for (const double bound : {b.low[k], b.high[k]}) {
         const double s = (bound - ray.start[k]) / ray.rate[k];
         if (s > 0.0 && s < 1.0) ends[n_ends++] = s;
       }
     }
-    if (slope(b, ray, 1.0) >= 0.0) return 1.0;
     ends[n_ends++] = 1.0;
     std::sort(ends, ends + n_ends);
     int low = 0;  // the slope is negative at ends[high]

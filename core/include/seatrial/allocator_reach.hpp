@@ -83,8 +83,9 @@ class Reach {
       const double length = std::sqrt(p * p + q * q);
       if (length < kParallel) continue;
       const double at = detail::dot3(normal_[i], from);
-      half[n++] = {p / length, q / length, (high_[i] - at) / length};
-      half[n++] = {-p / length, -q / length, (at - low_[i]) / length};
+      const double per = 1.0 / length;
+      half[n++] = {p * per, q * per, (high_[i] - at) * per};
+      half[n++] = {-p * per, -q * per, (at - low_[i]) * per};
     }
     *a = *b = 1.0;
     for (int i = 4; i < n; ++i) {

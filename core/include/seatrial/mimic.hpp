@@ -22,16 +22,43 @@ struct Carrier {
   double lost = 0.5;              // [m] from the virtual boat it is stopped
 };
 
-/// Why a carrier is refused, in one line; null: it is not.
-inline const char* fault(const Carrier& c) {
-  if (!(c.speed > 0.0 && c.yaw_rate > 0.0)) return "speed and yaw_rate: expected more than 0";
-  if (!(c.acceleration > 0.0 && c.yaw_acceleration > 0.0)) {
-    return "acceleration and yaw_acceleration: expected more than 0";
+/// What a carrier is refused for: the first of its numbers that can't be.
+struct CarrierFault {
+  const char* name = nullptr;  // null: none
+  double got = 0.0;
+  const char* expected = "";
+  const char* advice = "";
+};
+
+inline CarrierFault fault(const Carrier& c) {
+  const auto above = [](double v) { return v > 0.0; };
+  const auto within = [](double v, double most) { return v >= 0.0 && v <= most; };
+  if (!above(c.speed)) {
+    return {"speed", c.speed, "more than 0 m/s", "give the carrier's highest"};
   }
-  if (!(c.lag >= 0.0 && c.lag <= 1.0)) return "lag: expected 0 to 1 s";
-  if (!(c.gain >= 0.0 && c.gain <= 20.0)) return "gain: expected 0 to 20 1/s";
-  return c.pose_timeout > 0.0 && c.lost > 0.0 ? nullptr
-                                              : "pose_timeout and lost: expected more than 0";
+  if (!above(c.yaw_rate)) {
+    return {"yaw_rate", c.yaw_rate, "more than 0 rad/s", "give the carrier's highest"};
+  }
+  if (!above(c.acceleration)) {
+    return {"acceleration", c.acceleration, "more than 0 m/s^2", "give the carrier's highest"};
+  }
+  if (!above(c.yaw_acceleration)) {
+    return {"yaw_acceleration", c.yaw_acceleration, "more than 0 rad/s^2",
+            "give the carrier's highest"};
+  }
+  if (!within(c.lag, 1.0)) {
+    return {"lag", c.lag, "0 to 1 s", "measure its delay and time constant, in seconds"};
+  }
+  if (!within(c.gain, 20.0)) {
+    return {"gain", c.gain, "0 to 20 1/s", "a third of one over its delay is as much as it bears"};
+  }
+  if (!above(c.pose_timeout)) {
+    return {"pose_timeout", c.pose_timeout, "more than 0 s", "give some periods of its poses"};
+  }
+  if (!above(c.lost)) {
+    return {"lost", c.lost, "more than 0 m", "give how far from the virtual boat it may be"};
+  }
+  return {};
 }
 
 /// How a velocity is to be taken, bit by bit.
@@ -47,6 +74,7 @@ enum MimicHealth : std::uint32_t {
 struct MimicOutput {
   double time = 0.0;               // [s]
   double velocity[3] = {0, 0, 0};  // for the carrier: forward, left [m/s], yaw [rad/s]
+  double asked[3] = {0, 0, 0};     // the same before the carrier's limits
   double boat[kStates] = {};       // the virtual boat: x, y, psi, u, v, r
   double mismatch[3] = {0, 0, 0};  // boat minus carrier at its last pose, in the carrier's frame
   std::uint32_t health = kMimicNoPose;
@@ -107,6 +135,7 @@ class Mimic {
                  (silent_ ? kMimicCommandSilence : 0U) | (moved ? 0U : kMimicDiverged);
     double wanted[3] = {0.0, 0.0, 0.0};
     if (moved && !lost) lead(seen, wanted);
+    std::copy(wanted, wanted + 3, out.asked);
     limit(wanted, dt, out.health);
     std::copy(wanted, wanted + 3, out.velocity);
     std::copy(wanted, wanted + 3, given_);

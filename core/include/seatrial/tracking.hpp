@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The tracking controller: a reference and the boat's motion in, commands out. Feed-forward through
-// the model, PID on what is left; commands are limited with their direction kept. No heap, no
-// exceptions.
+// the model, PID on what is left; commands are limited with their direction kept, or as an
+// allocator's priorities say. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/allocation.hpp"
+#include "seatrial/axis_commands.hpp"
 #include "seatrial/dynamics.hpp"
 #include "seatrial/frames.hpp"
 
@@ -15,12 +15,12 @@ namespace seatrial {
 
 /// By axis: surge, sway, yaw. An axis command of 1 is some input's full.
 struct TrackingGains {
-  double proportional[kAxes] = {};       // axis commands per m, m, rad
-  double integral[kAxes] = {};           // per m s, m s, rad s
-  double derivative[kAxes] = {};         // per m/s, m/s, rad/s
-  double authority[kAxes] = {1, 1, 1};   // [m/s^2, m/s^2, rad/s^2] by an axis command of 1
-  double mix[kMaxCommands][kAxes] = {};  // inputs by axis commands
-  double limit = 1.0;                    // of each input
+  double proportional[kAxes] = {};      // axis commands per m, m, rad
+  double integral[kAxes] = {};          // per m s, m s, rad s
+  double derivative[kAxes] = {};        // per m/s, m/s, rad/s
+  double authority[kAxes] = {1, 1, 1};  // [m/s^2, m/s^2, rad/s^2] by an axis command of 1
+  AxisCommands::Mix mix = {};           // inputs by axis commands
+  double limit = 1.0;                   // of each input, and of what the integral asks for
   bool feed_forward = true;
 };
 
@@ -46,16 +46,18 @@ class Tracker {
 
   Tracker(const Structure& structure, const double* coefficient, const Allocation& allocation,
           const TrackingGains& gains)
-      : structure_(structure), allocation_(allocation), gains_(gains) {
-    std::copy(coefficient, coefficient + structure.n_coefficients, coefficient_);
-  }
+      : Tracker(structure, coefficient, AxisCommands(allocation, gains.mix, gains.limit), gains) {}
+
+  /// For a boat whose inputs are its thrusters; within the allocator's limits.
+  Tracker(const Structure& structure, const double* coefficient, const Allocator& allocator,
+          const TrackingGains& gains)
+      : Tracker(structure, coefficient, AxisCommands(allocator, gains.mix), gains) {}
 
   /// Commands to all inputs, dt [s] after the last call. eta: pose; nu: body velocity over ground.
   /// ahead: the reference as far ahead as the thrusters are late; feed-forward is taken from there.
   Tracked command(double dt, const double* eta, const double* nu, const Reference& now,
                   const Reference& ahead, double* values) {
-    const int n = allocation_.n_commands;
-    std::fill(values, values + n, 0.0);
+    std::fill(values, values + commands_.size(), 0.0);
     if (!numbers(dt, eta, nu, now, ahead)) return Tracked::kNotNumber;
     const double off[kAxes] = {now.eta[0] - eta[0], now.eta[1] - eta[1], wrap(now.eta[2] - eta[2])};
     double error[kAxes];
@@ -70,10 +72,7 @@ class Tracker {
       axis[i] += gains_.proportional[i] * error[i] + gains_.integral[i] * past[i] +
                  gains_.derivative[i] * (wanted[i] - nu[i]);
     }
-    for (int k = 0; k < n; ++k) {
-      for (int i = 0; i < kAxes; ++i) values[k] += gains_.mix[k][i] * axis[i];
-    }
-    const bool limited = !limit(values);
+    const bool limited = !commands_.command(axis, values);
     integrate(std::clamp(dt, 0.0, kLongestStep), eta[2], off, error, limited ? axis : nullptr);
     return limited ? Tracked::kLimited : Tracked::kFollowing;
   }
@@ -86,6 +85,12 @@ class Tracker {
   const TrackingGains& gains() const { return gains_; }
 
  private:
+  Tracker(const Structure& structure, const double* coefficient, const AxisCommands& commands,
+          const TrackingGains& gains)
+      : structure_(structure), commands_(commands), gains_(gains) {
+    std::copy(coefficient, coefficient + structure.n_coefficients, coefficient_);
+  }
+
   static bool numbers(double dt, const double* eta, const double* nu, const Reference& now,
                       const Reference& ahead) {
     double sum = dt;
@@ -111,21 +116,6 @@ class Tracker {
     for (int i = 0; i < kAxes; ++i) axis[i] = (rate[i] - free[i]) / gains_.authority[i];
   }
 
-  /// Scales commands to what inputs and thrusters can; false where that was needed.
-  bool limit(double* values) const {
-    const int n = allocation_.n_commands;
-    double largest = 0.0;
-    for (int k = 0; k < n; ++k) largest = std::max(largest, std::abs(values[k]));
-    const double most = std::min(gains_.limit, allocation_.limit);
-    double share = largest > most ? most / largest : 1.0;
-    for (int k = 0; k < n; ++k) values[k] *= share;
-    double thruster[kMaxActuators];
-    const double given = allocate(allocation_, values, thruster);
-    for (int k = 0; k < n; ++k) values[k] *= given;
-    share *= given;
-    return share >= 1.0;
-  }
-
   /// Where commands are limited, only what takes back is integrated; the integral alone never asks
   /// for more than the limit.
   void integrate(double dt, double psi, const double* off, const double* error,
@@ -146,7 +136,7 @@ class Tracker {
   }
 
   Structure structure_;
-  Allocation allocation_;
+  AxisCommands commands_;
   TrackingGains gains_;
   double coefficient_[kMaxCoefficients] = {};
   double integral_[kAxes] = {};

@@ -19,8 +19,8 @@ namespace seatrial::ros {
 
 class NetworkTimer {
  public:
-  /// Calls at a rate [Hz] by ros::Time, while it holds the queue; instants that were missed are left
-  /// out. Throws std::runtime_error where the system gives no timer.
+  /// Calls at a rate [Hz] by ros::Time, while it holds the queue; instants that were missed are
+  /// left out. Throws std::runtime_error where the system gives no timer.
   NetworkTimer(double rate, NetworkQueue& queue, std::function<void()> call)
       : queue_(&queue), call_(std::move(call)), period_(1.0 / rate) {
     file_ = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
@@ -28,7 +28,8 @@ class NetworkTimer {
     const double wake = ::ros::Time::isSimTime() ? std::min(kSimulated, 1.0 / rate) : 1.0 / rate;
     itimerspec spec{};
     spec.it_interval.tv_sec = static_cast<time_t>(wake);
-    spec.it_interval.tv_nsec = static_cast<long>(1e9 * (wake - static_cast<double>(spec.it_interval.tv_sec)));
+    spec.it_interval.tv_nsec =
+        static_cast<long>(1e9 * (wake - static_cast<double>(spec.it_interval.tv_sec)));
     spec.it_value = spec.it_interval;
     timerfd_settime(file_, 0, &spec, nullptr);
     ::ros::PollSet& polled = ::ros::PollManager::instance()->getPollSet();
@@ -56,7 +57,8 @@ class NetworkTimer {
   }
 
   bool due(::ros::Time now) {
-    if (next_.isZero() || now + period_ < next_) next_ = now;  // first, or a clock that was set back
+    if (next_.isZero() || now + period_ < next_)
+      next_ = now;  // first, or a clock that was set back
     if (now < next_) return false;
     next_ += period_;
     if (next_ <= now) next_ = now + period_;

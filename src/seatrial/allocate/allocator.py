@@ -65,8 +65,8 @@ class Allocator:
         self.boat = boat if isinstance(boat, Effectiveness) else effectiveness(boat)
         self.asked_scheme = _scheme(scheme)
         self.thrusters = self.boat.thrusters
-        self._rank = np.array(ranks(priority), dtype=np.int32)
-        self._invert, self._hysteresis = invert, _not_negative("hysteresis", hysteresis)
+        self.rank = ranks(priority)  # of surge, sway and yaw
+        self._invert, self.hysteresis = invert, _not_negative("hysteresis", hysteresis)
         self.limits = frozen_array(_limits(self.boat, limits))
         self.edges = frozen_array(self._edges())
         self.idle_commands = frozen_array(self._idle_commands(margin))  # (2, n) forward, astern
@@ -182,7 +182,8 @@ class Allocator:
     def _build(self, scheme: AllocatorScheme, limits: Array, idle: Array) -> _core.Allocator:
         return _core.Allocator(
             self.boat.vehicle.chain, self.boat.constants, np.ascontiguousarray(self.boat.T),
-            np.vstack([limits, idle]), scheme.code, self._invert, self._hysteresis, self._rank,
+            np.vstack([limits, idle]), scheme.code, self._invert, self.hysteresis,
+            np.array(self.rank, dtype=np.int32),
         )  # fmt: skip
 
     def _edges(self) -> Array:

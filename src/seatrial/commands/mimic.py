@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
 from seatrial.live.lines import FORMATS
-from seatrial.live.loop import CLOCKS, RATE
+from seatrial.live.stream import CLOCKS, RATE
 from seatrial.progress import Progress
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.live import Settings
     from seatrial.live.sources import Datagrams, Pipes
     from seatrial.mimic import Carrier, Mimic
-    from seatrial.mimic.loop import serve
+    from seatrial.mimic.loop import MimicStream
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
@@ -76,4 +76,4 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    serve(mimic, source, settings, complain)
+    MimicStream(mimic, settings, complain).serve(source)

@@ -14,8 +14,8 @@ from seatrial.commands.shared import (
     read_all,
 )
 from seatrial.live.lines import FORMATS as LINE_FORMATS
-from seatrial.live.loop import CLOCKS as LINE_CLOCKS
-from seatrial.live.loop import RATE as LINE_RATE
+from seatrial.live.stream import CLOCKS as LINE_CLOCKS
+from seatrial.live.stream import RATE as LINE_RATE
 from seatrial.progress import Progress
 
 if TYPE_CHECKING:

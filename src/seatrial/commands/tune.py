@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command, guard
-from seatrial.control import KNOB, RATE
+from seatrial.control import ALLOCATIONS, KNOB, RATE, VEHICLE
 from seatrial.progress import Progress
 
 if TYPE_CHECKING:
@@ -31,6 +31,11 @@ def add(verbs: "Verbs") -> None:
         "--delay", type=float, default=0.0, metavar="S",
         help="in the loop besides the thrusters', as of a network [s] (default: 0)",
     )  # fmt: skip
+    tune.add_argument(
+        "--allocation", choices=ALLOCATIONS, default=VEHICLE,
+        help="the boat's own, or a scheme of `seatrial allocate` for thrusters that are commanded one by "
+        "one (default: %(default)s)",
+    )  # fmt: skip
     tune.add_argument("-o", "--out", type=Path, metavar="GAINS", help="for the controller")
     tune.add_argument("--ros", type=Path, metavar="FILE", help="the same as ROS parameters")
     tune.add_argument("--ros2", type=Path, metavar="FILE", help="the same for ROS 2")
@@ -49,7 +54,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         guard(out, begin, args.model, *outs[:i])
     model = load(args.model)
     progress.say("margins over the model's covariance")
-    found = tune(model, args.knob, action=args.action, rate=args.rate, extra=args.delay)
+    found = tune(
+        model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
+    )  # fmt: skip
     if args.report is not None:
         from seatrial.report.tuning import write_tuning_report
 

@@ -13,11 +13,14 @@ from seatrial.control.gains_file import (
 )
 from seatrial.control.reference import Reference
 from seatrial.control.text import tuning_text
+from seatrial.control.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
 from seatrial.control.tuning import KNOB, RATE, Tuning, tune
 
 __all__ = [
+    "ALLOCATIONS",
     "KNOB",
     "RATE",
+    "VEHICLE",
     "Circle",
     "Course",
     "Eight",
@@ -25,6 +28,7 @@ __all__ = [
     "Reference",
     "Shape",
     "Square",
+    "ThrusterAllocation",
     "Tracked",
     "TrackingController",
     "Tuning",

@@ -61,6 +61,7 @@ class TrackingController:
             self.model.boat, self.model.vehicle.chain,
             np.array([g.proportional, g.integral, g.derivative, g.authority]),
             np.array(g.mix), g.limit, feed_forward,
+            None if g.allocation is None else g.allocation.core(self.model),
         )  # fmt: skip
         self._last: float | None = None
         self.outcome = Tracked.FOLLOWING

@@ -10,6 +10,7 @@ import numpy as np
 
 from seatrial.control.dead_zone import dead_zone
 from seatrial.control.loops import Margins
+from seatrial.control.thrusters import VEHICLE, ThrusterAllocation, as_numbers
 from seatrial.control.tuning import Tuning
 from seatrial.errors import ControlError
 from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_text
@@ -52,6 +53,7 @@ class GainsFile(Strict, frozen=True):
     worst: dict[str, AxisMargins] = msgspec.field(
         default_factory=dict
     )  # of all draws of its covariance
+    allocation: ThrusterAllocation | None = None  # none: the boat's own
     draws: int = 0
     seed: int = 0
     version: str = ""  # of seatrial
@@ -67,8 +69,10 @@ def gains_of(tuning: Tuning) -> GainsFile:
         _three(table[:, 0]), _three(table[:, 1]), _three(table[:, 2]),
         _three(boat.authority), [_three(row) for row in _clean(boat.mix)],
         float(tuning.delay.mean()), 1.0 if limit is None else min(limit, 1.0),
-        _three(tuning.delay), _three(dead_zone(model, boat)),
-        _margins(tuning.nominal), _margins(tuning.worst), tuning.draws, tuning.seed, version("seatrial"),
+        _three(tuning.delay), _three(dead_zone(model, boat, tuning.allocator)),
+        _margins(tuning.nominal), _margins(tuning.worst),
+        None if tuning.allocator is None else as_numbers(tuning.allocator),
+        tuning.draws, tuning.seed, version("seatrial"),
     )  # fmt: skip
 
 
@@ -93,6 +97,7 @@ def ros_parameters(tuning: Tuning) -> dict[str, Any]:
     """What the tracking node is told, by parameter; lists are surge, sway, yaw."""
     g = gains_of(tuning)
     return {
+        **_allocation_parameters(g.allocation),
         "knob": g.knob, "action": g.action, "rate": g.rate, "lead": g.lead, "limit": g.limit,
         "proportional": list(g.proportional), "integral": list(g.integral),
         "derivative": list(g.derivative), "authority": list(g.authority),
@@ -104,6 +109,20 @@ def save_ros(tuning: Tuning, path: str | Path, *, ros2: bool = False) -> None:
     """Write ROS parameters: for `rosparam load FILE`, or for `--params-file FILE` of ROS 2."""
     found = ros_parameters(tuning)
     write_text(Path(path), dump_yaml({NODE: {"ros__parameters": found} if ros2 else found}))
+
+
+def _allocation_parameters(given: ThrusterAllocation | None) -> dict[str, Any]:
+    if given is None:
+        return {"allocation": VEHICLE}
+    rows = zip(
+        given.effectiveness, given.limits, given.idle_forward, given.idle_reverse, strict=True
+    )
+    return {
+        "allocation": given.scheme,
+        "allocation_rank": [float(x) for x in given.rank],
+        "allocation_hysteresis": given.hysteresis,
+        "allocation_thrusters": [x for row, *rest in rows for x in (*row, *rest)],
+    }
 
 
 def _margins(found: Margins) -> dict[str, AxisMargins]:

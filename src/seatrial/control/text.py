@@ -20,6 +20,7 @@ def tuning_text(tuning: Tuning) -> str:
         [
             f"{tuning.model.name}: {tuning.action.upper()} gains, knob {tuning.knob:g} s, "
             f"{tuning.rate:g} Hz, for commands of at most 1",
+            *allocation_line(tuning),
             gains_table(tuning),
             "Margins, each loop with the others closed, the worst of rest and the fastest motions:",
             margins_table(tuning.nominal),
@@ -28,6 +29,13 @@ def tuning_text(tuning: Tuning) -> str:
             *remarks(tuning),
         ]
     )
+
+
+def allocation_line(tuning: Tuning) -> list[str]:
+    """How axis commands become thruster commands, where the boat does not see to it."""
+    if tuning.allocator is None:
+        return []
+    return [f"Allocation {tuning.allocator.asked_scheme.value}: {tuning.allocator.why}"]
 
 
 def gains_table(tuning: Tuning) -> str:
@@ -62,7 +70,7 @@ def remarks(tuning: Tuning) -> list[str]:
     p = tuning.table()[:, 0]
     reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, UNITS, strict=True))
     found = [f"An error of {reach} (surge, sway, yaw) alone asks for full command."]
-    dead = dead_zone(tuning.model, tuning.boat)
+    dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)
     if not dead.any():
         return found
     size = ", ".join(f"{x:.2g}" for x in dead)

@@ -6,10 +6,12 @@ from typing import Literal
 
 import numpy as np
 
+from seatrial.allocate import Allocator
 from seatrial.control.linear import LinearBoat, linearise, steepest
 from seatrial.control.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.robust import DRAWS, SEED, draws_of, worst_of
 from seatrial.control.rules import Gains, pd_gains, pid_gains
+from seatrial.control.thrusters import VEHICLE, allocator_for
 from seatrial.errors import ControlError
 from seatrial.frames import AXES, SYMBOLS, Array
 from seatrial.model import Model
@@ -38,6 +40,7 @@ class Tuning:
     worst: Margins  # (3,) of all draws, with the steepest slope of the thrusters' curve
     draws: int  # 0: the model states no covariance
     seed: int
+    allocator: Allocator | None = None  # to thruster commands; None: the boat's own
 
     @property
     def hold(self) -> float:
@@ -64,14 +67,19 @@ def tune(
     extra: float = 0.0,
     draws: int = DRAWS,
     seed: int = SEED,
+    allocation: str = VEHICLE,
 ) -> Tuning:
     """Gains for tracking with the closed-loop time constant `knob` [s].
 
-    rate [Hz]: of the controller. extra [s]: delay that the model does not know of, as of a network. Raises
-    ControlError where the boat can't be pushed in every axis, has drag that drives it on, or where the
-    delay does not permit the knob; then it says which does.
+    rate [Hz]: of the controller. extra [s]: delay that the model does not know of, as of a network.
+    allocation: "vehicle", or a scheme of `seatrial.Allocator` for a boat whose inputs are its thrusters;
+    margins are those without it, at the steepest slope of the thrusters' curve.
+
+    Raises ControlError where the boat can't be pushed in every axis, has drag that drives it on, or where
+    the delay does not permit the knob; then it says which does. AllocationError as the Allocator.
     """
     _check_request(knob, rate, extra)
+    allocator = allocator_for(model, allocation)
     boat = linearise(model)
     _check_drag(model, boat)
     hold = 0.5 / rate + extra
@@ -84,7 +92,8 @@ def tune(
     omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
     nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold)).worst()
     return Tuning(
-        model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed
+        model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
+        allocator,
     )  # fmt: skip
 
 

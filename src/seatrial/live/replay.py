@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from seatrial.live.lines import NANO
-from seatrial.live.loop import RATE
+from seatrial.live.stream import RATE
 from seatrial.model import Model
 from seatrial.odometer import Odometer, Odometry
 from seatrial.recording import Recording

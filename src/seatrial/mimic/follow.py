@@ -68,9 +68,10 @@ class Carrier(Strict, frozen=True):
         made = _core.Carrier()
         for name, value in msgspec.structs.asdict(self).items():
             if value is not None:
-                setattr(made, name, value)
-        if wrong := made.fault():
-            raise MimicError(f"carrier: {wrong}")
+                _set(made, name, value)
+        name, got, expected, advice = made.fault()
+        if name:
+            raise MimicError(f"carrier: {name} is {got:g}; expected {expected}: {advice}")
         return made
 
 
@@ -80,13 +81,14 @@ class Motion:
 
     time: float  # [s]
     velocity: Array  # (3,) for the carrier: forward, left [m/s], yaw [rad/s]
+    asked: Array  # (3,) the same before the carrier's limits
     pose: Array  # (3,) of the virtual boat: x, y [m], psi [rad], in the carrier's odometry frame
     nu: Array  # (3,) of the virtual boat: u, v [m/s], r [rad/s]
     mismatch: Array  # (3,) boat minus carrier at its last pose, in the carrier's frame [m, m, rad]
     health: MimicHealth
 
     def __post_init__(self) -> None:
-        for name in ("velocity", "pose", "nu", "mismatch"):
+        for name in ("velocity", "asked", "pose", "nu", "mismatch"):
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
 
@@ -116,5 +118,14 @@ class Mimic:
 
     def at(self, t: float) -> Motion:
         """What the carrier is to do from t [s] on; t rises from call to call."""
-        time, velocity, boat, mismatch, health = self._core.at(t)
-        return Motion(time, velocity, boat[:3], boat[3:], mismatch, MimicHealth(health))  # type: ignore[arg-type]
+        time, velocity, asked, boat, mismatch, health = self._core.at(t)
+        return Motion(
+            time, velocity, asked, boat[:3], boat[3:], mismatch, MimicHealth(health)  # type: ignore[arg-type]
+        )  # fmt: skip
+
+
+def _set(carrier: _core.Carrier, name: str, value: object) -> None:
+    try:
+        setattr(carrier, name, value)
+    except TypeError:
+        raise MimicError(f"carrier: {name} is {value!r}; expected a number") from None

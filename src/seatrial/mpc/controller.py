@@ -15,6 +15,7 @@ from seatrial.model import Model
 from seatrial.mpc.problem import MOTION, POSE, Grid, Weights
 from seatrial.mpc.step import Layout, step_function
 from seatrial.mpc.thrusters import by_thrusters, thrusters_of
+from seatrial.sanity import sanity
 
 if TYPE_CHECKING:
     import casadi
@@ -31,7 +32,7 @@ class Nmpc:
     or simulator beside this controller is to be made of it. Call `command` with what the predictor
     says of `latency` [s] from now, when the command begins to act. pool: (2,) its length and width [m],
     round the origin; the boat's origin keeps `clearance` [m] from its walls. Needs CasADi. Raises
-    SeatrialError.
+    ModelError for a model that runs away, SeatrialError.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Nmpc:
                 f"pool {pool}, clearance {clearance:g} m: expected length and width [m], above twice the "
                 "clearance"
             )
+        sanity(model)
         self.model = by_thrusters(model)
         self.thrusters = thrusters_of(self.model)
         self.grid, self.layout = grid, Layout(len(self.thrusters.lag), grid.stages)

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.cells import Cell, Interval, Said
+from seatrial.report.cells import Cell, Interval, Said, Text
 from seatrial.report.latex import latex_text
+
+LONGEST_WORD = 30  # characters of a cell that may stand on one line, to the right
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,10 @@ class Table:
 
     def html(self) -> str:
         """For the page; it scrolls sideways by itself where it is too wide."""
-        top = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.head)
+        top = "".join(
+            f'<th scope="col"{_kind(words)}>{escape(cell)}</th>'
+            for cell, words in zip(self.head, self.wordy, strict=True)
+        )
         body = "".join(self._row(place, row) for place, row in enumerate(self.rows))
         kind = f"numbers {self.name}" if self.numbers else self.name
         return (
@@ -37,8 +42,18 @@ class Table:
         if not rest:
             return f'<tr class="group"><th scope="rowgroup" colspan="{len(self.head)}">{first}</th></tr>'
         mark = ' class="marked"' if place in self.marked else ""
-        cells = "".join(f"<td>{cell}</td>" for cell in rest)
+        wordy = self.wordy[1:]
+        cells = "".join(f"<td{_kind(w)}>{c}</td>" for c, w in zip(rest, wordy, strict=True))
         return f'<tr{mark}><th scope="row">{first}</th>{cells}</tr>'
+
+    @property
+    def wordy(self) -> tuple[bool, ...]:
+        """Columns among numbers, but for the first, that hold sentences: to the left, and wrapped."""
+        if not self.numbers:
+            return (False,) * len(self.head)
+        rows = [row for row in self.rows if len(row) > 1]
+        columns = [[row[k] for row in rows] for k in range(1, len(self.head))]
+        return (False, *(any(map(_is_sentence, column)) for column in columns))
 
     @property
     def grouped(self) -> bool:
@@ -72,7 +87,8 @@ class Table:
 
     def latex(self) -> str:
         """A `tabular` with the rules of booktabs."""
-        columns = "l" + ("r" if self.numbers else "l") * (len(self.head) - 1)
+        right = [self.numbers and not words for words in self.wordy[1:]]
+        columns = "l" + "".join("r" if r else "l" for r in right)
         lines = [
             f"% {self.caption}; needs \\usepackage{{booktabs}}",
             rf"\begin{{tabular}}{{{columns}}}",
@@ -89,6 +105,14 @@ class Table:
             else:
                 lines.append(" & ".join(cells) + r" \\")
         return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def _is_sentence(cell: Cell) -> bool:
+    return isinstance(cell, Text) and len(cell.text) > LONGEST_WORD
+
+
+def _kind(wordy: bool) -> str:
+    return ' class="words"' if wordy else ""
 
 
 def _unit(column: Sequence[Cell]) -> str:

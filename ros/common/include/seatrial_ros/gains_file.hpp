@@ -2,10 +2,13 @@
 // Gains of the tracking controller: `gains.yaml`, or the same as parameters. What Python's
 // `seatrial.TrackingController` reads.
 #pragma once
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "seatrial/tracking.hpp"
+#include "seatrial_ros/gains_allocation.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/tracking_settings.hpp"
 
@@ -15,6 +18,8 @@ struct BoardGains {
   TrackingGains gains;
   double rate = 0.0;  // [Hz] that they are for
   double lead = 0.0;  // [s]
+  std::optional<GivenAllocation> given;
+  std::optional<AllocatorSetup> allocation;  // nothing: the boat's own
 };
 
 namespace detail {
@@ -41,9 +46,10 @@ inline BoardGains read_gains(const Value& file, const Words& inputs) {
   if (!format || format->text() != "gains 1") {
     file.refuse("expected 'seatrial: gains 1', as `seatrial tune MODEL -o GAINS` writes it");
   }
-  file.only({"seatrial",     "model",     "axes",       "inputs",    "knob",  "action", "rate",
-             "proportional", "integral",  "derivative", "authority", "mix",   "lead",   "limit",
-             "delay",        "dead_zone", "margins",    "worst",     "draws", "seed",   "version"});
+  file.only({"seatrial", "model",        "axes",     "inputs",     "knob",      "action",
+             "rate",     "proportional", "integral", "derivative", "authority", "mix",
+             "lead",     "limit",        "delay",    "dead_zone",  "margins",   "worst",
+             "draws",    "seed",         "version",  "allocation"});
   file.at("axes").choice({"forward-left-up"});
   BoardGains out;
   TrackingGains& g = out.gains;
@@ -55,6 +61,7 @@ inline BoardGains read_gains(const Value& file, const Words& inputs) {
   if (const auto limit = file.find("limit")) g.limit = limit->positive();
   out.rate = file.at("rate").positive();
   out.lead = file.at("lead").not_negative();
+  if (const auto own = file.find("allocation")) out.given = read_allocation(*own);
   return out;
 }
 
@@ -84,14 +91,30 @@ inline BoardGains gains_by_parameters(const TrackingSettings& s, std::size_t n_i
   g.limit = s.limit;
   out.rate = s.rate;
   out.lead = s.lead;
+  if (!s.allocation_thrusters.empty()) out.given = allocation_by_parameters(s);
   return out;
+}
+
+/// Accelerations at rest by thrusts (actuators).
+inline void push_by(const OnboardModel& m, const double* thrust, double* push) {
+  const Chain& c = m.chain;
+  double force[kMaxForces] = {};
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    for (int j = 0; j < c.n_forces; ++j) force[j] += c.mix[j][k] * thrust[k];
+  }
+  const double rest[kAxes] = {};
+  const double none[kMaxForces] = {};
+  double free[kAxes];
+  acceleration(m.boat.structure, m.boat.coefficient, rest, force, push);
+  acceleration(m.boat.structure, m.boat.coefficient, rest, none, free);
+  for (int i = 0; i < kAxes; ++i) push[i] -= free[i];
 }
 
 /// Accelerations at rest per axis command `axis`, with the thrusters' curves as their chords.
 inline void push_of(const OnboardModel& m, const TrackingGains& gains, int axis, double* push) {
   constexpr double kSmall = 1e-3;  // of a command: within every limit
   const Chain& c = m.chain;
-  double force[kMaxForces] = {};
+  double given[kMaxActuators];
   double command[2][kMaxCommands];
   double thruster[2][kMaxActuators];
   for (int side = 0; side < 2; ++side) {
@@ -103,15 +126,9 @@ inline void push_of(const OnboardModel& m, const TrackingGains& gains, int axis,
     double full[kMaxActuators] = {};
     full[k] = 1.0;
     const double chord = curve(c, m.q, k, full, nullptr);
-    const double given = chord * (thruster[0][k] - thruster[1][k]) / (2.0 * kSmall);
-    for (int j = 0; j < c.n_forces; ++j) force[j] += c.mix[j][k] * given;
+    given[k] = chord * (thruster[0][k] - thruster[1][k]) / (2.0 * kSmall);
   }
-  const double rest[kAxes] = {};
-  const double none[kMaxForces] = {};
-  double free[kAxes];
-  acceleration(m.boat.structure, m.boat.coefficient, rest, force, push);
-  acceleration(m.boat.structure, m.boat.coefficient, rest, none, free);
-  for (int i = 0; i < kAxes; ++i) push[i] -= free[i];
+  push_by(m, given, push);
 }
 
 /// Throws std::runtime_error where the gains were tuned for another boat.
@@ -128,6 +145,35 @@ inline void expect_belong(const OnboardModel& m, const TrackingGains& gains) {
                                std::to_string(wanted) + " in " +
                                kAxisNames[static_cast<std::size_t>(i)] + "; this model gives " +
                                std::to_string(push[i]) + ": tune it");
+    }
+  }
+}
+
+/// Throws std::runtime_error where the allocator does not give what the gains ask for: another
+/// boat's. Without sides and idling, so that nothing is held.
+inline void expect_gives(const OnboardModel& m, const AllocatorSetup& setup,
+                         const TrackingGains& gains) {
+  constexpr double kSome = 0.1;  // of an axis command
+  constexpr double kSame = 1e-6;
+  AllocatorSetup plain_setup = setup;
+  plain_setup.scheme = AllocatorScheme::kMoorePenrose;
+  const auto allocator = std::make_unique<Allocator>(plain_setup);
+  AxisCommands commands(*allocator, gains.mix);
+  for (int axis = 0; axis < kAxes; ++axis) {
+    double asked[kAxes] = {};
+    asked[axis] = kSome;
+    double command[kMaxCommands];
+    if (!commands.command(asked, command)) continue;  // beyond the limits: less is given
+    double thrust[kMaxActuators];
+    for (int k = 0; k < m.chain.n_actuators(); ++k) thrust[k] = allocator->thrust(k, command[k]);
+    double push[kAxes];
+    push_by(m, thrust, push);
+    for (int i = 0; i < kAxes; ++i) {
+      const double wanted = gains.authority[i] * asked[i];
+      if (std::abs(push[i] - wanted) <= kSame * std::abs(gains.authority[i])) continue;
+      throw std::runtime_error("the allocation is for another boat's thrusters: in " +
+                               kAxisNames[static_cast<std::size_t>(i)] + " it gives " +
+                               plain(push[i]) + " where " + plain(wanted) + " is asked: tune it");
     }
   }
 }
@@ -151,6 +197,8 @@ inline BoardGains load_gains(const TrackingSettings& settings, const BoardModel&
   if (!(found.rate > 0.0)) throw std::runtime_error("rate is 0; expected that of the gains [Hz]");
   found.gains.feed_forward = settings.feed_forward;
   detail::expect_belong(board.model, found.gains);
+  found.allocation = allocation_of(settings, found.given, board.model, found.gains.limit);
+  if (found.allocation) detail::expect_gives(board.model, *found.allocation, found.gains);
   return found;
 }
 

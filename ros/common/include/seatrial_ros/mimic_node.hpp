@@ -2,6 +2,7 @@
 // The mimic's node without ROS: its parameters, and what the shells for ROS 1 and ROS 2 do with
 // commands, the carrier's odometry and time. Stamps are nanoseconds.
 #pragma once
+#include <cmath>
 #include <memory>
 #include <set>
 #include <string>
@@ -109,7 +110,7 @@ class MimicNode {
     Diagnosis out;
     for (std::size_t i = 0; i < std::size(kMimicAdvice); ++i) {
       if ((last_.health >> i & 1U) == 0U) continue;
-      out.message += (out.message.empty() ? "" : "; ") + std::string(kMimicAdvice[i]);
+      out.message += (out.message.empty() ? "" : "; ") + words(i);
     }
     const bool stopped = (last_.health & (kMimicLost | kMimicDiverged)) != 0U;
     out.level = stopped ? Diagnosis::kError : (last_.health != 0U ? Diagnosis::kWarn : out.level);
@@ -125,6 +126,22 @@ class MimicNode {
   }
 
  private:
+  /// A flag, and of a limit what was asked and what is allowed.
+  std::string words(std::size_t flag) const {
+    const Carrier& most = settings_.carrier;
+    const std::string advice = kMimicAdvice[flag];
+    if (1U << flag == kMimicSpeedLimited) {
+      return advice + " (asked " + plain(std::hypot(last_.asked[0], last_.asked[1])) + " m/s, " +
+             plain(std::abs(last_.asked[2])) + " rad/s; at most " + plain(most.speed) + ", " +
+             plain(most.yaw_rate) + ")";
+    }
+    if (1U << flag == kMimicLost) {
+      return advice + " (" + plain(std::hypot(last_.mismatch[0], last_.mismatch[1])) +
+             " m away; at most " + plain(most.lost) + ")";
+    }
+    return advice;
+  }
+
   /// From the first input on, so that a double has the digits.
   double seconds(std::int64_t stamp) {
     if (origin_ == 0) origin_ = stamp;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The node's parameters: names, ranges and descriptions once, for ROS 1 and ROS 2 alike.
 #pragma once
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -68,6 +69,13 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_para
   visit(Parameter{"window", "how late a pose may be [s]", 0.05, 5.0}, s.window);
 }
 
+/// Six digits, without zeros behind.
+inline std::string plain(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
 /// Throws std::runtime_error with one line where a number is out of its range.
 template <class Given>
 void check_ranges(const Given& settings) {
@@ -77,9 +85,9 @@ void check_ranges(const Given& settings) {
     void operator()(const Parameter&, const std::vector<double>&) const {}
     void operator()(const Parameter& p, double value) const {
       if (value >= p.low && value <= p.high) return;
-      throw std::runtime_error(std::string(p.name) + " is " + std::to_string(value) +
-                               "; expected " + std::to_string(p.low) + " to " +
-                               std::to_string(p.high) + ": " + p.description);
+      throw std::runtime_error("parameter " + std::string(p.name) + " is " + plain(value) +
+                               "; expected " + plain(p.low) + " to " + plain(p.high) + ": " +
+                               p.description);
     }
   } in_range;
   each_parameter(settings, in_range);

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The simulator's node without ROS: what the shells for ROS 1 and ROS 2 do with commands and time.
 #pragma once
+#include <algorithm>
+#include <cctype>
 #include <memory>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -153,9 +156,15 @@ class SimNode {
   }
 
   /// A valid ROS name, with a number where another boat has it.
-  std::string free_name(std::string name) const {
+  std::string free_name(const std::string& given) const {
+    std::string name = given;
     std::replace_if(
         name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+    if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) {
+      throw std::runtime_error("boat '" + given +
+                               "': expected a name that begins with a letter a to z, as a ROS "
+                               "namespace does; give it another under boats: name: in the scene");
+    }
     const auto taken = [this](const std::string& wanted) {
       return std::any_of(boats_.begin(), boats_.end(),
                          [&wanted](const Boat& b) { return b.name == wanted; });

@@ -50,8 +50,15 @@ class TrackingNode {
     topics_ = command_topics(board.inputs);
     name_ = board.name;
     const OnboardModel& m = board.model;
-    tracker_ = std::make_unique<Tracker>(m.boat.structure, m.boat.coefficient, m.chain.allocation,
-                                         gains_.gains);
+    const auto& boat = m.boat;
+    if (gains_.allocation) {
+      const auto allocator = std::make_unique<Allocator>(*gains_.allocation);
+      tracker_ =
+          std::make_unique<Tracker>(boat.structure, boat.coefficient, *allocator, gains_.gains);
+    } else {
+      tracker_ = std::make_unique<Tracker>(boat.structure, boat.coefficient, m.chain.allocation,
+                                           gains_.gains);
+    }
   }
 
   const TrackingSettings& settings() const { return settings_; }

@@ -26,6 +26,10 @@ struct TrackingSettings {
   std::vector<double> mix;
   double lead = 0.0;
   double limit = 1.0;
+  std::string allocation;
+  std::vector<double> allocation_rank;
+  double allocation_hysteresis = 0.0;
+  std::vector<double> allocation_thrusters;
 };
 
 /// As of `Settings`.
@@ -56,6 +60,18 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, TrackingSettings>> e
   visit(Parameter{"mix", "an input's shares of the axis commands, three each"}, s.mix);
   visit(Parameter{"lead", "by which feed-forward looks ahead [s]", 0.0, 10.0}, s.lead);
   visit(Parameter{"limit", "of each input, 1: full", 1e-6, 1.0}, s.limit);
+  visit(Parameter{"allocation",
+                  "vehicle: the boat's own; a scheme of `seatrial allocate`: to its thrusters, "
+                  "with the gains' numbers; empty: as the gains say"},
+        s.allocation);
+  visit(Parameter{"allocation_rank", "of surge, sway, yaw at the limits, 0 is served first"},
+        s.allocation_rank);
+  visit(Parameter{"allocation_hysteresis", "of wrench, before a thruster changes its side", 0.0,
+                  10.0},
+        s.allocation_hysteresis);
+  visit(Parameter{"allocation_thrusters",
+                  "six each: wrench by a thrust of 1 (three), limit, idling forward, astern"},
+        s.allocation_thrusters);
 }
 
 }  // namespace seatrial::ros
