@@ -19,6 +19,7 @@ NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
 # where what was at its least is tried
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
 PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
+WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of the same motion
 COLOUR, COLOUR_MEMORY = [7, 8], 9
 NOISE_STEP = 2.5  # the largest of a logarithm
 FALLING = 0.3  # a step of a logarithm that may be one of an endless way down

@@ -32,3 +32,13 @@ def pose_noise(*recordings: Recording) -> NoiseEntry:
         )
     spread = np.median(np.abs(differences), axis=0) / 0.6745 / np.sqrt(np.sum(_DIFFERENCE**2))
     return NoiseEntry(float(np.sqrt(np.mean(spread[:2] ** 2))), float(spread[2]))
+
+
+def hanging(period: float, memory: float) -> float:
+    """Fourth differences, root mean square, of errors that hang together, over those of white ones as large.
+
+    `period` [s] of the poses; the errors' correlation fades with the time constant `memory` [s].
+    """
+    weights = np.correlate(_DIFFERENCE, _DIFFERENCE, "full")[len(_DIFFERENCE) - 1 :]
+    fades = 2.0 * np.exp(-np.arange(1, len(weights)) * period / memory)
+    return float(np.sqrt(1.0 + weights[1:] @ fades / weights[0]))

@@ -15,10 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.errors import IdentificationError, ModelError, RecordingError
-from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS, fitted_noise, likelier_noise
+from seatrial.filter_noise import NOISE_LEAST, fitted_noise, likelier_noise
 from seatrial.frames import AXES, Array
+from seatrial.identify.anew import WORTH
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, search
+from seatrial.identify.whiteness import explained, white
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
@@ -26,11 +28,8 @@ from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
 LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
-LAGS = 10  # poses over which the filter's errors are looked at
-PATTERN = 0.06  # autocorrelation from which on they follow one; right models stay below 0.03
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
-WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     from there.
     """
     problem = at.passes.problem
-    if hold or _explained(at) or _white(at):
+    if hold or explained(at) or white(at):
         return at.noise, at, 0.0
     best = _ahead(problem, at.theta)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
@@ -73,21 +72,9 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     return at.noise, chosen, share
 
 
-def _white(at: Point) -> bool:
-    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
-    sums = np.zeros((LAGS + 1, 3))
-    for each in at.passes.each:
-        spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
-        error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
-        error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
-        for lag in range(LAGS + 1):
-            sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
-    return bool(np.abs(sums[1:] / sums[0]).max() < PATTERN)
-
-
 def worth(at: Point) -> list[str]:
     """What is to be said where the model is no better one second ahead than no model."""
-    if _explained(at):
+    if explained(at):
         return []
     ahead = _ahead(at.passes.problem, at.theta)
     if ahead is None:
@@ -106,11 +93,6 @@ def worth(at: Point) -> list[str]:
         "or than none: do commands and poses belong together? To see, look at them with inspect, and at the "
         "vehicle file's signs"
     ]
-
-
-def _explained(at: Point) -> bool:
-    """Whether nothing is left that the model does not say."""
-    return bool((at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all())
 
 
 def _closer(at: Point, found: Point) -> Point:

@@ -17,10 +17,12 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.errors import IdentificationError
-from seatrial.filter_noise import COLOUR_MEMORY, NOISE_FIRST, NOISE_START, noise_vector
+from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
+from seatrial.identify.anew import anew
 from seatrial.identify.belief import believed, worth
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
+from seatrial.identify.first_noise import first_noise
 from seatrial.identify.freeing import freed, problem_of
 from seatrial.identify.kinks import as_likely
 from seatrial.identify.problem import KINDS, Prior, Problem
@@ -29,17 +31,13 @@ from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.model import Model
-from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
-# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
 LONGEST = 0.3  # step times rate of the boat's quickest motion
 SHORTEST_STEP = 1 / 480  # [s]
 MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
-COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
 
 
 __all__ = ["METHOD", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -86,6 +84,7 @@ def fit(
     theta, noise = _first(problem, recordings, start)
     problem = replace(problem, step=_step(problem, theta))
     at = search(problem, theta, noise, hold=chosen.hold_noise)
+    at = at if chosen.hold_noise else anew(at, theta)
     likely, at, share = believed(at, hold=chosen.hold_noise)
     at.passes.forget_ways()
     if chosen.extras and start is None:
@@ -204,13 +203,4 @@ def _first(
     for i, name in enumerate(problem.names[: n + m]):
         theta[i] = given.get(name, theta[i])
     noise = None if start is None else noise_vector(start.noise)
-    if noise is not None:
-        return theta, noise
-    own = [pose_noise(r) for r in recordings]
-    position, heading = (
-        float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
-    )
-    white = np.maximum([position, heading], NOISE_FIRST)
-    return theta, np.array(
-        [*white, *PROCESS_START, *(COLOUR_START * white), NOISE_START[COLOUR_MEMORY]]
-    )
+    return theta, first_noise(recordings) if noise is None else noise

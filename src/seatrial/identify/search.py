@@ -64,17 +64,28 @@ def search(
     try:
         at = _descent(problem, theta, noise, hold, least)
     except IdentificationError:
-        if not _hangs(noise):
+        if not hangs(noise):
             raise
         white = noise.copy()
         white[COLOUR] = least[COLOUR]
         at = _descent(problem, theta, white, hold, least)
+    return _needed(at, least)
+
+
+def descend(problem: Problem, theta: Array, noise: Array) -> Point:
+    """`search` that does not start anew without errors that hang together where they drift."""
+    return _needed(_descent(problem, theta, noise, False, NOISE_LEAST), NOISE_LEAST)
+
+
+def _needed(at: Point, least: Array) -> Point:
+    """Without errors that hang together but make little likelier."""
     while (whiter := _whiter(at, least)) is not None:
-        at = _descent(problem, at.theta, whiter, hold, least)
+        at = _descent(at.passes.problem, at.theta, whiter, False, least)
     return at
 
 
-def _hangs(noise: Array) -> bool:
+def hangs(noise: Array) -> bool:
+    """Whether errors of the poses are believed to hang together."""
     return bool((noise[COLOUR] > _core.NO_COLOUR).any())
 
 

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""The noise (10,) that a search begins with, where no model says better.
+
+Fourth differences show how much of it the poses have, but not whether it hangs together: white errors
+make as large ones as larger errors do that fade over several poses.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.filter_noise import COLOUR, COLOUR_MEMORY, NOISE_FIRST, NOISE_START
+from seatrial.frames import Array
+from seatrial.noise import hanging, pose_noise
+from seatrial.recording import Recording
+
+# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
+PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
+BARE = 0.1  # of the white errors that is left where all are said to hang together
+
+
+def first_noise(recordings: Sequence[Recording]) -> Array:
+    """White errors of the poses as fourth differences show them, and half as large ones that hang together."""
+    own = [pose_noise(r) for r in recordings]
+    position, heading = (
+        float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
+    )
+    white = np.maximum([position, heading], NOISE_FIRST)
+    return half_hanging(np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]]))
+
+
+def half_hanging(noise: Array) -> Array:
+    """The noise with errors of the poses that hang together, half as large as the white ones."""
+    other = noise.copy()
+    other[COLOUR] = COLOUR_START * noise[:2]
+    other[COLOUR_MEMORY] = NOISE_START[COLOUR_MEMORY]
+    return other
+
+
+def all_hanging(recordings: Sequence[Recording]) -> Array:
+    """The same fourth differences, made by errors that hang together, as good as alone."""
+    noise = first_noise(recordings)
+    period = float(np.median([r.period for r in recordings]))
+    noise[COLOUR] = noise[:2] / hanging(period, float(noise[COLOUR_MEMORY]))
+    noise[:2] *= BARE
+    return noise

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: MIT
+"""Whether the filter's errors follow a pattern, which right models and right noise leave them without."""
+
+import numpy as np
+
+from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS
+from seatrial.identify.search import Point
+
+LAGS = 10  # poses over which the filter's errors are looked at
+PATTERN = 0.06  # autocorrelation from which on they follow one; right models stay below 0.03
+
+
+def white(at: Point) -> bool:
+    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
+    sums = np.zeros((LAGS + 1, 3))
+    for each in at.passes.each:
+        spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
+        error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
+        error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
+        for lag in range(LAGS + 1):
+            sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
+    return bool(np.abs(sums[1:] / sums[0]).max() < PATTERN)
+
+
+def explained(at: Point) -> bool:
+    """Whether nothing is left that the model does not say."""
+    return bool((at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all())

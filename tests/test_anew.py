@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""Searches that begin anew: of boats that are pushed, with pose errors that hang together."""
+
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from seatrial.filter_noise import NOISE_LEAST
+from seatrial.identify import anew as subject
+from seatrial.identify.anew import WORTH, anew, exchanged
+from seatrial.identify.first_noise import all_hanging, first_noise
+from seatrial.identify.output_error import Fit, fit
+from seatrial.identify.search import Point, search
+from seatrial.identify.whiteness import white
+from seatrial.plan import load_plan
+
+sys.path.insert(0, str(ROOT))
+from benchmarks.predictor.drives import CORRELATED, HANGS, IDENTIFIED, LASTS, SCENES, trials
+from benchmarks.recovery.scenes import true_parameters
+
+PUSHED = list(SCENES)[1]
+LET_GO, WALKING = 41, 46  # seeds: without errors that hang together, with a walk for the push
+SIGMA = 4e-3  # [m], [rad] of the preset's poses
+TRUTH = load_plan("hard").plant.coefficients
+PUSH = SCENES[PUSHED] * np.array(  # [m/s^2, rad/s^2]
+    [np.sqrt(0.5 * (TRUTH["X_F"] ** 2 + TRUTH["Y_F"] ** 2)), TRUTH["N_F"]]
+)
+# the filter's noise as the plan has it
+AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, HANGS])
+
+
+def solved(seed: int) -> Fit:
+    made = trials(CORRELATED[PUSHED], seed, IDENTIFIED)
+    return fit([made[name].recording for name in IDENTIFIED], made["S1"].vehicle)
+
+
+@pytest.fixture(scope="module")
+def found() -> Fit:
+    return solved(LET_GO)
+
+
+def test_a_pushed_boat_whose_pose_errors_hang_together_is_found(found):
+    """By differences the poses look white, and such a boat much less damped than it is."""
+    truth = true_parameters(load_plan("hard"), found.names)
+    theta = found.theta[list(found.problem.free)]
+    errors = np.array([found.errors[name] for name in found.names])
+    assert np.all(np.abs(theta - truth) < 4.5 * errors)
+    drags = [found.names.index(name) for name in ("X_u", "Y_v", "N_r")]
+    assert np.all(errors[drags] < 0.3 * np.abs(truth[drags]))
+    hangs = found.model().noise.correlated
+    assert hangs is not None
+    assert [hangs.position, hangs.heading, hangs.memory] == pytest.approx(
+        [SIGMA, SIGMA, HANGS], rel=0.15
+    )
+
+
+def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
+    """Such errors and white ones are hard to tell apart: the top is flat, and not quite even."""
+    problem = found.problem
+    truth = found.theta.copy()
+    truth[list(problem.free)] = true_parameters(load_plan("hard"), found.names)
+    best = search(problem, truth, AS_DRIVEN)
+    assert found.passes.cost < best.passes.cost + WORTH
+
+
+def test_a_push_that_comes_and_goes_is_not_taken_for_a_random_walk():
+    process = solved(WALKING).model().noise.process
+    assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(PUSH, rel=0.15)
+    assert process.walk_linear < 1e-3
+
+
+def test_where_nothing_tells_of_a_corner_no_search_begins(found, monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a second search")
+
+    monkeypatch.setattr(subject, "descend", refuse)
+    at = Point(found.theta, found.noise, found.passes)
+    assert white(at)
+    assert anew(at, found.theta) is at
+
+
+def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():
+    """Both added up in small steps, over a time long beside the disturbance's memory."""
+    noise = np.array([*NOISE_LEAST[:2], 8e-3, 1e-9, 1e-9, 1e-9, 2.0, *NOISE_LEAST[7:]])
+    other = exchanged(noise, 2, 4)
+    assert other[2] == NOISE_LEAST[2]
+    dt, n, memory = 0.05, 8000, other[6]
+    rng = np.random.default_rng(8)
+    fades = np.exp(-dt / memory)
+    d = other[4] * rng.normal(size=500)
+    renewed = other[4] * np.sqrt(1.0 - fades**2)
+    v = np.zeros(500)
+    for _ in range(n):
+        v += d * dt
+        d = fades * d + renewed * rng.normal(size=500)
+    assert np.std(v) == pytest.approx(noise[2] * np.sqrt(n * dt), rel=0.1)
+
+
+def test_a_walk_that_has_a_disturbance_beside_it_stays_and_so_does_an_idle_one():
+    noise = np.array([1e-3, 1e-3, 8e-3, 1e-6, 7e-3, 1e-9, 2.0, *NOISE_LEAST[7:]])
+    assert exchanged(noise, 2, 4) is None
+    assert exchanged(noise, 3, 5) is None
+
+
+def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found):
+    """The poses have no white noise; differences alone take it for a third of its size."""
+    recordings = found.problem.recordings
+    assert np.all(first_noise(recordings)[:2] < 0.5 * SIGMA)
+    noise = all_hanging(recordings)
+    assert noise[[7, 8]] == pytest.approx([SIGMA, SIGMA], rel=0.05)
+    assert noise[9] == HANGS
