@@ -162,7 +162,7 @@ BAD = [
     ('{"t": 1, "command": [0, 0]}', "expected 3 numbers"),
     ('{"t": 1, "command": {"F_u": 0, "F_v": 0, "F_x": 0}}', "F_r"),
     ('{"t": 1, "scale": [1]}', "expected 0 numbers"),
-    ('{"t": 1, "poses": [1, 2, 3]}', "poses"),
+    ('{"t": 1, "poses": [1, 2, 3]}', "expected JSON with some of t, stamp, pose"),
     ('{"t": 1, "pose": [1e300, 2, 3]}', "not a number"),
 ]
 

@@ -37,6 +37,12 @@ class Line(Strict, frozen=True):
     reload: Literal[True] | None = None
 
 
+def not_a_line(error: Exception, kind: type[Strict], text: str) -> LiveError:
+    """What is wrong with a line, and what it may say."""
+    fields = ", ".join(kind.__struct_fields__)
+    return LiveError(f"{error}; expected JSON with some of {fields}; got {text.strip()[:80]}")
+
+
 @dataclass(frozen=True)
 class Event:
     """What a line says, forward-left-up."""
@@ -64,7 +70,7 @@ class Reader:
         try:
             line = self._decode(text)
         except (msgspec.DecodeError, UnicodeError) as error:
-            raise LiveError(f"{error}; got {text.strip()[:80]}") from None
+            raise not_a_line(error, Line, text) from None
         given = [kind for kind in KINDS if getattr(line, kind) is not None]
         if len(given) != 1:
             raise LiveError(f"expected one of {', '.join(KINDS)}; got {', '.join(given) or 'none'}")

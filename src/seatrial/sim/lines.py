@@ -10,6 +10,7 @@ import numpy as np
 
 from seatrial.errors import LiveError
 from seatrial.frames import POSE_SIGNS, Array, Axes
+from seatrial.live.lines import not_a_line
 from seatrial.schema import Strict
 from seatrial.sim.readings import ImuReading, PoseReading, Reading, Scan
 from seatrial.sim.world import SimulatedBoat
@@ -45,7 +46,7 @@ def read_line(text: str, boats: Sequence[SimulatedBoat]) -> Asked:
     try:
         line = _decode(text)
     except (msgspec.DecodeError, UnicodeError) as error:
-        raise LiveError(f"{error}; got {text.strip()[:80]}") from None
+        raise not_a_line(error, Line, text) from None
     if (line.command is None) == (line.at is None):
         raise LiveError(f"expected command or at, one of them; got {text.strip()[:80]}")
     if line.command is None:
