@@ -13,6 +13,7 @@ import argparse
 import csv
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ CENTRED = (21, 3)  # poses and degree of the reference
 PAST = (9, 2)  # of starts that know the past only
 NORMAL = 1.96  # of a 95 % interval
 PROPELLERS = 2
+POWER = "scale_power.propellers"
 
 
 def local_polynomial(recording: Recording, width: int, degree: int, place: int) -> Motion:
@@ -84,8 +86,19 @@ def identified(
     return seatrial.identify(recordings, vehicle, method=method)
 
 
+def with_power(model: seatrial.Model, power: float) -> seatrial.Model:
+    """The model with thrust that goes with this power of the propellers' speed."""
+    constants = model.constants.copy()
+    constants[list(model.vehicle.constants.names).index(POWER)] = power
+    return replace(model, constants=constants)
+
+
 def leave_one_out(
-    runs: dict[str, Recording], vehicle: seatrial.Vehicle, method: str, horizon: float
+    runs: dict[str, Recording],
+    vehicle: seatrial.Vehicle,
+    method: str,
+    horizon: float,
+    power: float | None = None,
 ) -> None:
     """One line for every run, predicted by a model of the others."""
     for name, run in runs.items():
@@ -97,6 +110,7 @@ def leave_one_out(
             print(f"  {name:<14} refused: {str(error).partition('; ')[0]}")
             continue
         seconds = time.perf_counter() - begin
+        model = model if power is None else with_power(model, power)
         truth = reference(run)
         centred, causal = (
             "  ".join(f"{x:4.2f}" for x in ratios(model, run, start, truth, horizon))
@@ -184,6 +198,7 @@ def main() -> None:
     parser.add_argument("--vehicle", type=Path, action="append", help="vehicle file; repeat")
     parser.add_argument("--method", action="append", choices=METHODS, help="repeat; all")
     parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
+    parser.add_argument("--power", type=float, help="thrust goes with it of the propellers' speed")
     parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
     chosen = parser.parse_args()
     for path in chosen.vehicle or default:
@@ -193,7 +208,7 @@ def main() -> None:
         for method in chosen.method or METHODS:
             print(f"{path.name}, {method}: error {chosen.horizon:g} s ahead / stays constant")
             print("  left out       u     v     r  (smoothed)  u     v     r  (past only)  fit in")
-            leave_one_out(runs, vehicle, method, chosen.horizon)
+            leave_one_out(runs, vehicle, method, chosen.horizon, chosen.power)
             if not chosen.no_ratios:
                 model = identified(list(runs.values()), vehicle, method)
                 drag_and_thrust(model, list(runs.values()))
