@@ -8,6 +8,7 @@ import math
 import sys
 from pathlib import Path
 
+import rosgraph
 import rospy
 from geometry_msgs.msg import Pose, PoseStamped
 from nav_msgs.msg import Odometry
@@ -20,12 +21,18 @@ def placed(x: float, y: float, psi: float) -> Pose:
     return pose
 
 
+def all_hear(publisher: rospy.Publisher) -> bool:
+    """Whether all subscribers that the master knows are connected, the node besides a recorder."""
+    known = dict(rosgraph.Master("/course").getSystemState()[1])
+    return publisher.get_num_connections() >= len(known.get(publisher.resolved_name, ())) > 0
+
+
 def main(path: str) -> None:
     """To the end of the table."""
     rospy.init_node("course")
     goals = rospy.Publisher("/goal", PoseStamped, queue_size=10)
     references = rospy.Publisher("/reference", Odometry, queue_size=10)
-    while not (goals.get_num_connections() and references.get_num_connections()):
+    while not (all_hear(goals) and all_hear(references)):
         rospy.sleep(0.05)
     begin = rospy.Time.now()
     for line in Path(path).read_text().splitlines():

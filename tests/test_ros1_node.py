@@ -275,4 +275,6 @@ def test_odometry_follows_each_command_at_once(ros, known):
 def test_odometry_keeps_its_rate_by_system_time(ros, known):
     sent, heard = answered(ros, known, 100, 20)
     assert 50 < sent < 70
-    assert 4.5 * sent < heard < 5.3 * sent  # of odometry from before the first command there is some
+    assert (
+        4.5 * sent < heard < 5.3 * sent
+    )  # of odometry from before the first command there is some
