@@ -12,6 +12,7 @@ from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
+from seatrial.cli import main
 from seatrial.errors import MimicError, PredictorError
 from seatrial.mimic import Carrier, Mimic, MimicHealth
 from seatrial.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
@@ -239,3 +240,14 @@ def test_the_wheels_are_mecanum_wheels():
         perfect.eta, [0.4 * np.sin(0.5), 0.4 * (1 - np.cos(0.5)), 0.5], atol=1e-6
     )
     assert _core.wrap(np.array([perfect.eta[2]]))[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("command", ["mimic", "sim"])
+def test_the_commands_refuse_an_unstable_model(mp, tmp_path, capsys, command):
+    path = tmp_path / "model.yaml"
+    seatrial.save(make_model(mp, TABLE_II["AF"] | {"X_u": 3.0, "X_uu": 3.0}), path)
+    assert main([command, str(path)]) == 1
+    said = capsys.readouterr()
+    assert "unstable" in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""

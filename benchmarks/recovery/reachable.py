@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""S7 one second ahead from true starts: what the true parameters score, and any estimator at the bound.
+"""S7 one second ahead from true starts: what the true parameters score, and an estimator at the bound.
 
 The true model's error is that of the recording: its stamps jitter. An estimate adds
 J (estimate - truth) to first order, whose mean square has the bound's covariance in it at least.
@@ -31,7 +31,7 @@ from seatrial.simulate import Trial
 DRIVES = range(1001, 1201)  # seeds of what the true parameters score: those of the other tables
 FITS = range(1001, 1005)  # of the bound, which hardly depends on the seed
 STEP = 0.1  # of a standard error, for differences
-ROWS = ("true parameters", "error at the bound, alone", "both together: the least there is")
+ROWS = ("true parameters", "error at the bound, alone", "both together: at the bound")
 
 
 def reachable() -> str:

@@ -64,6 +64,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.live.sources import Datagrams, Pipes
     from seatrial.mimic import Carrier, Mimic
     from seatrial.mimic.loop import MimicStream
+    from seatrial.sanity import sanity
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
@@ -75,5 +76,6 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     carrier = Carrier(**{name: getattr(args, name) for name in names})
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
+    sanity(mimic.model)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     MimicStream(mimic, settings, complain).serve(source)
