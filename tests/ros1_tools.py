@@ -20,7 +20,9 @@ BIN = Path("/usr/bin")
 PYTHON = Path("/usr/lib/python3/dist-packages")
 PARTS = (  # of .ci/run's packages
     BIN / "roscore", BIN / "roslaunch", BIN / "rosservice", Path("/usr/lib/rosout/rosout"), Path("/usr/lib/rosbag/record"),
-    *(PYTHON / name for name in ("rospy", "rosbag", "nav_msgs", "sensor_msgs", "tf2_msgs")),
+    *(PYTHON / name for name in (
+        "rospy", "rosbag", "nav_msgs", "sensor_msgs", "tf2_msgs", "diagnostic_msgs",
+    )),
 )  # fmt: skip
 CALLER = "/seatrial_test"
 PATIENCE = 30.0  # [s]
@@ -90,6 +92,10 @@ class Ros1:
             lambda: all(set(self.subscribers(topic)) - before[topic] for topic in topics), "record"
         )
         return process
+
+    def joypad(self, *axes: float) -> subprocess.Popen:
+        """A joypad held still, which all that have subscribed hear from its first message on."""
+        return self.start("python3", Path(__file__).parent / "ros1_joypad.py", *axes)
 
     def play(self, bag: Path, rate: float, counts: dict[str, int]) -> None:
         """Play a bag until every subscriber has as many messages of its topics as there are."""

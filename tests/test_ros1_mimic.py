@@ -53,9 +53,7 @@ def recorded(ros, path, tmp_path_factory):
     ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
     ros.until(lambda: ros.connected("/cmd_vel") and ros.connected("/odom"), "carrier")
     for axes in DRIVES:
-        joypad = ros.start(
-            "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", f"{{axes: {axes}}}"
-        )
+        joypad = ros.joypad(*axes)
         time.sleep(5.0)
         ros.finish(joypad, signal.SIGINT)
     ros.finish(mimic, signal.SIGINT)
@@ -131,9 +129,7 @@ def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path, tmp_
     recorder = ros.record("-O", tmp_path / "slow.bag", topics=("/diagnostics",))
     mimic = ros.start(str(MIMIC), f"_model:={path}", "_speed:=0.02")
     ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
-    joypad = ros.start(
-        "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", "{axes: [0.0, 0.8, 0.0, 0.0]}"
-    )
+    joypad = ros.joypad(0.0, 0.8, 0.0, 0.0)
     time.sleep(3.0)
     for process in (joypad, mimic, recorder):
         ros.finish(process, signal.SIGINT)

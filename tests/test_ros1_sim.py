@@ -82,9 +82,7 @@ def recorded(ros, files, tmp_path_factory):
     )  # fmt: skip
     ros.until(lambda: "/seatrial_simulator" in ros.subscribers("/joy"), "simulator")
     for axes in DRIVES:
-        joypad = ros.start(
-            "rostopic", "pub", "-r", "20", "/joy", "sensor_msgs/Joy", f"{{axes: {axes}}}"
-        )
+        joypad = ros.joypad(*axes)
         time.sleep(5.0)
         ros.finish(joypad, signal.SIGINT)
     for process in (odometer, recorder, simulator):
