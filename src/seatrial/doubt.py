@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The noise that the on-board filter believes: the model's own, and what its errors amount to.
+"""What the on-board filter believes: the model's own noise, and its parameters' errors.
 
 Both are computed in the core (`core/include/seatrial/doubt.hpp`), which derives them.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,33 +13,28 @@ from seatrial.model import Model
 from seatrial.schema import NoiseEntry
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """What a model's covariance amounts to, averaged over a random drive within its envelope."""
+def doubt(model: Model) -> Array:
+    """Errors of coefficients and constants (n + m, k) by each of k independent causes of variance 1.
 
-    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] standard deviations
-    memory: Array  # (3,) [s] of the disturbance
-    walk: Array  # (3,) [m/s, m/s, rad/s per sqrt(s)] of the velocity
-
-
-def doubt(model: Model) -> Doubt:
-    """The doubt about a model; none where it does not state how fast it was identified."""
+    The few principal ones by what they do to the velocity; their sum of squares is the model's
+    covariance but for what hardly matters. None where the model does not state how fast it was
+    identified.
+    """
     speeds = model.envelope.speeds
     if not set(SYMBOLS) <= set(speeds):
-        return Doubt(*np.zeros((3, 3)))
+        return np.zeros((len(model.parameters), 0))
     ranges = np.array([speeds[name] for name in SYMBOLS])
     chain, constants = model.vehicle.chain, model.constants
-    return Doubt(*_core.doubt(model.boat, chain, constants, ranges, model.covariance))
+    return np.asarray(_core.doubt(model.boat, chain, constants, ranges, model.covariance))
 
 
 def believed_on_board(model: Model) -> Array:
     """Noise (10,) of poses and motion, in the order of the filter's noise.
 
     A model without process noise (the paper's method finds none) gets what the estimator starts
-    from. The doubt about the model's parameters is added in squares.
+    from.
     """
-    own, found = _own(model.noise), doubt(model)
-    return _core.believed_noise(own, found.disturbance, found.memory, found.walk)
+    return np.asarray(_core.believed_noise(_own(model.noise)))
 
 
 def _own(noise: NoiseEntry) -> Array:

@@ -137,7 +137,8 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   const bool bounded = read_envelope(file.at("envelope"), vehicle, m);
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
-  m.boat.noise = believed_noise(read_noise(file.at("noise")), bounded ? doubt(uncertain) : Doubt{});
+  m.boat.noise = believed_noise(read_noise(file.at("noise")));
+  if (bounded) m.boat.considered = doubt(uncertain);
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
