@@ -134,7 +134,7 @@ def test_a_latency_without_a_lag_is_believed(known):
 
 def test_the_power_of_a_scale_is_believed(cse1_vehicle):
     values = {name: (0.5 if "F" in name else -0.5) for name in cse1_vehicle.structure.coefficients}
-    speeds = {name: (-2.0, 2.0) for name in "uvr"}
+    speeds = dict.fromkeys("uvr", (-2.0, 2.0))
     made = replace(make_model(cse1_vehicle, values), envelope=EnvelopeEntry(speeds, {}))
     (power,) = [name for name in made.parameters if "scale_power" in name]
     one = only(made, power)

@@ -109,7 +109,6 @@ def test_its_mean_is_the_core_s_own_prediction(known):
     inputs = accuracy.until(trial.inputs, -1.0, t[0], t[-1])
     track = follow(Predictor(sure), inputs, t)
     start = np.concatenate([inputs.pose[0], np.zeros(3)])
-    from seatrial import _core
 
     states, _ = _core.simulate(
         sure.boat, sure.trace(trial.recording), start, np.ascontiguousarray(t)
