@@ -15,7 +15,7 @@ from test_core_cpp import run
 from test_model import frd
 
 import seatrial
-from seatrial.doubt import believed_on_board, doubt
+from seatrial.doubt import believed_on_board
 from seatrial.errors import SeatrialError
 from seatrial.io.poses import heading_of, in_vehicle_terms
 from seatrial.io.table import scaled
@@ -26,6 +26,7 @@ from seatrial.schema import (
     CorrelatedEntry,
     DeadZone,
     EnvelopeEntry,
+    EstimatorEntry,
     NoiseEntry,
     ProcessEntry,
 )
@@ -123,7 +124,11 @@ def identified(vehicle: Vehicle, seed: int) -> seatrial.Model:
         speeds = {"u": (-0.4, 0.6), "v": (-0.3, 0.2), "r": (-0.5, 0.9)}
         forces = {f.name: (-0.6, 0.8) for f in vehicle.forces[:-1]}
         model = replace(model, envelope=EnvelopeEntry(speeds, forces))
-    return replace(model, covariance=root @ root.T / len(root), noise=NOISES[seed % len(NOISES)])
+    estimator = EstimatorEntry("output-error", {"belief": (None, 0.0, 0.8)[seed // 3 % 3]})
+    return replace(
+        model, covariance=root @ root.T / len(root), noise=NOISES[seed % len(NOISES)],
+        estimator=estimator,
+    )  # fmt: skip
 
 
 def events(model: seatrial.Model, seed: int) -> list[tuple[str, list[float]]]:
@@ -215,9 +220,6 @@ def test_the_predictor_says_the_same_to_the_last_bits(program, written, tmp_path
     script = events(model, 7)
     lines = [" ".join([kind, *(x.hex() for x in row)]) for kind, row in script]
     (tmp_path / "events.txt").write_text("\n".join(lines))
-    assert (doubt(model).shape[1] > 0) == bool(
-        model.envelope.speeds
-    )  # then it is in the covariance
     mine = np.array([floats(row) for row in program.says("follow", path, tmp_path / "events.txt")])
     theirs = follow(model, script)
     assert mine.shape == theirs.shape == (160, 2 + 9 + 36)
@@ -234,7 +236,7 @@ def test_the_predictor_says_the_same_to_the_last_bits(program, written, tmp_path
 def test_the_noise_on_board_is_pythons(program, written):
     model, path = written
     (row,) = program.says("noise", path)
-    believed = believed_on_board(model)
+    believed = believed_on_board(model).noise
     np.testing.assert_allclose(floats(row), believed, rtol=1e-12)
 
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Python's view of what of a model's covariance matters on board.
+// Python's view of what the on-board filter believes of a model.
 #pragma once
+#include <nanobind/stl/pair.h>
+
+#include <utility>
+
 #include "arrays.hpp"
 #include "predictor.hpp"
 #include "seatrial/doubt.hpp"
@@ -9,8 +13,9 @@ namespace {
 
 using namespace seatrial;
 
-/// (coefficients and constants, causes).
-Out2 run_doubt(const Boat& boat, const Chain& chain, Vector q, Matrix speeds, Matrix covariance) {
+/// Noise (10,) in the order of MotionNoise; errors (coefficients and constants, causes).
+std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q, Matrix speeds,
+                                  Matrix covariance, Vector noise, bool explained) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   UncertainModel m;
@@ -24,34 +29,31 @@ Out2 run_doubt(const Boat& boat, const Chain& chain, Vector q, Matrix speeds, Ma
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) m.covariance[i][j] = covariance(i, j);
   }
-  Considered found;
+  DrivenBoat believed;
+  const MotionNoise own = make_noise(noise);
   {
     nb::gil_scoped_release released;
-    found = doubt(m);
+    believe(m, own, explained, believed);
   }
+  const MotionNoise& b = believed.noise;
+  const double row[10] = {b.position,           b.heading,         b.walk_linear, b.walk_yaw,
+                          b.disturbance_linear, b.disturbance_yaw, b.memory,      b.colour_position,
+                          b.colour_heading,     b.colour_memory};
+  const Considered& found = believed.considered;
   double* out = nullptr;
   auto to = fresh<Out2>({n, static_cast<std::size_t>(found.n)}, &out);
-  const int own = boat.structure.n_coefficients;
+  const int first = boat.structure.n_coefficients;
   for (int i = 0; i < m.n_parameters(); ++i) {
-    const Causes& row = i < own ? found.coefficient[i] : found.constant[i - own];
-    out = std::copy(row, row + found.n, out);
+    const Causes& causes = i < first ? found.coefficient[i] : found.constant[i - first];
+    out = std::copy(causes, causes + found.n, out);
   }
-  return to;
-}
-
-/// Noise (10,) in the order of MotionNoise.
-Out1 run_believed_noise(Vector own) {
-  const MotionNoise n = believed_noise(make_noise(own));
-  const double row[10] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
-                          n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
-                          n.colour_heading,     n.colour_memory};
-  return row_of(row);
+  return {row_of(row), to};
 }
 
 void bind_doubt(nb::module_& m) {
   using namespace nb::literals;
-  m.def("doubt", &run_doubt, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a);
-  m.def("believed_noise", &run_believed_noise, "own"_a);
+  m.def("believe", &run_believe, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a, "noise"_a,
+        "explained"_a);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 Both are computed in the core (`core/include/seatrial/doubt.hpp`), which derives them.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from seatrial import _core
@@ -13,28 +15,32 @@ from seatrial.model import Model
 from seatrial.schema import NoiseEntry
 
 
-def doubt(model: Model) -> Array:
-    """Errors of coefficients and constants (n + m, k) by each of k independent causes of variance 1.
+@dataclass(frozen=True)
+class Believed:
+    """What is believed of a model on board."""
 
-    The few principal ones by what they do to the velocity; their sum of squares is the model's
-    covariance but for what hardly matters. None where the model does not state how fast it was
-    identified.
+    noise: Array  # (10,) of poses and motion, in the order of the filter's noise
+    errors: Array  # (n + m, k) of coefficients and constants by each of k causes of variance 1
+
+
+def believed_on_board(model: Model) -> Believed:
+    """Noise, and the errors of the parameters.
+
+    Where structure and noise explain what was recorded the errors are constants: the principal causes of
+    them by what they do to the boat. Else, or where no one has asked (the paper's method), they are in the
+    noise. Neither where the model does not state how fast it was identified.
+    A model without process noise gets what the estimator starts from.
     """
     speeds = model.envelope.speeds
-    if not set(SYMBOLS) <= set(speeds):
-        return np.zeros((len(model.parameters), 0))
-    ranges = np.array([speeds[name] for name in SYMBOLS])
+    known = set(SYMBOLS) <= set(speeds)
+    ranges = np.array([speeds[name] if known else (-1.0, 1.0) for name in SYMBOLS])
+    covariance = model.covariance if known else np.zeros_like(model.covariance)
+    explained = model.estimator.settings.get("belief") == 0.0
     chain, constants = model.vehicle.chain, model.constants
-    return np.asarray(_core.doubt(model.boat, chain, constants, ranges, model.covariance))
-
-
-def believed_on_board(model: Model) -> Array:
-    """Noise (10,) of poses and motion, in the order of the filter's noise.
-
-    A model without process noise (the paper's method finds none) gets what the estimator starts
-    from.
-    """
-    return np.asarray(_core.believed_noise(_own(model.noise)))
+    own = _own(model.noise)
+    return Believed(
+        *_core.believe(model.boat, chain, constants, ranges, covariance, own, explained)
+    )
 
 
 def _own(noise: NoiseEntry) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.causal import VELOCITY_SPREAD
-from seatrial.doubt import believed_on_board, doubt
+from seatrial.doubt import believed_on_board
 from seatrial.errors import ModelError, PredictorError
 from seatrial.frames import SYMBOLS, Array, frozen_array
 from seatrial.model import Model, load
@@ -105,9 +105,10 @@ def onboard_model(
     vehicle, ranges = model.vehicle, model.envelope
     speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
     forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
+    believed = believed_on_board(model)
     try:
         return _core.OnboardModel(
-            model.boat, vehicle.chain, model.constants, believed_on_board(model), doubt(model),
+            model.boat, vehicle.chain, model.constants, believed.noise, believed.errors,
             disturbance == "earth", water, vehicle.file.command_timeout,
             speeds, forces, _first_spread(model), window,
         )  # fmt: skip
