@@ -83,6 +83,8 @@ class Ros1:
         process.stdin.close()
         code = process.wait(PATIENCE)
         assert code in ((0, -signal_number) if signal_number else (0,)), process.said.read_text()
+        # `rosbag record` ends at once, the recorder that it has started when its bag is whole
+        self.until(lambda: not _group(process.pid), str(process.args))
 
     def record(self, *arguments: object, topics: tuple[str, ...]) -> subprocess.Popen:
         """A recorder that has subscribed to its topics."""
@@ -169,6 +171,17 @@ class Ros1:
         for process in self.processes():
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
+
+
+def _group(number: int) -> list[int]:
+    """What is left of a group of processes."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, group, *_ = path.read_text().rpartition(")")[2].split()
+            if int(group) == number and state not in "ZX":
+                found.append(int(path.parent.name))
+    return found
 
 
 def _interruptible() -> None:
