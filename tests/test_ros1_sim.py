@@ -81,6 +81,8 @@ def recorded(ros, files, tmp_path_factory):
         "_real_time_factor:=2",
     )  # fmt: skip
     ros.until(lambda: "/seatrial_simulator" in ros.subscribers("/joy"), "simulator")
+    ros.until(lambda: ros.connected("/scan"), "recorder")
+    time.sleep(0.3)  # a scan or two at rest
     for axes in DRIVES:
         joypad = ros.joypad(*axes)
         time.sleep(5.0)
