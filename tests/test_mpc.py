@@ -15,6 +15,7 @@ from seatrial import _core
 from seatrial.errors import ControlError, ExportError, ModelError
 from seatrial.export import export
 from seatrial.mpc import Grid, Nmpc, Weights, by_thrusters
+from seatrial.mpc.interior import minimum
 from seatrial.mpc.problem import stage
 from seatrial.plan import load_plan
 from seatrial.simulate import plant_model
@@ -127,15 +128,9 @@ def test_repeated_steps_end_in_the_optimum_that_ipopt_finds(truth):
     best = np.array(found["x"]).reshape(grid.stages, 4)
 
     layout = controller.layout
-    part = np.concatenate([now, idle, [0.0]])
-    plan = (
-        np.concatenate([np.tile(part, grid.stages), now]),
-        np.zeros(layout.size),
-        np.zeros(layout.rows),
-    )
+    w = np.concatenate([np.tile(np.concatenate([now, idle, [0.0]]), grid.stages), now])
     for _ in range(40):
-        plan = controller.function(*plan, now, wanted.T, idle, np.zeros(3))
-    w = np.array(plan[0]).ravel()
+        w = np.array(controller.function(w, now, wanted.T, idle, np.zeros(3))[0]).ravel()
     ours = np.array([w[layout.thrust(k)] for k in range(grid.stages)])
     np.testing.assert_allclose(ours, best, atol=2e-4)
 
@@ -160,6 +155,55 @@ def test_a_reference_beyond_the_wall_is_followed_up_to_it(controller):
     assert np.abs(states[:, 1]).max() > POOL[1] / 2 - 0.05
 
 
+def test_noisy_poses_along_a_wall_leave_no_programme_unsolved(controller):
+    def beyond(t):
+        return circle(t, radius=0.9, period=60.0)
+
+    _, states = drive(controller, beyond, 40.0, noise=0.004)
+    assert controller.unsolved == 0
+    assert np.abs(states[:, 1]).max() < POOL[1] / 2 + 0.01
+
+
+def test_what_no_programme_solves_leaves_thrusters_idle(truth):
+    controller = Nmpc(truth, grid=Grid(2))
+    good = circle(controller.grid.times)
+    controller.command(0.0, good[0, :3], good[0, 3:], good)
+    solve = controller._call
+    controller._call = lambda *given: (solve(*given)[0], [1.0, 0.0])
+    idle = controller.thrusters.commands(controller.thrusters.idle)
+    np.testing.assert_array_equal(controller.command(0.1, good[0, :3], good[0, 3:], good), idle)
+    assert controller.unsolved == 2
+    controller._call = solve
+    assert np.abs(controller.command(0.2, good[0, :3] + 0.1, good[0, 3:], good) - idle).max() > 0.01
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_interior_point_method_finds_what_another_solver_finds(seed):
+    """Random convex programmes, some with no curvature along a price, as that of the walls."""
+    rng = np.random.default_rng(seed)
+    n, n_equal, n_below = 12, 4, 20
+    root = rng.normal(size=(n, n)) * (rng.random(n) > 0.2)
+    hessian = 100 * root.T @ root + 1e-6 * np.eye(n)
+    gradient, within = 300 * rng.normal(size=n), rng.normal(size=n)
+    equal, below = rng.normal(size=(n_equal, n)), rng.normal(size=(n_below, n))
+    below = np.vstack([below, np.eye(n), -np.eye(n)])
+    level = below @ within + np.maximum(rng.normal(size=len(below)), 0.0) + 1e-3
+    parts = [ca.DM(part) for part in (hessian, gradient, equal, equal @ within, below, level)]
+    x, off = minimum(tuple(ca.MX(part) for part in parts), 100.0)
+    found, missed = (np.array(value).ravel() for value in ca.Function("f", [], [x, off])().values())
+    rows = ca.DM(np.vstack([equal, below])).sparsity()
+    quiet = {"highs": {"output_flag": False}}
+    other = ca.conic("other", "highs", {"h": parts[0].sparsity(), "a": rows}, quiet)
+    best = other(
+        h=hessian, g=gradient, a=np.vstack([equal, below]),
+        lba=np.concatenate([equal @ within, np.full(len(below), -np.inf)]),
+        uba=np.concatenate([equal @ within, level]),
+    )  # fmt: skip
+    cost = 0.5 * found @ hessian @ found + gradient @ found
+    assert missed.max() < 1e-3
+    assert cost == pytest.approx(float(best["cost"]), abs=missed[1] + 1e-6 * abs(cost))
+
+
 def test_full_thrust_is_never_exceeded_when_the_reference_is_out_of_reach(controller):
     commands, states = drive(controller, lambda t: circle(t, 0.4, 6.0), 12.0)
     assert commands.max() == pytest.approx(1.0, abs=1e-3)
@@ -176,16 +220,16 @@ def test_generated_c_runs_without_casadi(truth, tmp_path):
     binary = tmp_path / "step"
     command = [compiler, "-O0", str(main), str(source), "-o", str(binary), "-lm"]
     subprocess.run(command, check=True, cwd=tmp_path)
-    layout, grid = controller.layout, controller.grid
+    grid = controller.grid
     now = np.concatenate([circle(0.0) + 0.01, controller.thrusters.idle])
     part = np.concatenate([now, controller.thrusters.idle, [0.0]])
     given = [
-        np.concatenate([np.tile(part, grid.stages), now]), np.zeros(layout.size), np.zeros(layout.rows),
+        np.concatenate([np.tile(part, grid.stages), now]),
         now, circle(grid.times).ravel(), controller.thrusters.idle, np.zeros(3),
     ]  # fmt: skip
     text = "\n".join(repr(float(x)) for x in np.concatenate(given))
     said = subprocess.run([binary], input=text, capture_output=True, text=True, check=True).stdout
-    shaped = [*given[:4], given[4].reshape(-1, 6).T, *given[5:]]
+    shaped = [*given[:2], given[2].reshape(-1, 6).T, *given[3:]]
     ours = np.concatenate([np.array(x).ravel() for x in controller.function(*shaped)])
     np.testing.assert_allclose(np.array(said.split(), dtype=float), ours, rtol=1e-9, atol=1e-9)
     assert "casadi.h" not in source.read_text()

@@ -16,7 +16,8 @@ COLOURS = (BLUE, SKY, RED, BLACK)
 
 def draw(path: Path) -> None:
     """Way and commands."""
-    found, way, reach = at_walls()
+    run = at_walls()
+    found, way, reach = run.outcome, run.way, run.reach
     wanted = np.array([WALLED.at(t).eta for t in found.t.tolist()])
     corners = reach * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1], [1, 1]])
     ways = [

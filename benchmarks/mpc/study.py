@@ -74,6 +74,7 @@ class Both:
     """The controllers on one course, a run a seed."""
 
     predictive: tuple[Outcome, ...]
+    unsolved: int  # programmes of all of these
     tuned: dict[str, tuple[Outcome, ...]]  # by allocation
 
 
@@ -81,17 +82,17 @@ class Both:
 def both(conditions: str, shape: str, hurry: bool) -> Both:
     """Same courses, poses, and current."""
     told, way = CONDITIONS[conditions], chosen(shape, hurry)
-    ours = tuple(
-        run(by_thrusters(truth(OWN)), Predictive(controller(told.plan)), way, told, seed)
-        for seed in SEEDS
-    )
+    kept, ours, unsolved = controller(told.plan), [], 0
+    for seed in SEEDS:
+        ours.append(run(by_thrusters(truth(OWN)), Predictive(kept), way, told, seed))
+        unsolved += kept.unsolved
     tuned = {
         scheme: tuple(
             run(truth(scheme), PILOTS[PID](scheme, conditions), way, told, seed) for seed in SEEDS
         )
         for scheme in SCHEMES
     }
-    return Both(ours, tuned)
+    return Both(tuple(ours), unsolved, tuned)
 
 
 @dataclass(frozen=True)
@@ -115,12 +116,22 @@ WALLED = Course(Beyond(1.2), 90.0)
 CLEARANCE = 0.5  # [m] from the plan's pool
 
 
+@dataclass(frozen=True)
+class Walled:
+    """A run on a course that leaves the pool."""
+
+    outcome: Outcome
+    way: Array  # (n, 2) [m]
+    reach: Array  # (2,) [m] how far |x|, |y| may go
+    unsolved: int  # programmes
+
+
 @cache
-def at_walls(seed: int = SEEDS[0]) -> tuple[Outcome, Array, Array]:
-    """A course that leaves the pool: what came, the way (n, 2), and how far |x|, |y| may go (2,)."""
+def at_walls(seed: int = SEEDS[0]) -> Walled:
+    """Hard SLAM."""
     told = CONDITIONS["hard"]
     pool = load_plan(told.plan).pool
     kept = Nmpc(identified(OWN, told.plan), pool=(pool.length, pool.width), clearance=CLEARANCE)
     found = run(by_thrusters(truth(OWN)), Predictive(kept), WALLED, told, seed)
     wanted = np.array([WALLED.at(t).eta[:2] for t in found.t])
-    return found, wanted + found.error[:, :2], kept.reach
+    return Walled(found, wanted + found.error[:, :2], kept.reach, kept.unsolved)

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 FIRST, LATER = 10, 3  # Gauss-Newton steps at most: without a last solution, and from it
 SETTLED = 0.02  # of full thrust: a plan that a step moves by less is taken
+SOLVED = np.array(
+    [1e-3, 0.1]
+)  # of a programme: rows violated by [m, m/s, ...], cost above the least
 OPEN = (np.inf, np.inf)
 
 
@@ -32,7 +35,8 @@ class Nmpc:
     or simulator beside this controller is to be made of it. Call `command` with what the predictor
     says of `latency` [s] from now, when the command begins to act. pool: (2,) its length and width [m],
     round the origin; the boat's origin keeps `clearance` [m] from its walls. Needs CasADi. Raises
-    ModelError for a model that runs away, SeatrialError.
+    ModelError for a model that runs away, SeatrialError. A programme that is not solved counts in
+    `self.unsolved`; one more begins at standing still, and where that fails, too, thrusters idle.
     """
 
     def __init__(
@@ -66,10 +70,11 @@ class Nmpc:
         return self.thrusters.latency
 
     def forget(self) -> None:
-        """As at the start: thrusters idle, no plan."""
+        """As at the start: thrusters idle, no plan, no programme unsolved."""
         self._level = self.thrusters.idle
         self._thrust = self.thrusters.idle
-        self._plan: tuple[Array, Array, Array] | None = None
+        self._plan: Array | None = None
+        self.unsolved = 0
         self._time = -np.inf
 
     def command(
@@ -112,20 +117,33 @@ class Nmpc:
         self._time = t
 
     def _solve(self, z: Array, wanted: Array, push: Array) -> None:
-        layout, plan = self.layout, self._plan
-        if plan is None:
-            stage = np.concatenate([z, self.thrusters.idle, [0.0]])
-            w = np.concatenate([np.tile(stage, layout.stages), z])
-            plan = (w, np.zeros(layout.size), np.zeros(layout.rows))
-        for _ in range(FIRST if self._plan is None else LATER):
-            found = self._call(*plan, z, wanted.T, self._thrust, push)
-            before, plan = plan, tuple(np.asarray(part).ravel() for part in found)  # type: ignore[assignment]
-            if not self._moved(before[0], plan[0]) > SETTLED:
-                break
-        good = all(np.isfinite(part).all() for part in plan)
-        self._plan = plan if good else None
-        thrust = plan[0][layout.thrust(0)] if good else self.thrusters.idle
+        """A better plan from the last, or from standing still where there is none or that fails."""
+        begins = [(self._standing(z), FIRST)]
+        if self._plan is not None:
+            begins.insert(0, (self._plan, LATER))
+        found = (self._improved(plan, steps, z, wanted, push) for plan, steps in begins)
+        self._plan = next((plan for plan in found if plan is not None), None)
+        thrust = self.thrusters.idle if self._plan is None else self._plan[self.layout.thrust(0)]
         self._thrust = np.clip(thrust, self.thrusters.lowest, self.thrusters.highest)
+
+    def _standing(self, z: Array) -> Array:
+        """The plan of staying where it is, thrusters idle."""
+        stage = np.concatenate([z, self.thrusters.idle, [0.0]])
+        return np.concatenate([np.tile(stage, self.layout.stages), z])
+
+    def _improved(
+        self, plan: Array, steps: int, z: Array, wanted: Array, push: Array
+    ) -> Array | None:
+        """Up to so many Gauss-Newton steps further. None where a programme was not solved."""
+        for _ in range(steps):
+            found, off = self._call(plan, z, wanted.T, self._thrust, push)
+            before, plan = plan, np.asarray(found).ravel()
+            if not (np.asarray(off).ravel() <= SOLVED).all():
+                self.unsolved += 1
+                return None
+            if not self._moved(before, plan) > SETTLED:
+                break
+        return plan
 
     def _moved(self, before: Array, after: Array) -> float:
         """Largest change of a thrust in the plan."""
@@ -139,9 +157,7 @@ class Nmpc:
         """Poses (stages + 1, 3) of the last plan. Raises ControlError before the first command."""
         if self._plan is None:
             raise ControlError("no plan yet: give a command first")
-        blocks = [
-            self._plan[0][k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)
-        ]
+        blocks = [self._plan[k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)]
         return frozen_array(np.array(blocks))
 
     def generate(self, folder: Path) -> Path:

@@ -9,6 +9,7 @@ import numpy as np
 from seatrial.export.casadi import Symbol, casadi_module
 from seatrial.frames import Array
 from seatrial.model import Model
+from seatrial.mpc.interior import minimum
 from seatrial.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
 from seatrial.mpc.thrusters import Thrusters
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import casadi
 
 WALLS = 4  # x and y, both ways
-QUIET = {"print_iter": False, "print_header": False, "print_info": False, "error_on_fail": False}
+START = 0.01  # of the walls' price: where multipliers begin
 
 
 @dataclass(frozen=True)
@@ -58,48 +59,50 @@ class Layout:
 def step_function(
     model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, walls: Array
 ) -> "casadi.Function":
-    """(w, duals of w, duals of the rows) from these, z now, reference, last thrust, disturbance.
+    """(w, off) from w, z now, reference, last thrust, disturbance.
 
     walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite where there is none.
-    Reference (6, stages): eta and nu at the stages' ends, headings without leaps. The function is
-    named `seatrial_nmpc`; its solver is CasADi's qrqp, of which C can be generated.
+    Reference (6, stages): eta and nu at the stages' ends, headings without leaps. off (2,): of
+    the quadratic programme, how far rows are violated and how far the cost is from the least.
+    The function is named `seatrial_nmpc`; C of it can be generated.
     """
     ca = casadi_module()
     layout = Layout(len(thrusters.lag), grid.stages)
-    linear, hessian, jacobian = _linearised(model, thrusters, grid, weights, layout)
-    programme = ca.conic("programme", "qrqp", {"h": hessian, "a": jacobian}, QUIET)
-    names = ["w", "dual_w", "dual_rows", "z", "reference", "last", "disturbance"]
     n = layout.n
-    given = [
-        ca.MX.sym(name, *size)
-        for name, size in zip(
-            names,
-            [(layout.size,), (layout.size,), (layout.rows,), (MOTION + n,), (MOTION, grid.stages), (n,), (3,)],
-            strict=True,
-        )
-    ]  # fmt: skip
+    sizes: dict[str, tuple[int, ...]] = {
+        "w": (layout.size,),
+        "z": (MOTION + n,),
+        "reference": (MOTION, grid.stages),
+        "last": (n,),
+        "disturbance": (3,),
+    }
+    given = [ca.MX.sym(name, *size) for name, size in sizes.items()]
     w = given[0]
-    h, gradient, rows, value = linear(w, *given[3:])
+    hessian, gradient, jacobian, value = _linearised(model, thrusters, grid, weights, layout)(
+        *given
+    )
     low, high = layout.bounds(thrusters)
-    equal = layout.rows - WALLS * grid.stages
-    floor = np.concatenate([np.zeros(equal), np.full(WALLS * grid.stages, -np.inf)])
-    roof = np.concatenate([np.zeros(equal), np.tile(walls, grid.stages)])
-    found = programme(
-        h=h, g=gradient, a=rows,
-        lbx=ca.DM(low) - w, ubx=ca.DM(high) - w, lba=ca.DM(floor) - value, uba=ca.DM(roof) - value,
-        x0=0, lam_x0=given[1], lam_a0=given[2],
-    )  # fmt: skip
+    roof = np.tile(walls, grid.stages)
+    equal = layout.rows - len(roof)
+    lower, upper, kept = (np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, roof))
+    wall = [equal + i for i in kept]
+    box = ca.sparsify(
+        ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
+    )
+    below = ca.vertcat(box, jacobian[wall, :])
+    room = ca.vertcat(w[lower] - low[lower], high[upper] - w[upper], roof[kept] - value[wall])
+    programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
+    by, off = minimum(programme, START * weights.price(grid.stages))
     step: casadi.Function = ca.Function(
-        "seatrial_nmpc", given, [w + found["x"], found["lam_x"], found["lam_a"]],
-        names, ["new_w", "new_dual_w", "new_dual_rows"],
-    )  # fmt: skip
+        "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
+    )
     return step
 
 
 def _linearised(
     model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, layout: Layout
-) -> tuple["casadi.Function", "casadi.Sparsity", "casadi.Sparsity"]:
-    """Hessian, gradient, Jacobian and value of the rows at w; patterns of the two matrices."""
+) -> "casadi.Function":
+    """Hessian, gradient, Jacobian and value of the rows at w."""
     ca = casadi_module()
     n, forward = layout.n, stage(model, thrusters, grid)
     z = [ca.SX.sym(f"z{k}", MOTION + n) for k in range(grid.stages + 1)]
@@ -125,10 +128,10 @@ def _linearised(
         weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w
     )
     jacobian = ca.jacobian(rows, w)
-    function = ca.Function(
+    found: casadi.Function = ca.Function(
         "linear", [w, now, reference, last, disturbance], [hessian, gradient, jacobian, rows]
     )
-    return function, hessian.sparsity(), jacobian.sparsity()
+    return found
 
 
 def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
