@@ -15,11 +15,9 @@ from test_docs import blocks
 
 import seatrial
 from seatrial import _core
-from seatrial.doubt import believed_on_board, doubt
 from seatrial.errors import ModelError, PredictorError
-from seatrial.filter_noise import NOISE_START
 from seatrial.predictor import Health, Predictor, Taken
-from seatrial.schema import CorrelatedEntry, EnvelopeEntry, Integration, NoiseEntry, ProcessEntry
+from seatrial.schema import EnvelopeEntry, Integration
 
 sys.path.insert(0, str(ROOT))
 from benchmarks.predictor import accuracy, board, consistency, drives, matches
@@ -111,7 +109,6 @@ def test_its_mean_is_the_core_s_own_prediction(known):
     inputs = accuracy.until(trial.inputs, -1.0, t[0], t[-1])
     track = follow(Predictor(sure), inputs, t)
     start = np.concatenate([inputs.pose[0], np.zeros(3)])
-    from seatrial import _core
 
     states, _ = _core.simulate(
         sure.boat, sure.trace(trial.recording), start, np.ascontiguousarray(t)
@@ -258,112 +255,6 @@ def test_the_scale_signal_drives_the_thrust(cse1_vehicle):
     full = p.at(1.0).velocity[0]
     p.scale(0.01, [0.2])
     assert p.at(1.0).velocity[0] == pytest.approx(full / 4.0, rel=0.05)
-
-
-def test_the_noise_is_the_models_with_what_its_errors_do(known):
-    process = ProcessEntry(0.01, 0.02, 0.03, 0.04, 5.0)
-    certain = replace(
-        known, noise=NoiseEntry(0.002, 0.003, process), covariance=np.zeros_like(known.covariance)
-    )
-    white = [0.0, 0.0, NOISE_START[9]]  # nothing hangs together
-    assert believed_on_board(certain).tolist() == [
-        0.002,
-        0.003,
-        0.01,
-        0.02,
-        0.03,
-        0.04,
-        5.0,
-        *white,
-    ]
-    unknown = replace(certain, noise=NoiseEntry(0.002, 0.003))
-    assert believed_on_board(unknown).tolist() == [0.002, 0.003, *NOISE_START[2:7], *white]
-    hangs = replace(
-        certain, noise=NoiseEntry(0.003, 0.0, process, CorrelatedEntry(0.004, 0.01, 0.2))
-    )
-    assert believed_on_board(hangs)[:2].tolist() == [0.003, 1e-4]
-    assert believed_on_board(hangs)[7:].tolist() == [0.004, 0.01, 0.2]
-    little = replace(certain, noise=NoiseEntry(0.0, 0.0, None, CorrelatedEntry(1e-7, 0.0, 1e-3)))
-    assert believed_on_board(little)[7:].tolist() == [1e-5, 1e-5, 0.02]
-    exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
-    assert believed_on_board(exact).tolist() == [1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, *white]
-
-
-def test_what_the_errors_of_a_model_do_is_added_in_variance_and_in_power(known):
-    own = replace(known, noise=NoiseEntry(0.002, 0.003, ProcessEntry(0.01, 0.02, 2e-5, 1e-4, 5.0)))
-    found, noise = doubt(known), believed_on_board(own)
-    both = np.sqrt(np.mean(found.walk[:2] ** 2))
-    np.testing.assert_allclose(noise[2:4], np.hypot([0.01, 0.02], [both, found.walk[2]]))
-    power = 2.0 * found.disturbance**2 * found.memory
-    kept = 2.0 * noise[4:6] ** 2 * noise[6]  # whatever the shared memory is
-    np.testing.assert_allclose(kept[0], 2.0 * 2e-5**2 * 5.0 + np.mean(power[:2]))
-    np.testing.assert_allclose(kept[1], 2.0 * 1e-4**2 * 5.0 + power[2])
-    slow = replace(known, envelope=EnvelopeEntry({}, {}))
-    assert not any(np.any(part) for part in vars(doubt(slow)).values())
-
-
-def test_the_doubt_gives_the_velocity_the_error_that_other_parameters_give_it(known):
-    """Beside boats with parameters drawn from the covariance, driven by the same commands."""
-    random, n = np.random.default_rng(3), len(known.coefficients)
-    t = np.arange(0.0, 300.0, 0.1)
-    stamps = np.cumsum(random.uniform(1.0, 3.0, 140)) - 1.0
-    sticks = random.uniform(-1.0, 1.0, (140, 3))
-    drawn = random.multivariate_normal(np.zeros(len(known.parameters)), known.covariance, 40)
-
-    def velocity(off):
-        other = replace(
-            known, coefficients=known.coefficients + off[:n], constants=known.constants + off[n:]
-        )
-        args = (np.zeros(0), np.zeros((0, 0)), False, [], [])
-        trace = _core.Trace(other.vehicle.chain, other.constants, stamps, sticks, *args)
-        return _core.simulate(other.boat, trace, np.zeros(6), t)[0][:, 3:]
-
-    own = velocity(0.0 * drawn[0])
-    wrong = np.array([velocity(off) - own for off in drawn])
-    spread = np.sqrt(np.mean(wrong[:, 200:] ** 2, axis=(0, 1)))
-    damping = -np.array([_damping(known, own[200::50], a) for a in range(3)])
-    found = doubt(known)
-    power = 2.0 * found.disturbance**2 * found.memory + found.walk**2
-    np.testing.assert_allclose(np.sqrt(power / (2.0 * damping)), spread, rtol=0.35)
-
-
-def _damping(known, nu, axis):
-    """Mean d nu_dot / d nu of an axis [1/s]."""
-    step = 1e-4 * np.eye(3)[axis]
-    force = np.zeros((len(nu), 3))
-    ends = [
-        _core.accelerations(
-            known.structure.compiled, known.coefficients, np.ascontiguousarray(nu + s), force
-        )
-        for s in (step, -step)
-    ]
-    return float(np.mean((ends[0] - ends[1])[:, axis]) / 2e-4)
-
-
-def test_doubts_that_cancel_in_part_count_less(known):
-    """Thrust and drag by one factor less: the boat goes as fast, only changes take longer."""
-    names, values = list(known.parameters), np.array([*known.coefficients, *known.constants])
-    alone, tied = np.zeros_like(known.covariance), np.zeros_like(known.covariance)
-    row = np.array([0.02 * x if n in ("X_u", "X_uu", "X_F") else 0.0 for n, x in zip(names, values, strict=True)])  # fmt: skip
-    tied[:] = np.outer(row, row)
-    alone[:] = np.diag(row**2)
-    one, other = (doubt(replace(known, covariance=c)) for c in (tied, alone))
-    assert one.disturbance[0] < 0.9 * other.disturbance[0]
-    assert one.disturbance[1] == 0.0
-
-
-def test_errors_of_latency_and_lag_that_cancel_are_none(known):
-    names, n = known.vehicle.constants.names, len(known.coefficients)
-    latency, lag = n + names.index("latency"), n + names.index("lag")
-    covariance = np.zeros_like(known.covariance)
-    covariance[latency, latency] = 0.002**2
-    late = doubt(replace(known, covariance=covariance))
-    assert late.walk[0] > 1e-5
-    assert late.disturbance.tolist() == [0.0, 0.0, 0.0]
-    covariance[lag, lag] = 0.002**2
-    covariance[lag, latency] = covariance[latency, lag] = -(0.002**2)
-    both = doubt(replace(known, covariance=covariance))
-    assert np.all(both.walk < 0.3 * late.walk)
 
 
 def test_the_benchmark_prints_its_tables():

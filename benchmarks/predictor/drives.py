@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import seatrial
 from seatrial.faults import FaultKind
@@ -79,14 +80,10 @@ class Drive:
 
 
 def of_trial(trial: Trial) -> Drive:
-    """By the poses' stamps: what they jitter, the true pose is moved on."""
-    inputs = of_recording(trial.recording)
-    truth = trial.truth[trial.arrived].copy()
-    late = trial.pose_stamps * 1e-9 - trial.truth_t[trial.arrived]
-    c, s = np.cos(truth[:, 2]), np.sin(truth[:, 2])
-    u, v, r = truth[:, 3:].T
-    truth[:, :3] += late[:, None] * np.column_stack([c * u - s * v, s * u + c * v, r])
-    return Drive(trial.recording, inputs, truth)
+    """The truth by the poses' stamps: what they jitter, the boat has moved on."""
+    path = CubicSpline(trial.truth_t, trial.truth)
+    truth = path(trial.pose_stamps * 1e-9)
+    return Drive(trial.recording, of_recording(trial.recording), truth)
 
 
 @cache

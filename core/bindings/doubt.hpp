@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Python's view of what a model's covariance amounts to on board.
+// Python's view of what the on-board filter believes of a model.
 #pragma once
-#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/pair.h>
 
-#include <tuple>
 #include <utility>
 
 #include "arrays.hpp"
@@ -14,9 +13,9 @@ namespace {
 
 using namespace seatrial;
 
-/// disturbance, memory, walk.
-std::tuple<Out1, Out1, Out1> run_doubt(const Boat& boat, const Chain& chain, Vector q,
-                                       Matrix speeds, Matrix covariance) {
+/// Noise (10,) in the order of MotionNoise; errors (coefficients and constants, causes).
+std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q, Matrix speeds,
+                                  Matrix covariance, Vector noise, bool explained) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   UncertainModel m;
@@ -30,33 +29,31 @@ std::tuple<Out1, Out1, Out1> run_doubt(const Boat& boat, const Chain& chain, Vec
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) m.covariance[i][j] = covariance(i, j);
   }
-  Doubt found;
+  DrivenBoat believed;
+  const MotionNoise own = make_noise(noise);
   {
     nb::gil_scoped_release released;
-    found = doubt(m);
+    believe(m, own, explained, believed);
   }
-  return {row_of(found.disturbance), row_of(found.memory), row_of(found.walk)};
-}
-
-/// Noise (10,) in the order of MotionNoise.
-Out1 run_believed_noise(Vector own, Vector disturbance, Vector memory, Vector walk) {
-  Doubt d;
-  for (const auto& [from, to] : {std::pair{&disturbance, d.disturbance},
-                                 std::pair{&memory, d.memory}, std::pair{&walk, d.walk}}) {
-    require(from->shape(0) == kAxes, "disturbance, memory, walk: 3 each");
-    std::copy(from->data(), from->data() + kAxes, to);
+  const MotionNoise& b = believed.noise;
+  const double row[10] = {b.position,           b.heading,         b.walk_linear, b.walk_yaw,
+                          b.disturbance_linear, b.disturbance_yaw, b.memory,      b.colour_position,
+                          b.colour_heading,     b.colour_memory};
+  const Considered& found = believed.considered;
+  double* out = nullptr;
+  auto to = fresh<Out2>({n, static_cast<std::size_t>(found.n)}, &out);
+  const int first = boat.structure.n_coefficients;
+  for (int i = 0; i < m.n_parameters(); ++i) {
+    const Causes& causes = i < first ? found.coefficient[i] : found.constant[i - first];
+    out = std::copy(causes, causes + found.n, out);
   }
-  const MotionNoise n = believed_noise(make_noise(own), d);
-  const double row[10] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
-                          n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
-                          n.colour_heading,     n.colour_memory};
-  return row_of(row);
+  return {row_of(row), to};
 }
 
 void bind_doubt(nb::module_& m) {
   using namespace nb::literals;
-  m.def("doubt", &run_doubt, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a);
-  m.def("believed_noise", &run_believed_noise, "own"_a, "disturbance"_a, "memory"_a, "walk"_a);
+  m.def("believe", &run_believe, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a, "noise"_a,
+        "explained"_a);
 }
 
 }  // namespace

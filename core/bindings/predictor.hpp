@@ -32,10 +32,26 @@ MotionNoise make_noise(const Vector& row) {
   return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8), row(9)};
 }
 
+/// (coefficients and constants, causes).
+void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, Considered& to) {
+  const int own = boat.structure.n_coefficients;
+  const int n = own + chain.n_constants;
+  require(from.shape(0) == static_cast<std::size_t>(n) &&
+              from.shape(1) <= static_cast<std::size_t>(kMostConsidered),
+          "considered: a row for each coefficient and constant, up to 6 causes");
+  to.n = static_cast<int>(from.shape(1));
+  for (int i = 0; i < n; ++i) {
+    Causes& row = i < own ? to.coefficient[i] : to.constant[i - own];
+    const double* begin = from.data() + std::ptrdiff_t{i} * to.n;
+    std::copy(begin, begin + to.n, row);
+  }
+}
+
 OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
-                          const Vector& noise, bool earth_fixed, const Vector& current,
-                          std::optional<double> timeout, const Matrix& speeds, const Matrix& forces,
-                          const Vector& spread, double window) {
+                          const Vector& noise, const Matrix& considered, bool earth_fixed,
+                          const Vector& current, std::optional<double> timeout,
+                          const Matrix& speeds, const Matrix& forces, const Vector& spread,
+                          double window) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   require(current.shape(0) == 2 && spread.shape(0) == kAxes, "current: 2, spread: 3");
@@ -48,6 +64,7 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
   m.boat.integrator = boat.integrator;
   m.boat.longest_step = boat.longest_step;
   m.boat.noise = make_noise(noise);
+  make_considered(considered, boat, chain, m.boat.considered);
   m.boat.frame = earth_fixed ? DisturbanceFrame::kEarth : DisturbanceFrame::kBody;
   std::copy(current.data(), current.data() + 2, m.boat.current);
   m.chain = chain;
@@ -111,13 +128,13 @@ void bind_predictor(nb::module_& m) {
       .def(
           "__init__",
           [](OnboardModel* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
-             bool earth_fixed, Vector current, std::optional<double> timeout, Matrix speeds,
-             Matrix forces, Vector spread, double window) {
-            new (self) OnboardModel(make_onboard(boat, chain, q, noise, earth_fixed, current,
-                                                 timeout, speeds, forces, spread, window));
+             Matrix considered, bool earth_fixed, Vector current, std::optional<double> timeout,
+             Matrix speeds, Matrix forces, Vector spread, double window) {
+            new (self) OnboardModel(make_onboard(boat, chain, q, noise, considered, earth_fixed,
+                                                 current, timeout, speeds, forces, spread, window));
           },
-          "boat"_a, "chain"_a, "q"_a, "noise"_a, "earth_fixed"_a, "current"_a, "timeout"_a.none(),
-          "speeds"_a, "forces"_a, "spread"_a, "window"_a);
+          "boat"_a, "chain"_a, "q"_a, "noise"_a, "considered"_a, "earth_fixed"_a, "current"_a,
+          "timeout"_a.none(), "speeds"_a, "forces"_a, "spread"_a, "window"_a);
   nb::class_<Predictor>(m, "Predictor")
       .def(nb::init<const OnboardModel&>(), "model"_a)
       .def(

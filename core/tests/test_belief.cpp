@@ -125,6 +125,7 @@ TEST_CASE("the covariance is carried by the derivatives of the motion") {
       DrivenBoat b = boat(frame);
       b.noise.walk_linear = b.noise.walk_yaw = 0.0;
       b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
+      b.considered = {};
       Belief belief = under_way(3, n);
       double f[kMostBelieved][kMostBelieved];
       double want[kMostBelieved][kMostBelieved];

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The noise that the on-board filter believes: the model's own, and what its errors amount to.
+"""What the on-board filter believes: the model's own noise, and its parameters' errors.
 
 Both are computed in the core (`core/include/seatrial/doubt.hpp`), which derives them.
 """
@@ -16,32 +16,31 @@ from seatrial.schema import NoiseEntry
 
 
 @dataclass(frozen=True)
-class Doubt:
-    """What a model's covariance amounts to, averaged over a random drive within its envelope."""
+class Believed:
+    """What is believed of a model on board."""
 
-    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] standard deviations
-    memory: Array  # (3,) [s] of the disturbance
-    walk: Array  # (3,) [m/s, m/s, rad/s per sqrt(s)] of the velocity
-
-
-def doubt(model: Model) -> Doubt:
-    """The doubt about a model; none where it does not state how fast it was identified."""
-    speeds = model.envelope.speeds
-    if not set(SYMBOLS) <= set(speeds):
-        return Doubt(*np.zeros((3, 3)))
-    ranges = np.array([speeds[name] for name in SYMBOLS])
-    chain, constants = model.vehicle.chain, model.constants
-    return Doubt(*_core.doubt(model.boat, chain, constants, ranges, model.covariance))
+    noise: Array  # (10,) of poses and motion, in the order of the filter's noise
+    errors: Array  # (n + m, k) of coefficients and constants by each of k causes of variance 1
 
 
-def believed_on_board(model: Model) -> Array:
-    """Noise (10,) of poses and motion, in the order of the filter's noise.
+def believed_on_board(model: Model) -> Believed:
+    """Noise, and the errors of the parameters.
 
-    A model without process noise (the paper's method finds none) gets what the estimator starts
-    from. The doubt about the model's parameters is added in squares.
+    Where structure and noise explain what was recorded the errors are constants: the principal causes of
+    them by what they do to the boat. Else, or where no one has asked (the paper's method), they are in the
+    noise. Neither where the model does not state how fast it was identified.
+    A model without process noise gets what the estimator starts from.
     """
-    own, found = _own(model.noise), doubt(model)
-    return _core.believed_noise(own, found.disturbance, found.memory, found.walk)
+    speeds = model.envelope.speeds
+    known = set(SYMBOLS) <= set(speeds)
+    ranges = np.array([speeds[name] if known else (-1.0, 1.0) for name in SYMBOLS])
+    covariance = model.covariance if known else np.zeros_like(model.covariance)
+    explained = model.estimator.settings.get("belief") == 0.0
+    chain, constants = model.vehicle.chain, model.constants
+    own = _own(model.noise)
+    return Believed(
+        *_core.believe(model.boat, chain, constants, ranges, covariance, own, explained)
+    )
 
 
 def _own(noise: NoiseEntry) -> Array:

@@ -105,9 +105,10 @@ def onboard_model(
     vehicle, ranges = model.vehicle, model.envelope
     speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
     forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
+    believed = believed_on_board(model)
     try:
         return _core.OnboardModel(
-            model.boat, vehicle.chain, model.constants, believed_on_board(model),
+            model.boat, vehicle.chain, model.constants, believed.noise, believed.errors,
             disturbance == "earth", water, vehicle.file.command_timeout,
             speeds, forces, _first_spread(model), window,
         )  # fmt: skip

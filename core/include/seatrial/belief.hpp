@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // What the on-board predictor believes of a boat: its state and disturbance with their covariance,
 // through the model's own steps and by poses; where the model has any, errors of the poses that
-// hang together, too, as in the estimator's filter. No heap, no exceptions.
+// hang together, too, as in the estimator's filter. The errors of the model's own parameters are
+// considered, not estimated. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
+#include "seatrial/considered.hpp"
 #include "seatrial/tangents.hpp"
 
 namespace seatrial {
@@ -47,6 +49,7 @@ struct DrivenBoat {
   MotionNoise noise;
   DisturbanceFrame frame = DisturbanceFrame::kEarth;
   double current[2] = {0.0, 0.0};  // [m/s] earth-fixed; u, v are then those in the water
+  Considered considered;           // errors of coefficients and chain constants
 };
 
 /// Adds an acceleration to every axis, the structure's last three coefficients. False: no room.
@@ -62,11 +65,13 @@ inline bool add_disturbance(Structure& s) {
 }
 
 /// Mean and covariance of the first n: x, y [m], psi [rad], u, v [m/s], r [rad/s], disturbance
-/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad].
+/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad]. The covariance is of all
+/// that may be wrong, the model's parameters included.
 struct Belief {
   int n = kBelieved;  // or kMostBelieved
   double x[kMostBelieved] = {};
   double p[kMostBelieved][kMostBelieved] = {};
+  Causes by[kMostBelieved] = {};  // covariance with the causes of the parameters' errors
 
   bool coloured() const { return n == kMostBelieved; }
 };
@@ -136,6 +141,55 @@ inline void renew_colour(const MotionNoise& n, double stays, double p[][kMostBel
   }
 }
 
+/// What the causes do over a step to the pose in the world and the velocity; c, s: of the heading.
+/// False where the model has no acceleration.
+inline bool push_of_causes(const DrivenBoat& boat, double h, const double* nu, const double* force,
+                           const Causes force_error[kMaxForces], double c, double s,
+                           const double f[kStates][kBelieved], Causes push[kStates]) {
+  Causes rate[kAxes];
+  if (!acceleration_errors(boat.structure, boat.coefficient, boat.considered, nu, force,
+                           force_error, rate)) {
+    return false;
+  }
+  for (int i = 0; i < kMostConsidered; ++i) {
+    const double way[kAxes] = {h * rate[0][i], h * rate[1][i], h * rate[2][i]};
+    for (int a = 0; a < kAxes; ++a) {  // what comes at the begin is damped for all of the step
+      push[3 + a][i] = way[a];
+      for (int b = 0; b < kAxes; ++b) push[3 + a][i] += 0.5 * f[3 + a][3 + b] * way[b];
+    }
+    push[0][i] = 0.5 * h * (c * way[0] - s * way[1]);
+    push[1][i] = 0.5 * h * (s * way[0] + c * way[1]);
+    push[2][i] = 0.5 * h * way[2];
+  }
+  return true;
+}
+
+/// F B + G of B = cov(state, causes) and the step's push G; to the covariance, which has F P F'
+/// already, what both add: F B G' + G B' F' + G G'.
+inline void carry_causes(const double f[kStates][kBelieved], const double* stays,
+                         const Causes push[kStates], Belief& b) {
+  Causes moved[kStates];
+  for (int i = 0; i < kStates; ++i) {
+    std::copy(b.by[i], b.by[i] + kMostConsidered, moved[i]);
+    for (int m = 2; m < kBelieved; ++m) add_causes(f[i][m], b.by[m], moved[i]);
+  }
+  for (int i = 0; i < kStates; ++i) std::copy(moved[i], moved[i] + kMostConsidered, b.by[i]);
+  for (int i = kStates; i < b.n; ++i) {
+    for (double& x : b.by[i]) x *= stays[i - kStates];
+  }
+  for (int i = 0; i < kStates; ++i) {
+    for (int j = i; j < b.n; ++j) {
+      double sum = 0.0;
+      for (int k = 0; k < kMostConsidered; ++k) {
+        sum += push[i][k] * b.by[j][k];
+        if (j < kStates) sum += (b.by[i][k] + push[i][k]) * push[j][k];
+      }
+      b.p[i][j] = b.p[j][i] = b.p[i][j] + sum;
+    }
+  }
+  for (int i = 0; i < kStates; ++i) add_causes(1.0, push[i], b.by[i]);
+}
+
 }  // namespace detail
 
 /// Whether the numbers are those of a boat: false where it, or what is known of it, ran away.
@@ -152,10 +206,11 @@ inline bool plausible(const Belief& b) {
   return true;
 }
 
-/// One step of h [s] under the forces at its begin, middle and end. An earth-fixed disturbance is
-/// turned to the heading in the step's middle. False where the boat diverged.
+/// One step of h [s] under the forces at its begin, middle and end, and, where errors are
+/// considered, the forces' mean errors. An earth-fixed disturbance is turned to the heading in the
+/// step's middle. False where the boat diverged.
 inline bool believe_step(const DrivenBoat& boat, double h, const double force[3][kMaxForces],
-                         Belief& b) {
+                         const Causes force_error[kMaxForces], Belief& b) {
   const Columns columns = detail::believed_columns(boat.structure);
   double coefficient[kMaxCoefficients];
   std::copy(boat.coefficient, boat.coefficient + boat.structure.n_coefficients, coefficient);
@@ -167,6 +222,7 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
   const double push[kAxes] = {earth ? c * d[0] + s * d[1] : d[0],
                               earth ? c * d[1] - s * d[0] : d[1], d[2]};
   std::copy(push, push + kAxes, coefficient + columns.coefficient[0]);
+  const double before[kAxes] = {b.x[3], b.x[4], b.x[5]};
   StateTangent dx;
   seed(columns, dx);
   const bool solved =
@@ -197,14 +253,28 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
     std::fill(stays + kAxes, stays + kAxes + kSeen, std::exp(-h / boat.noise.colour_memory));
   }
   for (int i = kStates; i < b.n; ++i) b.x[i] *= stays[i - kStates];
+  Causes push_by[kStates];
+  if (boat.considered.n > 0) {
+    const double nu[kAxes] = {0.5 * (before[0] + b.x[3]), 0.5 * (before[1] + b.x[4]),
+                              0.5 * (before[2] + b.x[5])};
+    if (!detail::push_of_causes(boat, h, nu, force[1], force_error, c, s, f, push_by)) return false;
+  }
   if (b.coloured()) {
     detail::carry<kMostBelieved>(f, stays, b.p);
     detail::renew_colour(boat.noise, stays[kAxes], b.p);
   } else {
     detail::carry<kBelieved>(f, stays, b.p);
   }
+  if (boat.considered.n > 0) detail::carry_causes(f, stays, push_by, b);
   detail::add_noise(boat.noise, c, s, h, stays[0], b.p);
   return plausible(b);
+}
+
+/// The same without errors of the forces.
+inline bool believe_step(const DrivenBoat& boat, double h, const double force[3][kMaxForces],
+                         Belief& b) {
+  const Causes none[kMaxForces] = {};
+  return believe_step(boat, h, force, none, b);
 }
 
 namespace detail {
@@ -278,9 +348,15 @@ void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
   double gain[N][kSeen];
   double hp[kSeen][N];
   double left[N][N];  // (I - K H) P
+  Causes hb[kSeen];   // H B
+  for (int k = 0; k < kSeen; ++k) {
+    std::copy(b.by[k], b.by[k] + kMostConsidered, hb[k]);
+    if constexpr (N == kMostBelieved) add_causes(1.0, b.by[kBelieved + k], hb[k]);
+  }
   for (int i = 0; i < N; ++i) {
     for (int k = 0; k < kSeen; ++k) gain[i][k] = hp[k][i] = seen(b.p[i], k);
     solve_root(by.root, gain[i]);
+    for (int k = 0; k < kSeen; ++k) add_causes(-gain[i][k], hb[k], b.by[i]);
     b.x[i] += gain[i][0] * by.e[0] + gain[i][1] * by.e[1] + gain[i][2] * by.e[2];
   }
   for (int i = 0; i < N; ++i) {

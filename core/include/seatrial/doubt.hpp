@@ -1,93 +1,23 @@
 // SPDX-License-Identifier: MIT
-// What a model's covariance amounts to on board: errors of its parameters as a random walk of the
-// velocity. Host side: uses heap.
+// What the on-board filter believes of a model: its noise, and the errors of its parameters. Host
+// side: uses heap.
 //
-// Along a drive the errors e (covariance C) make the velocity wrong by S e, S = d nu / d
-// parameters, with covariance P = S C S'. A walk of power Q has dP/dt = J P + P J' + Q, J = d
-// nu_dot / d nu. On average P neither grows nor shrinks, so that Q = -(J P + P J'), averaged over
-// the drive, is the walk which makes the velocity as wrong. Errors that cancel where the boat goes
-// cancel in S.
+// Where structure and noise explain what was recorded, the parameters are constants, and their
+// errors are considered as such (causes.hpp). Else they are averages over what the structure lacks,
+// and their errors change with what the boat does: then they are taken for noise. Along a drive
+// errors of covariance C make the velocity wrong by S e, S = d nu / d parameters, with covariance
+// P = S C S'. A walk of power Q has dP/dt = J P + P J' + Q, J = d nu_dot / d nu. On average P
+// neither grows nor shrinks, so that Q = -(J P + P J'), averaged over the drive, is the walk which
+// makes the velocity as wrong.
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
 #include "seatrial/belief.hpp"
-#include "seatrial/health.hpp"
-#include "seatrial/schedule.hpp"
+#include "seatrial/causes.hpp"
 
 namespace seatrial {
-
-inline constexpr int kMaxParameters = kMaxCoefficients + kMaxConstants;
-
-/// A model, with what is known of its errors and where it was identified.
-struct UncertainModel {
-  Boat boat;
-  Chain chain;
-  double q[kMaxConstants] = {};
-  double speed[kAxes][2] = {};                             // [m/s, m/s, rad/s] least, most
-  double covariance[kMaxParameters][kMaxParameters] = {};  // coefficients, then constants
-
-  int n_parameters() const { return boat.structure.n_coefficients + chain.n_constants; }
-};
-
 namespace detail {
-
-inline constexpr double kHold[2] = {1.0, 3.0};  // [s] that a command is held
-inline constexpr double kTick = 0.1;            // [s] between the instants that are averaged
-inline constexpr int kTicks = 6000;             // ten minutes
-inline constexpr int kEnough = kTicks / 10;     // instants that an average is made of
-inline constexpr int kPiece = 100;              // ticks that are scheduled at once
-inline constexpr double kGentlest = 1.0 / 64;   // share of full commands
 
 /// Less is not believed, so that the covariance keeps its digits.
 inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, 1e-5, 1e-5, 0.02};
-
-/// Splitmix64: the same numbers on every machine.
-class Dice {
- public:
-  double operator()(double low, double high) {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15U;
-    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
-    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebU;
-    z ^= z >> 31U;
-    return low + (high - low) * std::ldexp(static_cast<double>(z >> 11U), -53);
-  }
-
- private:
-  std::uint64_t state_ = 0;
-};
-
-/// Commands of a drive, each to any other.
-struct Sticks {
-  std::vector<double> time;   // [s]
-  std::vector<double> value;  // rows of n_commands
-
-  Sticks(int n_commands, double most) {
-    Dice dice;
-    double t = 0.0;
-    while (t < kTick * kTicks) {
-      time.push_back(t);
-      for (int j = 0; j < n_commands; ++j) value.push_back(dice(-most, most));
-      t += dice(kHold[0], kHold[1]);
-    }
-  }
-
-  Held held(int n_commands) const {
-    return {static_cast<int>(time.size()), n_commands, time.data(), value.data()};
-  }
-};
-
-/// All coefficients and constants.
-inline Columns all_columns(const UncertainModel& m) {
-  Columns columns;
-  columns.n_coefficients = m.boat.structure.n_coefficients;
-  columns.n_constants = m.chain.n_constants;
-  for (int i = 0; i < columns.n_coefficients; ++i) columns.coefficient[i] = i;
-  for (int i = 0; i < columns.n_constants; ++i) columns.constant[i] = i;
-  return columns;
-}
 
 /// S C S' of three rows of slopes.
 inline void covariance_of(const double (*slope)[kMaxColumns], const double (*c)[kMaxParameters],
@@ -150,11 +80,10 @@ struct Glance {
 };
 
 /// Sums over a drive.
-struct DriveSums {
+struct PowerSums {
   double variance[kAxes] = {};  // of the acceleration, by all but latency and lag
   double pushed[kAxes] = {};    // power, by the same
   double kicked[kAxes] = {};    // power, by latency and lag
-  int instants = 0;             // within the envelope
 };
 
 /// add[a] += power of the noise that would make the velocity as wrong.
@@ -168,43 +97,6 @@ inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
   return std::isfinite(add[0] + add[1] + add[2]);
 }
 
-/// A drive from rest with commands up to `most`; where it is outside the envelope is not counted.
-inline DriveSums random_drive(const UncertainModel& m, const UncertainModel& timing, double most) {
-  const Columns columns = all_columns(m);
-  const Sticks sticks(m.chain.allocation.n_commands, most);
-  const Trace trace(m.chain, m.q, sticks.held(m.chain.allocation.n_commands), Held{}, columns);
-  Boat boat = m.boat;
-  boat.integrator = Integrator::kRungeKutta;
-  boat.longest_step = kTick;
-  std::vector<double> time;
-  for (int i = 0; i <= kTicks; ++i) time.push_back(kTick * i);
-  DriveSums sum;
-  double x[kStates] = {};
-  StateTangent dx;
-  seed(columns, dx);
-  for (int i = 0; i < kTicks; i += kPiece) {
-    const Schedule schedule(boat, trace, time.data(), i, i + kPiece, true);
-    for (int k = i; k < i + kPiece; ++k) {
-      bool good = schedule.run(k, x, dx);
-      if (good && !Envelope::outside(x + 3, m.speed, kAxes)) {
-        const Glance now(m, trace, time[static_cast<std::size_t>(k) + 1], x + 3);
-        DriveSums next = sum;
-        good = now.good && add_power(now.j, dx, m, next.pushed) &&
-               add_power(now.j, dx, timing, next.kicked);
-        double p[kAxes][kAxes];
-        covariance_of(now.slope, m.covariance, m.n_parameters(), p);
-        for (int a = 0; a < kAxes; ++a) next.variance[a] += p[a][a];
-        ++next.instants;
-        if (good) sum = next;
-      }
-      if (good) continue;  // else at rest again
-      std::fill(x, x + kStates, 0.0);
-      seed(columns, dx);
-    }
-  }
-  return sum;
-}
-
 }  // namespace detail
 
 /// What the errors of a model do as it is driven.
@@ -214,26 +106,37 @@ struct Doubt {
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
-/// The doubt about a model, under random commands up to the stops, or as strong as leave the boat
-/// within its envelope for a tenth of the time. None where no such command is found.
+/// The doubt about a model as noise; none where there is no drive.
 inline Doubt doubt(const UncertainModel& m) {
   Doubt out;
-  bool doubted = false;
-  for (int i = 0; i < m.n_parameters(); ++i) doubted = doubted || m.covariance[i][i] > 0.0;
   const UncertainModel lasting = detail::part_of(m, false);
   const UncertainModel timing = detail::part_of(m, true);
-  for (double most = 1.0; doubted && most >= detail::kGentlest; most *= 0.5) {
-    const detail::DriveSums sum = detail::random_drive(lasting, timing, most);
-    if (sum.instants < detail::kEnough) continue;
+  strongest(m, [&](double most) {
+    detail::PowerSums sum;
+    const auto look = [&](const Trace& trace, double t, const double* x, const StateTangent& dx) {
+      const detail::Glance now(m, trace, t, x + 3);
+      detail::PowerSums next = sum;
+      if (!now.good || !detail::add_power(now.j, dx, lasting, next.pushed) ||
+          !detail::add_power(now.j, dx, timing, next.kicked)) {
+        return false;
+      }
+      double p[kAxes][kAxes];
+      detail::covariance_of(now.slope, lasting.covariance, m.n_parameters(), p);
+      for (int a = 0; a < kAxes; ++a) next.variance[a] += p[a][a];
+      sum = next;
+      return true;
+    };
+    const int instants = detail::random_drive(m, most, look);
+    if (instants < detail::kEnough) return false;
     for (int a = 0; a < kAxes; ++a) {
-      const double variance = std::max(sum.variance[a] / sum.instants, 0.0);
-      const double power = std::max(sum.pushed[a] / sum.instants, 0.0);
+      const double variance = std::max(sum.variance[a] / instants, 0.0);
+      const double power = std::max(sum.pushed[a] / instants, 0.0);
       out.disturbance[a] = std::sqrt(variance);
       if (variance > 0.0) out.memory[a] = power / (2.0 * variance);
-      out.walk[a] = std::sqrt(std::max(sum.kicked[a] / sum.instants, 0.0));
+      out.walk[a] = std::sqrt(std::max(sum.kicked[a] / instants, 0.0));
     }
-    break;
-  }
+    return true;
+  });
   return out;
 }
 
@@ -284,6 +187,14 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
   n.colour_heading = std::max(own.colour_heading, least.colour_heading);
   n.colour_memory = std::max(own.colour_memory, least.colour_memory);
   return n;
+}
+
+/// What is believed of a boat whose own noise is `own`. explained: by structure and noise, see
+/// above.
+inline void believe(const UncertainModel& m, const MotionNoise& own, bool explained,
+                    DrivenBoat& boat) {
+  boat.noise = believed_noise(own, explained ? Doubt{} : doubt(m));
+  boat.considered = explained ? causes(m) : Considered{};
 }
 
 }  // namespace seatrial

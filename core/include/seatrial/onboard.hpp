@@ -39,6 +39,7 @@ struct PoseSample {
 struct Instant {
   double time = 0.0;
   Thrust thrust;
+  ThrustErrors thrust_errors;
   Belief belief;
   Belief rival;  // begun at a pose that was rejected; counts while votes > 0
   int votes = 0;
@@ -64,6 +65,7 @@ inline void begin_colour(const MotionNoise& n, Belief& b) {
     const int c = kBelieved + i;
     b.x[c] = 0.0;
     for (int j = 0; j < b.n; ++j) b.p[c][j] = b.p[j][c] = 0.0;
+    std::fill(b.by[c], b.by[c] + kMostConsidered, 0.0);
     b.p[c][c] = n.colour_variance(i);
   }
 }
@@ -73,6 +75,7 @@ inline void place(const MotionNoise& n, const PoseSample& pose, Belief& b) {
   for (int i = 0; i < kSeen; ++i) {
     b.x[i] = pose.eta[i];
     for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
+    std::fill(b.by[i], b.by[i] + kMostConsidered, 0.0);
   }
   begin_colour(n, b);
   for (int i = 0; i < kSeen; ++i) {
@@ -197,15 +200,25 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
   const int n = steps_for(length, m.boat.longest_step);
   const double h = length / n;
   Fade fading[kMaxActuators];
+  ErrorFade errors[kMaxActuators];
   double force[3][kMaxForces];
-  fades(c, m.q, h, fading);
+  Causes force_error[kMaxForces] = {};
+  const Considered& considered = m.boat.considered;
+  if (considered.n > 0) {
+    error_fades(c, m.q, h, fading, errors);
+  } else {
+    fades(c, m.q, h, fading);
+  }
   for (int i = 0; i < n; ++i) {
+    if (considered.n > 0) {
+      force_errors(c, considered, fading, errors, f, now.thrust_errors, force_error);
+    }
     step_forces(c, fading, f, force);
     if (!now.alive) continue;
     const Belief before = now.belief;
-    if (!believe_step(m.boat, h, force, now.belief)) {
+    if (!believe_step(m.boat, h, force, force_error, now.belief)) {
       give_up(m, before, now);
-    } else if (now.votes > 0 && !believe_step(m.boat, h, force, now.rival)) {
+    } else if (now.votes > 0 && !believe_step(m.boat, h, force, force_error, now.rival)) {
       now.votes = 0;
     }
   }

@@ -197,7 +197,7 @@ class BasicPredictor {
   Input held_;  // an input whose stamp leapt ahead
 };
 
-/// For commands at 100 Hz, poses at up to 200 Hz, and room to spare: 0.5 MB.
+/// For commands at 100 Hz, poses at up to 200 Hz, and room to spare: 1.1 MB.
 using Predictor = BasicPredictor<128, 1024>;
 
 }  // namespace seatrial

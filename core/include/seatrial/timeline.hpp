@@ -55,6 +55,7 @@ class Timeline {
     for (int g = 0; g < groups_; ++g) aim(g, now);
     rescale(now);
     std::copy(now.thrust.target, now.thrust.target + kMaxActuators, now.thrust.level);
+    for (Causes& away : now.thrust_errors.away) std::fill(away, away + kMostConsidered, 0.0);
     mark(0) = Mark{now.time, false, {}};
   }
 
@@ -202,7 +203,14 @@ class Timeline {
     allocate(m_.chain.allocation, values == nullptr ? zero : values, thruster);
     for (int k = 0; k < m_.chain.n_actuators(); ++k) {
       if (group_[k] != g) continue;
-      now.thrust.target[k] = curve(m_.chain, m_.q, k, thruster, nullptr);
+      const double before = now.thrust.target[k];
+      double slope[kMaxConstants] = {};
+      double* to = considered().n > 0 ? slope : nullptr;
+      now.thrust.target[k] = curve(m_.chain, m_.q, k, thruster, to);
+      if (to != nullptr) {
+        retarget(m_.chain, m_.q, considered(), k, before, now.thrust.target[k], slope,
+                 now.thrust_errors);
+      }
       const double lag = detail::constant(m_.q, m_.chain.actuators[k].lag, 0.0);
       if (lag <= kShortestLag) now.thrust.level[k] = now.thrust.target[k];
     }
@@ -212,9 +220,15 @@ class Timeline {
     const double* values = scales_.values(now.time, 0.0);
     const double* known = values == nullptr ? m_.chain.scale_reference : values;
     for (int k = 0; k < m_.chain.n_actuators(); ++k) {
-      now.thrust.multiplier[k] = multiplier(m_.chain, m_.q, k, known, nullptr);
+      double slope[kMaxConstants] = {};
+      now.thrust.multiplier[k] = multiplier(m_.chain, m_.q, k, known, slope);
+      Causes& error = now.thrust_errors.multiplier[k];
+      std::fill(error, error + kMostConsidered, 0.0);
+      detail::add_constants(considered(), slope, m_.chain.n_constants, error);
     }
   }
+
+  const Considered& considered() const { return m_.boat.considered; }
 
   /// Actuators of one latency are aimed together.
   void list_latencies() {

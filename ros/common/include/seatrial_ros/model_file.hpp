@@ -118,6 +118,16 @@ inline bool read_envelope(const Value& envelope, const BoardVehicle& vehicle, On
   return known;
 }
 
+/// Whether structure and noise explain what the model was identified from.
+inline bool explained(const Value& estimator) {
+  const auto settings = estimator.find("settings");
+  const auto belief = settings ? settings->find("belief") : std::nullopt;
+  if (!belief || !belief->is_word()) return false;
+  const std::string text = belief->text();
+  char* end = nullptr;
+  return std::strtod(text.c_str(), &end) == 0.0 && end != text.c_str();
+}
+
 /// Coefficients with what is known of their errors, and the noise that follows.
 inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
                             const NamedStructure& named, OnboardModel& m) {
@@ -134,10 +144,12 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   for (std::size_t i = 0; i < sign.size(); ++i) boat.coefficient[i] *= sign[i];
   sign.resize(sign.size() + vehicle.constants.size(), 1.0);
   read_covariance(file.at("covariance"), sign, uncertain.covariance);
-  const bool bounded = read_envelope(file.at("envelope"), vehicle, m);
+  if (!read_envelope(file.at("envelope"), vehicle, m)) {  // then nothing says how fast it may go
+    for (auto& row : uncertain.covariance) std::fill(row, row + kMaxParameters, 0.0);
+  }
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
-  m.boat.noise = believed_noise(read_noise(file.at("noise")), bounded ? doubt(uncertain) : Doubt{});
+  believe(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
