@@ -97,13 +97,24 @@ def together(scene: Scene, seed: int) -> Record:
 
 
 def faults(scene: Scene, seed: int) -> Record:
-    """With and without jumps and drop-outs; the rest is the same."""
+    """With jumps and drop-outs; without; and with all these poses left out, as if one knew them."""
     vehicle = vehicle_of(scene.allocations[0])
-    both = [
-        _fit(scene, [t.recording for t in each.trials(seed).values()], vehicle)[1]
-        for each in (scene, without_faults(scene))
-    ]
-    return both[0] | {"without": both[1]["found"], "error_without": both[1]["error"]}
+    spoilt, whole = (
+        [t.recording for t in each.trials(seed).values()] for each in (scene, without_faults(scene))
+    )
+    known = [unspoilt(*pair) for pair in zip(spoilt, whole, strict=True)]
+    record, without, missing = (_fit(scene, r, vehicle)[1] for r in (spoilt, whole, known))
+    return record | {
+        "without": without["found"], "error_without": without["error"], "missing": missing["found"]
+    }  # fmt: skip
+
+
+def unspoilt(spoilt: Recording, whole: Recording) -> Recording:
+    """Of the whole recording the poses that are in the spoilt one, too, as they were."""
+    row = {stamp: i for i, stamp in enumerate(spoilt.stamps.tolist())}
+    there = np.array([row.get(stamp, -1) for stamp in whole.stamps.tolist()])
+    same = (there >= 0) & (whole.raw == spoilt.raw[there]).all(axis=1)
+    return replace(whole, valid=whole.valid & same)
 
 
 def noise(scene: Scene, seed: int) -> Record:
