@@ -199,11 +199,14 @@ def test_errors_that_cancel_are_none(known):
 def test_poses_leave_the_causes_what_they_are(known):
     """Schmidt's filter: what the boat's own model does not know, no number of poses teaches it."""
     one = only(known, "X_F", size=0.02)
-    p, sure = (Predictor(replace(m, noise=SILENT)) for m in (one, only(known)))
+    sound = (one, only(known), only(known))
+    p, sure, boat = (Predictor(replace(m, noise=SILENT)) for m in sound)
+    boat.pose(0.0, np.zeros(3))
     for t in np.arange(0.0, 20.0, 0.05):
-        for each in (p, sure):
+        for each in (boat, p, sure):
             each.command(t, [0.8, 0.0, 0.0])
-            each.pose(t, [0.2 * t, 0.0, 0.0])
+        for each in (p, sure):
+            each.pose(t, boat.at(t).pose)
     doubted, certain = (np.sqrt(each.at(20.0).covariance[3, 3]) for each in (p, sure))
     assert doubted > 3.0 * certain
 

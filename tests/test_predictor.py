@@ -20,7 +20,7 @@ from seatrial.predictor import Health, Predictor, Taken
 from seatrial.schema import EnvelopeEntry, Integration
 
 sys.path.insert(0, str(ROOT))
-from benchmarks.predictor import accuracy, board, consistency, drives, matches
+from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
 from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
@@ -48,6 +48,17 @@ def test_no_false_match_is_used_and_the_pose_stays_within_three_centimetres(scen
     assert got.accepted == 0
     assert got.rejected == 0
     assert got.errors.max() < 0.03
+
+
+@pytest.mark.parametrize("current", unknown.CURRENTS)
+def test_a_current_that_the_model_knows_nothing_of_overrules_it_and_is_followed_then(current):
+    """Identified where nothing pushed the boat: nothing but recovery makes it count with one."""
+    got = unknown.outcome(EXACT, current)
+    late = got.t > unknown.FOUND
+    assert got.doubted == any(current)
+    assert len(got.overruled) <= 3
+    assert np.sqrt(np.mean(got.pose[late, :2] ** 2)) < 0.004  # [m] that the poses are good to
+    assert np.sqrt(np.mean(got.velocity[late, :2] ** 2)) < (0.01 if any(current) else 1e-4)  # [m/s]
 
 
 def test_the_covariance_is_right_with_an_identified_model():

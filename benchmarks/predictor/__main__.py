@@ -13,7 +13,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
 from benchmarks.blocks import fill, refill
-from benchmarks.predictor import accuracy, board, consistency, matches, ros1
+from benchmarks.predictor import accuracy, board, consistency, matches, ros1, unknown
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE, NODE_PAGE = DOCS / "onboard.md", DOCS / "ros.md"
@@ -24,6 +24,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "correlated": consistency.correlated_table,
     "ship": consistency.ship_table,
     "matches": matches.table,
+    "current": unknown.table,
     "speed": board.speed,
     "soak": board.soak,
 }

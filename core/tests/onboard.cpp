@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <memory>
 
 #include "heap.hpp"
@@ -194,7 +195,7 @@ int soak(const OnboardModel& m, long steps, std::uint64_t seed) {
   Input late[3];
   const long before = allocations;
   long unsound = 0;
-  long flags[10] = {};
+  long flags[std::size(kHealthWords)] = {};
   long taken[6] = {};
   for (long i = 0; i < steps; ++i) {
     Input in = sea.next();
@@ -203,7 +204,7 @@ int soak(const OnboardModel& m, long steps, std::uint64_t seed) {
     ++taken[static_cast<int>(give(*p, in))];
     if (trouble.chance(1e-6)) p->forget();
     const Estimate e = p->at(in.time + (trouble.chance(0.01) ? random(-1.0, 5.0) : 0.05));
-    for (int k = 0; k < 10; ++k) flags[k] += (e.health >> k & 1U) != 0U ? 1 : 0;
+    for (std::size_t k = 0; k < std::size(flags); ++k) flags[k] += (e.health >> k & 1U) != 0U;
     if (!sound(e) && ++unsound < 10) {
       std::printf("step %ld: ", i);
       print(e);
@@ -214,7 +215,7 @@ int soak(const OnboardModel& m, long steps, std::uint64_t seed) {
               asked);
   std::printf("inputs used, not a number, stale, ahead, twice, no room:");
   for (const long n : taken) std::printf(" %ld", n);
-  std::printf("\nestimates by flag, from no pose to beyond reach:");
+  std::printf("\nestimates by flag, from no pose to model doubted:");
   for (const long n : flags) std::printf(" %ld", n);
   std::printf("\n");
   return unsound == 0 && asked == 0 ? 0 : 1;

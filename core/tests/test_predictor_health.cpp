@@ -111,6 +111,36 @@ TEST_CASE("when all poses move for good it was the filter: it follows, and keeps
   CHECK_FALSE(has(e, kGateRejecting));
 }
 
+TEST_CASE(
+    "overruled twice it is wary of its model, a good while; once, as by a SLAM that jumps, not") {
+  const auto drive = [](double second) {
+    auto p = fresh();
+    Sea sea(23);
+    until(*p, sea, second + 5.0, [second](Input& in) {
+      in.values[0] += (in.time > 10.0 ? 0.6 : 0.0) + (in.time > second ? 0.6 : 0.0);
+    });
+    return p;
+  };
+  const auto once = drive(80.0);
+  CHECK_FALSE(has(once->at(once->newest()), kModelDoubted));
+  const auto twice = drive(40.0);
+  const Estimate e = twice->at(twice->newest());
+  CHECK(has(e, kModelDoubted));
+  CHECK(e.covariance[3][3] > 1.5 * once->at(once->newest()).covariance[3][3]);
+  CHECK(has(twice->at(twice->newest() + 50.0), kModelDoubted));
+}
+
+TEST_CASE("what makes a filter wary is no less than its own noise") {
+  MotionNoise own;
+  own.walk_linear = 1.0;
+  own.disturbance_yaw = 1e-9;
+  own.position = 1e-9;
+  const MotionNoise more = wary(own);
+  CHECK(more.walk_linear == 1.0);
+  CHECK(more.disturbance_yaw == MotionNoise{}.disturbance_yaw);
+  CHECK(more.position == 1e-9);
+}
+
 TEST_CASE("poses good to 0.1 mm beside a model wrong by a millimetre are no false matches") {
   OnboardModel m = onboard::model();
   m.boat.noise = {1e-4, 1e-4, 1e-3, 1e-3, 1e-3, 1e-3, 2.0};

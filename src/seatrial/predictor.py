@@ -40,6 +40,7 @@ class Health(enum.Flag):
     BAD_INPUT = 128
     DIVERGED = 256
     BEYOND_REACH = 512
+    MODEL_DOUBTED = 1024
 
     @property
     def advice(self) -> tuple[str, ...]:

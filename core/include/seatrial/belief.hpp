@@ -38,6 +38,17 @@ struct MotionNoise {
   }
 };
 
+/// Where the boat does what the model does not explain: process noise no less than the default.
+inline MotionNoise wary(MotionNoise n) {
+  const MotionNoise least;
+  n.walk_linear = std::max(n.walk_linear, least.walk_linear);
+  n.walk_yaw = std::max(n.walk_yaw, least.walk_yaw);
+  n.disturbance_linear = std::max(n.disturbance_linear, least.disturbance_linear);
+  n.disturbance_yaw = std::max(n.disturbance_yaw, least.disturbance_yaw);
+  n.memory = std::max(n.memory, least.memory);
+  return n;
+}
+
 enum class DisturbanceFrame : std::uint8_t { kEarth, kBody };
 
 /// The model as it is stepped on board.
@@ -209,8 +220,9 @@ inline bool plausible(const Belief& b) {
 /// One step of h [s] under the forces at its begin, middle and end, and, where errors are
 /// considered, the forces' mean errors. An earth-fixed disturbance is turned to the heading in the
 /// step's middle. False where the boat diverged.
-inline bool believe_step(const DrivenBoat& boat, double h, const double force[3][kMaxForces],
-                         const Causes force_error[kMaxForces], Belief& b) {
+inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, double h,
+                         const double force[3][kMaxForces], const Causes force_error[kMaxForces],
+                         Belief& b) {
   const Columns columns = detail::believed_columns(boat.structure);
   double coefficient[kMaxCoefficients];
   std::copy(boat.coefficient, boat.coefficient + boat.structure.n_coefficients, coefficient);
@@ -248,9 +260,9 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
     f[i][i] -= 1.0;
   }
   double stays[kMostBelieved - kStates];
-  std::fill(stays, stays + kAxes, std::exp(-h / boat.noise.memory));
+  std::fill(stays, stays + kAxes, std::exp(-h / noise.memory));
   if (b.coloured()) {
-    std::fill(stays + kAxes, stays + kAxes + kSeen, std::exp(-h / boat.noise.colour_memory));
+    std::fill(stays + kAxes, stays + kAxes + kSeen, std::exp(-h / noise.colour_memory));
   }
   for (int i = kStates; i < b.n; ++i) b.x[i] *= stays[i - kStates];
   Causes push_by[kStates];
@@ -261,12 +273,12 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
   }
   if (b.coloured()) {
     detail::carry<kMostBelieved>(f, stays, b.p);
-    detail::renew_colour(boat.noise, stays[kAxes], b.p);
+    detail::renew_colour(noise, stays[kAxes], b.p);
   } else {
     detail::carry<kBelieved>(f, stays, b.p);
   }
   if (boat.considered.n > 0) detail::carry_causes(f, stays, push_by, b);
-  detail::add_noise(boat.noise, c, s, h, stays[0], b.p);
+  detail::add_noise(noise, c, s, h, stays[0], b.p);
   return plausible(b);
 }
 
@@ -274,7 +286,7 @@ inline bool believe_step(const DrivenBoat& boat, double h, const double force[3]
 inline bool believe_step(const DrivenBoat& boat, double h, const double force[3][kMaxForces],
                          Belief& b) {
   const Causes none[kMaxForces] = {};
-  return believe_step(boat, h, force, none, b);
+  return believe_step(boat, boat.noise, h, force, none, b);
 }
 
 namespace detail {

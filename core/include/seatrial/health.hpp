@@ -20,7 +20,8 @@ enum Health : std::uint32_t {
   kOutsideCommands = 1U << 6,  // more thrust than the model was identified with
   kBadInput = 1U << 7,         // lately an input was refused: not a number, stale or no room for it
   kDiverged = 1U << 8,         // lately the model ran away, or stamps leapt: it began anew
-  kBeyondReach = 1U << 9       // the time asked for is too far away: the estimate is of another
+  kBeyondReach = 1U << 9,      // the time asked for is too far away: the estimate is of another
+  kModelDoubted = 1U << 10  // poses overruled the filter again and again: it is wary of the model
 };
 
 /// A flag in words.
@@ -46,7 +47,10 @@ inline constexpr HealthWords kHealthWords[] = {
      "an input was refused: not a number, too late, or its stamp is far off"},
     {kDiverged, "diverged", "the model ran away, or stamps leapt: it began anew at the next pose"},
     {kBeyondReach, "beyond reach",
-     "the time asked for is not kept any more, or too far ahead: see the estimate's own"}};
+     "the time asked for is not kept any more, or too far ahead: see the estimate's own"},
+    {kModelDoubted, "model doubted",
+     "poses overruled the model more than once: a current, wind or another payload? It counts with "
+     "disturbances now; identify again"}};
 
 /// What became of an input.
 enum class Taken : std::uint8_t {

@@ -25,6 +25,8 @@ struct OnboardModel {
   double agreement = 0.5;         // [s] ... and at least so long
   double velocity_spread[kAxes] = {0.5, 0.3, 0.6};  // [m/s, m/s, rad/s] at the first pose
   double doubt[kAxes] = {0.1, 0.1, 0.2};            // [m/s, m/s, rad/s] where the filter was wrong
+  double again = 60.0;                              // [s] overruled twice within these ...
+  double wary = 600.0;                              // [s] ... it is wary of the model for so long
   double lately = 1.0;                              // [s] that a flag stays
   double patience = 0.5;  // [s] without a used pose after which it is dead reckoning
 };
@@ -48,6 +50,8 @@ struct Instant {
   bool alive = false;        // a pose was used, and the model has not run away since
   double last_pose = kLongAgo;
   double reinitialised = kLongAgo;
+  double overruled = kLongAgo;  // by poses
+  double doubted = kLongAgo;    // overruled again
   double diverged = kLongAgo;
 };
 
@@ -181,6 +185,8 @@ inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now
     } else if (detail::overruled(m, pose, now)) {
       now.belief = now.rival;
       now.reinitialised = now.time;
+      if (now.time - now.overruled <= m.again) now.doubted = now.time;
+      now.overruled = now.time;
       used = true;
     }
   }
@@ -204,6 +210,8 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
   double force[3][kMaxForces];
   Causes force_error[kMaxForces] = {};
   const Considered& considered = m.boat.considered;
+  const bool doubted = now.time - now.doubted <= m.wary;
+  const MotionNoise noise = doubted ? wary(m.boat.noise) : m.boat.noise;
   if (considered.n > 0) {
     error_fades(c, m.q, h, fading, errors);
   } else {
@@ -216,9 +224,9 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
     step_forces(c, fading, f, force);
     if (!now.alive) continue;
     const Belief before = now.belief;
-    if (!believe_step(m.boat, h, force, force_error, now.belief)) {
+    if (!believe_step(m.boat, noise, h, force, force_error, now.belief)) {
       give_up(m, before, now);
-    } else if (now.votes > 0 && !believe_step(m.boat, h, force, force_error, now.rival)) {
+    } else if (now.votes > 0 && !believe_step(m.boat, noise, h, force, force_error, now.rival)) {
       now.votes = 0;
     }
   }
@@ -279,6 +287,7 @@ inline Estimate estimate(const OnboardModel& m, const Instant& now) {
   flag(now.alive && now.time - now.last_pose > m.patience, kDeadReckoning);
   flag(now.rejected > 0, kGateRejecting);
   flag(now.time - now.reinitialised <= m.lately, kReinitialised);
+  flag(now.time - now.doubted <= m.wary, kModelDoubted);
   flag(now.time - now.diverged <= m.lately, kDiverged);
   flag(Envelope::outside(out.velocity, e.speed, kAxes), kOutsideSpeeds);
   flag(Envelope::outside(force, e.force, m.chain.n_forces), kOutsideCommands);
