@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
 FIRST, LATER = 10, 3  # Gauss-Newton steps at most: without a last solution, and from it
 SETTLED = 0.02  # of full thrust: a plan that a step moves by less is taken
-SOLVED = np.array(
-    [1e-3, 0.1]
-)  # of a programme: rows violated by [m, m/s, ...], cost above the least
+SOLVED = np.array([1e-3, 0.1])  # a programme: rows violated by, cost above the least
 OPEN = (np.inf, np.inf)
 
 
