@@ -47,10 +47,10 @@ inline constexpr HealthWords kHealthWords[] = {
      "an input was refused: not a number, too late, or its stamp is far off"},
     {kDiverged, "diverged", "the model ran away, or stamps leapt: it began anew at the next pose"},
     {kBeyondReach, "beyond reach",
-     "the time asked for is not kept any more, or too far ahead: see the estimate's own"},
+     "the time asked for is not kept any more, or too far ahead: the estimate is of its own time"},
     {kModelDoubted, "model doubted",
-     "poses overruled the model more than once: a current, wind or another payload? It counts with "
-     "disturbances now; identify again"}};
+     "poses overruled the model more than once: a current, wind, another payload, or a SLAM that "
+     "jumps? It counts with disturbances now; if it was the boat, identify again"}};
 
 /// What became of an input.
 enum class Taken : std::uint8_t {

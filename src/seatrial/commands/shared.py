@@ -123,7 +123,7 @@ def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
     command.add_argument(
-        "--png", action="store_true", help="the figures as PNG, too (pip install 'seatrial[png]')"
+        "--png", action="store_true", help="the figures as PNG, too (pip install resvg-py)"
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"

@@ -141,7 +141,11 @@ def _curved(vehicle: Vehicle) -> bool:
 def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
     """Why the dead zone can't be found; None where it can: every thruster passes through it."""
     if not (vehicle.file.thrusters or vehicle.file.forces):
-        return f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'"
+        return (
+            f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; where thrusters "
+            "have one, force coefficients come out too small: write thrusters: and allocation: into the vehicle "
+            "file"
+        )
     ahead, astern, count = np.zeros(len(vehicle.actuators)), np.zeros(len(vehicle.actuators)), 0
     for recording in recordings:
         thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(recording.commands.values))[0]

@@ -101,8 +101,9 @@ def _timeout(drive: Drive) -> list[str]:
 def _forces(drive: Drive) -> list[str]:
     if not drive.forces:
         return [
-            "# check: how the boat's software makes thruster commands of F_u, F_v and F_r; only needed where",
-            "# dead zones or limits of the thrusters are to be modelled (docs/vehicle.md):",
+            "# check: how the boat's software makes thruster commands of F_u, F_v and F_r. Most thrusters have a",
+            "# dead zone; without these lines it is not found, and force coefficients come out too small",
+            "# (docs/vehicle.md):",
             "# thrusters:                    # positions [m]; directions of push [deg] from forward on",
             "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
             "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",

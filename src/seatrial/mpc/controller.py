@@ -158,17 +158,18 @@ class Nmpc:
         blocks = [self._plan[k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)]
         return frozen_array(np.array(blocks))
 
-    def generate(self, folder: Path) -> Path:
+    def generate(self, folder: str | Path) -> Path:
         """C of one step, seatrial_nmpc.c with its header; it needs the C library alone."""
         ca = casadi_module()
 
+        folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         generator = ca.CodeGenerator("seatrial_nmpc.c", {"with_header": True})
         generator.add(self.function)
         generator.generate(f"{folder}/")
         return folder / "seatrial_nmpc.c"
 
-    def use(self, library: Path) -> None:
+    def use(self, library: str | Path) -> None:
         """Take the compiled step from now on: a shared library of what `generate` wrote."""
         ca = casadi_module()
 

@@ -42,7 +42,7 @@ def write_report(
 ) -> None:
     """Write `report` to a file, whole or not at all. `horizon` in s.
 
-    `figures`: a folder for every plot as SVG, and with `raster` as PNG, which needs `seatrial[png]`;
+    `figures`: a folder for every plot as SVG, and with `raster` as PNG, which needs resvg-py;
     `tables`: one for every table as CSV and LaTeX.
     """
     if raster:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A figure's SVG as PNG, with a font of its own: the same on every machine. Needs `seatrial[png]`."""
+"""A figure's SVG as PNG, with a font of its own: the same on every machine. Needs resvg-py."""
 
 from importlib import resources
 from importlib.util import find_spec
@@ -14,7 +14,7 @@ FONT = "dejavu-sans.ttf"
 def check() -> None:
     """Raise FileError where the package that draws PNG is not installed."""
     if find_spec("resvg_py") is None:
-        raise FileError("PNG needs the package resvg-py: pip install 'seatrial[png]'")
+        raise FileError("PNG needs the package resvg-py: pip install resvg-py")
 
 
 def png(svg: str) -> bytes:
