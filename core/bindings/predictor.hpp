@@ -38,7 +38,7 @@ void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, C
   const int n = own + chain.n_constants;
   require(from.shape(0) == static_cast<std::size_t>(n) &&
               from.shape(1) <= static_cast<std::size_t>(kMostConsidered),
-          "considered: a row for each coefficient and constant, up to 6 causes");
+          "considered: a row for each coefficient and constant, up to 12 causes");
   to.n = static_cast<int>(from.shape(1));
   for (int i = 0; i < n; ++i) {
     Causes& row = i < own ? to.coefficient[i] : to.constant[i - own];
