@@ -187,6 +187,8 @@ def test_a_scales_power_is_taken_as_2_where_the_signal_hardly_changes(cse1, cse1
     constants = dict(zip(whole.constants.names, whole.constants.values, strict=True))
     assert constants["scale_power.propellers"] == 2.0
     assert any("propeller_speed hardly changes" in note for note in notes)
+    assert np.ptp(cse1["run1"].scales.values) > 0.1  # before there was a command
+    assert "scale_power.propellers" not in staged(open_power, [cse1["run1"]])[0].estimated
     whole, notes = staged(open_power, [cse1["random_run1"], cse1["run1"]])
     assert "scale_power.propellers" in whole.estimated
     assert not any("propeller_speed" in note for note in notes)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Bootstrap, profile likelihood, accuracy against length: against the sandwich and closed forms."""
 
+from types import SimpleNamespace
+
 import msgspec
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import seatrial
 from seatrial.errors import IdentificationError
 from seatrial.identify import profile as profile_module
 from seatrial.identify.bootstrap import bootstrap, intervals
+from seatrial.identify.covariance import sandwich
 from seatrial.identify.evidence import evidence
 from seatrial.identify.minutes import minutes, minutes_text
 from seatrial.identify.output_error import OutputErrorSettings, fit
@@ -50,6 +53,30 @@ def test_the_bootstrap_is_the_same_for_the_same_seed_whatever_the_threads_do(who
     first, again = bootstrap(whole, 4, seed=3), bootstrap(whole, 4, seed=3)
     np.testing.assert_array_equal(first, again)
     assert not np.allclose(first, bootstrap(whole, 4, seed=4), rtol=1e-6)
+
+
+def test_variances_of_a_tied_constant_are_large_and_those_of_others_as_without_it():
+    """A constant of the chain that only scales a coefficient, as a power does at one speed."""
+    rng = np.random.default_rng(6)
+    scores = rng.normal(size=(60, 3)) * [1.0, 30.0, 0.2]
+    tied = np.column_stack([scores, -0.37 * scores[:, 2]])
+
+    def covariance(scores):
+        p = scores.shape[1]
+        problem = SimpleNamespace(
+            prior=None, free=tuple(range(p)), size=3, bounds=(np.full(p, -9.0), np.full(p, 9.0)),
+            names=tuple("abcd"[:p]),
+        )  # fmt: skip
+        passes = SimpleNamespace(problem=problem, scores=scores, information=scores.T @ scores)
+        return sandwich(SimpleNamespace(theta=np.zeros(p), passes=passes))
+
+    alone, both = covariance(scores), covariance(tied)
+    np.testing.assert_allclose(both[:2, :2], alone[:2, :2], rtol=0.1)  # other shares of the scatter
+    assert (np.diag(both)[2:] > 1e4 * alone[2, 2]).all()
+    sum_of_both = np.array([0.0, 0.0, 1.0, -0.37])  # what the data do know
+    assert sum_of_both @ both @ sum_of_both == pytest.approx(alone[2, 2], rel=0.1)
+    least, *_, most = np.linalg.eigvalsh(both)
+    assert least > -1e-12 * most
 
 
 def test_a_nearly_quadratic_profile_is_the_normal_interval(whole):

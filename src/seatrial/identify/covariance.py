@@ -37,12 +37,14 @@ def sandwich(at: Point) -> Array:
     ]  # fmt: skip
     inverse = _inverse(information)
     scores = scores - scores.mean(axis=0)
-    scatter = scores.T @ scores * blocks / max(blocks - p / 2, blocks / 4)  # some was fitted away
-    factor = float(np.trace(inverse @ scatter)) / p
+    scores *= np.sqrt(blocks / max(blocks - p / 2, blocks / 4))  # some was fitted away
+    moves = scores @ inverse  # by a block
+    factor = float(np.sum(moves * scores)) / p
     share = blocks / (blocks + SHRINKAGE * p)
-    drawn = share * scatter + (1.0 - share) * factor * (information - known)
+    said = inverse @ known @ inverse
+    drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)
     out = np.zeros((len(free), len(free)))
-    out[np.ix_(inside, inside)] = inverse @ (drawn + known) @ inverse
+    out[np.ix_(inside, inside)] = drawn + said
     return out
 
 
@@ -97,7 +99,8 @@ def at_bounds(at: Point) -> Mask:
 
 
 def _inverse(information: Array) -> Array:
-    """Of what is not informed of at all the variance is large, not 0."""
+    """Of what is not informed of at all the variance is large, not 0, and never negative."""
     scale = 1.0 / np.sqrt(np.diag(information) + 1e-12)
-    correlation = information * np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
-    return np.asarray(np.linalg.inv(correlation) * np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    root = vectors * scale[:, None] / np.sqrt(np.maximum(values, TIED))
+    return np.asarray(root @ root.T)

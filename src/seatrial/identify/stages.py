@@ -18,7 +18,7 @@ from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
 from seatrial.vehicle import WRENCH, Vehicle
 
-MOMENTS = 0.05  # share of the time
+MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
 
@@ -61,23 +61,37 @@ def _powers_held(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Veh
         if group.scale is None or group.scale.power != ESTIMATE:
             continue
         name = "scale_power" + (f".{group.name}" if group.name else "")
-        if not _varies(recordings, vehicle.scales.index(group.scale.signal)):
+        if not _varies(recordings, vehicle, group):
             given[name] = STARTS["scale_power"]
             notes.append(
                 f"{name}: taken as {STARTS['scale_power']:g}, as {group.scale.signal} hardly changes "
-                "in the recordings"
+                "in the recordings where there is a command"
             )
     return vehicle.with_stated(given), notes
 
 
-def _varies(recordings: Sequence[Recording], scale: int) -> bool:
-    """Whether a scale signal is at other values for more than moments."""
-    values = [r.scales.values[:, scale] for r in recordings if r.scales is not None]
-    running = np.concatenate(values or [np.zeros(0)])
-    running = running[running > 0]  # at 0 there is no thrust, whatever the power
-    if len(running) == 0:
+def _varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup) -> bool:
+    """Whether a scale signal is at other values for more than moments of the group's thrust."""
+    assert group.scale is not None
+    scale = vehicle.scales.index(group.scale.signal)
+    names = group.actuators or vehicle.actuators
+    own = [vehicle.actuators.index(name) for name in names]
+    values, thrusts = [np.zeros(0)], [np.zeros(0)]
+    for recording in recordings:
+        if recording.scales is None:
+            continue
+        commands, signal = recording.commands, recording.scales
+        at = np.searchsorted(signal.stamps, commands.stamps, side="right") - 1
+        values.append(signal.values[np.maximum(at, 0), scale])
+        thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands.values))[0]
+        thrusts.append(np.abs(thrust[:, own]).sum(axis=1))
+    value, thrust = np.concatenate(values), np.concatenate(thrusts)
+    thrust = np.where(value > 0.0, thrust, 0.0)  # at 0 there is none, whatever the power
+    if not thrust.sum() > 0.0:
         return False
-    low, high = np.quantile(running, [MOMENTS / 2, 1 - MOMENTS / 2])
+    order = np.argsort(value, kind="stable")
+    reached = np.cumsum(thrust[order]) / thrust.sum()
+    low, high = value[order][np.searchsorted(reached, [MOMENTS / 2, 1.0 - MOMENTS / 2])]
     return bool(high > VARIED * low)
 
 
