@@ -178,10 +178,14 @@ Out2 trace_forces(const Trace& trace, Vector time) {
   const auto width = static_cast<std::size_t>(trace.chain().n_forces);
   double* out = nullptr;
   auto forces = fresh<Out2>({n, width}, &out);
+  int at = 0;
   for (std::size_t i = 0; i < n; ++i) {
     Thrust f;
-    trace.at(trace.find(time(i)), time(i), f);
-    forces_after(trace.chain(), trace.constants(), f, 0.0, out + i * width);
+    at = trace.find(time(i), at);
+    trace.at(at, time(i), f);
+    double output[kMaxActuators];
+    for (int k = 0; k < trace.chain().n_actuators(); ++k) output[k] = f.multiplier[k] * f.level[k];
+    mix_forces(trace.chain(), output, out + i * width);
   }
   return forces;
 }

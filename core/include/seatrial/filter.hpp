@@ -35,6 +35,32 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
   return determinant;
 }
 
+/// What filters have in common between two poses, whatever noise they believe.
+struct Interval {
+  /// From a heading [rad] over `length` [s]; what is left of what fades: for this noise, beforehand.
+  Interval(const FilterNoise& noise, double psi, double length)
+      : length(length),
+        cos(std::cos(psi)),
+        sin(std::sin(psi)),
+        memory(noise.memory),
+        fade(std::exp(-length / noise.memory)),
+        colour_memory(noise.colour_memory),
+        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0) {}
+
+  /// What is left after it of what fades with a time constant `tau` [s].
+  double disturbance_after(double tau) const {
+    return tau == memory ? fade : std::exp(-length / tau);
+  }
+  double colour_after(double tau) const {
+    return tau == colour_memory ? colour_fade : std::exp(-length / tau);
+  }
+
+  double length;  // [s]
+  double cos, sin;
+  double memory, fade;
+  double colour_memory, colour_fade;
+};
+
 /// The filter between two poses. N: its states, kFilterStates or kColouredStates.
 template <int N>
 class Filter {
@@ -72,14 +98,13 @@ class Filter {
     StateTangent dx;
     seed(columns_, dx);
     const int first = boat.structure.n_coefficients - kAxes;
-    const double c = std::cos(x_[2]);
-    const double s = std::sin(x_[2]);
+    const Interval passed(noise_, x_[2], length);
     const double* w = effects_.wind;
-    const double wind[kAxes] = {c * w[0] + s * w[1], c * w[1] - s * w[0], 0.0};
+    const double wind[kAxes] = {passed.cos * w[0] + passed.sin * w[1],
+                                passed.cos * w[1] - passed.sin * w[0], 0.0};
     for (int a = 0; a < kAxes; ++a) {
       boat.coefficient[first + a] = x_[kStates + a] + effects_.bias[a] + wind[a];
     }
-    const double psi = x_[2];
     if (!schedule.run(interval, x_, dx)) return false;
     const int force = kStates + columns_.n_coefficients - kAxes;
     for (int i = 0; i < kStates; ++i) {
@@ -89,20 +114,20 @@ class Filter {
       f_[i][0] += push[0] * wind[1] - push[1] * wind[0];  // a turn of the boat turns the wind on it
     }
     std::copy(x_, x_ + kStates, way.to);
-    let_fade(length);
+    let_fade(passed);
     for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
-    carry_sensitivity(dx, c, s);
+    carry_sensitivity(dx, passed.cos, passed.sin);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
       for (int j = 0; j < kMoving; ++j) way.slope[i][j] = static_cast<float>(f_[i][j]);
     }
     carry_covariance();
-    add_process_noise(psi, length);
+    add_process_noise(passed);
     return true;
   }
 
-  /// The same way again, over `length` [s], linearised about the states `from` (9) where it began.
-  void repeat(const Transition& way, const double* from, double length) {
+  /// The same way again, linearised about the states `from` (9) where it began.
+  void repeat(const Transition& way, const double* from, const Interval& passed) {
     double off[kFilterStates];
     for (int i = 0; i < kFilterStates; ++i) off[i] = x_[i] - from[i];
     for (int i = 0; i < kStates; ++i) {
@@ -113,10 +138,10 @@ class Filter {
       }
       x_[i] = sum;
     }
-    let_fade(length);
+    let_fade(passed);
     for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
     carry_covariance();
-    add_process_noise(from[2], length);
+    add_process_noise(passed);
   }
 
   /// The pose may be anywhere: it jumped.
@@ -140,9 +165,10 @@ class Filter {
   /// score of its block; null where they are not asked for. `counts`: how often it counts.
   Innovation update(const double* eta, double t, double counts = 1.0, FilterPass* terms = nullptr,
                     int block = 0) {
-    const double cp = std::cos(x_[2]);
-    const double sp = std::sin(x_[2]);
     const double* l = effects_.lever;
+    const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else nothing with it
+    const double cp = turns ? std::cos(x_[2]) : 1.0;
+    const double sp = turns ? std::sin(x_[2]) : 0.0;
     const double arm[2] = {cp * l[0] - sp * l[1], sp * l[0] + cp * l[1]};
     const double turn[kPose] = {-arm[1], arm[0], 0.0};  // d measured / d psi, beyond the state's
     double hp[kPose][N];
@@ -159,7 +185,7 @@ class Filter {
         for (int j = 0; j < N; ++j) hp[i][j] += p_[kFilterStates + i][j];
       }
     }
-    e[2] = std::remainder(e[2], kTurn);  // whole turns in a gap are nobody's
+    if (std::abs(e[2]) > kTurn / 2.0) e[2] = std::remainder(e[2], kTurn);  // turned in a gap
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j < kPose; ++j) {
         s[i][j] = hp[i][j] + hp[i][2] * turn[j];
@@ -212,12 +238,11 @@ class Filter {
     return kColoured ? std::hypot(noise_.pose(i), noise_.colour(i)) : noise_.pose(i);
   }
 
-  /// How much of disturbance and coloured error is left after `length` [s].
-  void let_fade(double length) {
-    const double stays = std::exp(-length / noise_.memory);
-    std::fill(stays_, stays_ + kAxes, stays);
+  /// How much of disturbance and coloured error is left.
+  void let_fade(const Interval& passed) {
+    std::fill(stays_, stays_ + kAxes, passed.disturbance_after(noise_.memory));
     if constexpr (kColoured) {
-      std::fill(stays_ + kAxes, stays_ + kAxes + kPose, std::exp(-length / noise_.colour_memory));
+      std::fill(stays_ + kAxes, stays_ + kAxes + kPose, passed.colour_after(noise_.colour_memory));
     }
   }
 
@@ -296,24 +321,28 @@ class Filter {
     }
   }
 
-  /// Random walk of the velocity, integrated into the pose; renewal of what fades.
-  void add_process_noise(double psi, double length) {
-    const double c = std::cos(psi);
-    const double s = std::sin(psi);
-    const double turn[3][3] = {{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
+  /// Random walk of the velocity, integrated into the pose; renewal of what fades. The walks of
+  /// surge and sway are alike, so that they spread the position the same way in all directions.
+  void add_process_noise(const Interval& passed) {
+    const double length = passed.length;
     for (int a = 0; a < kAxes; ++a) {
-      const double q = noise_.walk(a) * noise_.walk(a);
-      p_[3 + a][3 + a] += q * length;
-      for (int i = 0; i < kPose; ++i) {
-        const double cross = turn[i][a] * q * length * length / 2.0;
-        p_[i][3 + a] += cross;
-        p_[3 + a][i] += cross;
-        for (int j = 0; j < kPose; ++j) {
-          p_[i][j] += turn[i][a] * turn[j][a] * q * length * length * length / 3.0;
-        }
-      }
+      const double q = noise_.walk(a) * noise_.walk(a) * length;
+      p_[3 + a][3 + a] += q;
+      p_[a][a] += q * length * length / 3.0;
       renew(kStates + a, noise_.disturbance(a));
       if constexpr (kColoured) renew(kFilterStates + a, noise_.colour(a));
+    }
+    const double half = length * length / 2.0;
+    const double plane = noise_.walk(0) * noise_.walk(0) * half;
+    const double turn = noise_.walk(2) * noise_.walk(2) * half;
+    const double cross[kPose][kAxes] = {{plane * passed.cos, -plane * passed.sin, 0.0},
+                                        {plane * passed.sin, plane * passed.cos, 0.0},
+                                        {0.0, 0.0, turn}};
+    for (int i = 0; i < kPose; ++i) {
+      for (int a = 0; a < kAxes; ++a) {
+        p_[i][3 + a] += cross[i][a];
+        p_[3 + a][i] += cross[i][a];
+      }
     }
   }
 

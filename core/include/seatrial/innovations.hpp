@@ -143,10 +143,13 @@ Innovation use_pose(Filter<N>& filter, const PoseSeries& poses, int k) {
 
 /// From pose k to the next, if there is one, as the first pass went, linearised about it.
 template <int N>
-void follow(Filter<N>& filter, const FilterPass& first, const PoseSeries& poses, int k) {
+void follow(Filter<N>* filter, std::size_t filters, const FilterNoise& noise,
+            const FilterPass& first, const PoseSeries& poses, int k) {
   if (k == poses.n - 1) return;
   const auto at = static_cast<std::size_t>(k);
-  filter.repeat(first.way[at], &first.state[at * kFilterStates], poses.time[k + 1] - poses.time[k]);
+  const double* from = &first.state[at * kFilterStates];
+  const Interval passed(noise, from[2], poses.time[k + 1] - poses.time[k]);
+  for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.way[at], from, passed);
 }
 
 }  // namespace detail
@@ -161,7 +164,7 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNo
   double cost = 0.0;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != 0) cost += use_pose(again, poses, k).cost;
-    follow(again, first, poses, k);
+    follow(&again, 1, noise, first, poses, k);
   }
   return cost;
 }
@@ -185,37 +188,44 @@ struct NoisePass {
 
 namespace detail {
 
-/// How an innovation and its covariance change with one noise parameter.
-struct Change {
-  double ds[kPose][kPose];  // S^-1 dS
-  double de[kPose];
-  double sde[kPose];  // S^-1 de
-};
+/// How innovations and their covariance S change with the noise parameters, side by side: for each
+/// dS, S^-1 dS and its transpose, and de and S^-1 de, so that products of all pairs are sums of
+/// products of columns.
+struct Changes {
+  static constexpr int kTerms = kPose * kPose + kPose;
+  double left[kTerms][kNoiseParameters];
+  double right[kTerms][kNoiseParameters];
 
-inline Change changed(const Innovation& from, const Innovation& to,
-                      const double inverse[kPose][kPose], double step) {
-  Change out{};
-  for (int i = 0; i < kPose; ++i) out.de[i] = (to.e[i] - from.e[i]) / step;
-  for (int i = 0; i < kPose; ++i) {
-    for (int m = 0; m < kPose; ++m) {
-      out.sde[i] += inverse[i][m] * out.de[m];
+  void set(int at, const Innovation& from, const Innovation& to, const double inverse[kPose][kPose],
+           double per_step) {
+    double de[kPose];
+    double ds[kPose][kPose];
+    for (int i = 0; i < kPose; ++i) {
+      de[i] = (to.e[i] - from.e[i]) * per_step;
+      for (int j = 0; j < kPose; ++j) ds[i][j] = (to.s[i][j] - from.s[i][j]) * per_step;
+    }
+    for (int i = 0; i < kPose; ++i) {
+      const double* row = inverse[i];
       for (int j = 0; j < kPose; ++j) {
-        out.ds[i][j] += inverse[i][m] * (to.s[m][j] - from.s[m][j]) / step;
+        const double scaled = row[0] * ds[0][j] + row[1] * ds[1][j] + row[2] * ds[2][j];
+        left[i * kPose + j][at] = scaled;
+        right[j * kPose + i][at] = 0.5 * scaled;
+      }
+      left[kPose * kPose + i][at] = row[0] * de[0] + row[1] * de[1] + row[2] * de[2];
+      right[kPose * kPose + i][at] = de[i];
+    }
+  }
+
+  /// Adds tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j of the first n, j <= i.
+  void inform(int n, double information[kNoiseParameters][kNoiseParameters]) const {
+    for (int i = 0; i < n; ++i) {
+      for (int t = 0; t < kTerms; ++t) {
+        const double own = left[t][i];
+        for (int j = 0; j <= i; ++j) information[i][j] += own * right[t][j];
       }
     }
   }
-  return out;
-}
-
-/// tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j.
-inline double informed(const Change& a, const Change& b) {
-  double sum = 0.0;
-  for (int i = 0; i < kPose; ++i) {
-    sum += b.de[i] * a.sde[i];
-    for (int j = 0; j < kPose; ++j) sum += 0.5 * a.ds[i][j] * b.ds[j][i];
-  }
-  return sum;
-}
+};
 
 template <int N>
 NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
@@ -238,32 +248,32 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
     up[i].parameter(place[i]) *= std::exp(kStep);
     moved.emplace_back(none, up[i], start, first.effects, false);
   }
+  double information[kNoiseParameters][kNoiseParameters] = {};
+  Changes changes;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != 0) {
       const Innovation here = use_pose(base, poses, k);
       out.cost += here.cost;
       double inverse[kPose][kPose];
       inverse3(here.s, inverse);
-      Change change[kNoiseParameters];
       for (std::size_t i = 0; i < moved.size(); ++i) {
         const Innovation there = use_pose(moved[i], poses, k);
         cost[i] += there.cost;
-        change[i] = changed(here, there, inverse, kStep);
-        for (std::size_t j = 0; j <= i; ++j) {
-          out.information[place[i]][place[j]] += informed(change[i], change[j]);
-        }
+        changes.set(static_cast<int>(i), here, there, inverse, 1.0 / kStep);
       }
+      changes.inform(m, information);
     }
-    follow(base, first, poses, k);
-    for (Filter<N>& one : moved) follow(one, first, poses, k);
+    follow(&base, 1, noise, first, poses, k);
+    follow(moved.data(), moved.size(), noise, first, poses, k);
   }
-  for (std::size_t i = 0; i < moved.size(); ++i) {
+  for (int i = 0; i < m; ++i) {
     const int a = place[i];
-    for (std::size_t j = 0; j < i; ++j) {
-      out.information[place[j]][a] = out.information[a][place[j]];
+    for (int j = 0; j <= i; ++j) {
+      out.information[a][place[j]] = out.information[place[j]][a] = information[i][j];
     }
     // the difference quotient less its second-order share
-    out.gradient[a] = 0.5 * (cost[i] - out.cost) / kStep - 0.5 * kStep * out.information[a][a];
+    const double rise = (cost[static_cast<std::size_t>(i)] - out.cost) / kStep;
+    out.gradient[a] = 0.5 * rise - 0.5 * kStep * out.information[a][a];
   }
   return out;
 }

@@ -3,7 +3,6 @@
 // roll-outs from many starts share them. Host side: uses heap.
 #pragma once
 #include <algorithm>
-#include <functional>
 #include <vector>
 
 #include "seatrial/trace.hpp"
@@ -124,6 +123,7 @@ class Schedule {
   /// the one from the left: the break came first.
   void add_tangent(double t0, double t1) {
     if (!(t0 < t1)) return;
+    const int n = trace_.columns().n_constants;
     int cursor = trace_.find(t0);
     double t = t0;
     double dbegin[kMaxConstants] = {0.0};
@@ -133,13 +133,15 @@ class Schedule {
       double dend[kMaxConstants] = {0.0};
       double dlength[kMaxConstants];
       if (more) trace_.time_tangent(cursor + 1, 1.0, dend);
-      std::transform(dend, dend + kMaxConstants, dbegin, dlength, std::minus<>());
-      // breaks at one instant may move apart: an interval without length has a derivative
-      if (t < end || !std::equal(dend, dend + kMaxConstants, dbegin)) {
-        add_steps(cursor, t, dbegin, end - t, dlength);
+      bool apart = false;
+      for (int p = 0; p < n; ++p) {
+        dlength[p] = dend[p] - dbegin[p];
+        apart = apart || dlength[p] != 0.0;
       }
+      // breaks at one instant may move apart: an interval without length has a derivative
+      if (t < end || apart) add_steps(cursor, t, dbegin, end - t, dlength);
       t = end;
-      std::copy(dend, dend + kMaxConstants, dbegin);
+      std::copy(dend, dend + n, dbegin);
       cursor += more ? 1 : 0;
     }
   }
@@ -150,11 +152,10 @@ class Schedule {
     double dh[kMaxConstants] = {0.0};
     detail::scaled(dlength, columns.n_constants, 1.0 / n, dh);
     Thrust f;
-    ThrustTangent df;
-    trace_.at(cursor, t, dt, f, df);
+    trace_.at(cursor, t, dt, f, moving_);
     for (int i = 0; i < n; ++i) {
       detail::StepForces forces;
-      step_forces_tangent(trace_.chain(), trace_.constants(), columns, length / n, dh, f, df,
+      step_forces_tangent(trace_.chain(), trace_.constants(), columns, length / n, dh, f, moving_,
                           forces);
       Step step{length / n, {}};
       for (int node = 0; node < 3; ++node) {
@@ -170,12 +171,15 @@ class Schedule {
            static_cast<std::size_t>(1 + 3 * trace_.chain().n_forces);
   }
 
+  // Rows are a few numbers long: loops are quicker than a call to move memory for each.
   void pack(const double* dh, const detail::ForceTangent dforce[3]) {
     const int n = trace_.columns().n_constants;
-    slopes_.insert(slopes_.end(), dh, dh + n);
+    slopes_.resize(slopes_.size() + packed());
+    double* to = slopes_.data() + slopes_.size() - packed();
+    for (int p = 0; p < n; ++p) *to++ = dh[p];
     for (int node = 0; node < 3; ++node) {
       for (int j = 0; j < trace_.chain().n_forces; ++j) {
-        slopes_.insert(slopes_.end(), dforce[node][j], dforce[node][j] + n);
+        for (int p = 0; p < n; ++p) *to++ = dforce[node][j][p];
       }
     }
   }
@@ -183,11 +187,10 @@ class Schedule {
   void unpack(std::size_t k, double* dh, detail::ForceTangent dforce[3]) const {
     const int n = trace_.columns().n_constants;
     const double* from = slopes_.data() + k * packed();
-    std::copy(from, from + n, dh);
+    for (int p = 0; p < n; ++p) dh[p] = *from++;
     for (int node = 0; node < 3; ++node) {
       for (int j = 0; j < trace_.chain().n_forces; ++j) {
-        from += n;
-        std::copy(from, from + n, dforce[node][j]);
+        for (int p = 0; p < n; ++p) dforce[node][j][p] = *from++;
       }
     }
   }
@@ -196,6 +199,7 @@ class Schedule {
   const Trace& trace_;
   int first_;
   bool tangents_;
+  ThrustTangent moving_;  // loaded anew for every interval
   std::vector<std::size_t> begin_;
   std::vector<Step> steps_;
   std::vector<double> slopes_;

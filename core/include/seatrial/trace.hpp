@@ -42,8 +42,11 @@ class Trace {
   const double* constants() const { return q_; }
   const Columns& columns() const { return columns_; }
 
-  /// The last break at or before t; 0 also where t is before all breaks.
-  int find(double t) const {
+  /// The last break at or before t; 0 also where t is before all breaks. `near`: where to look
+  /// first.
+  int find(double t, int near = 0) const {
+    if (time(near) <= t && (near + 1 == breaks() || t < time(near + 1))) return near;
+    if (near + 2 < breaks() && time(near + 1) <= t && t < time(near + 2)) return near + 1;
     const auto above = std::upper_bound(time_.begin(), time_.end(), t);
     return std::max(0, static_cast<int>(above - time_.begin()) - 1);
   }
@@ -60,8 +63,11 @@ class Trace {
   void at(int i, double t, Thrust& f) const {
     load(i, f);
     const double length = std::isfinite(time(i)) ? t - time(i) : 0.0;
+    double remains = 0.0;
     for (int k = 0; k < chain_.n_actuators(); ++k) {
-      f.level[k] = level_after(chain_, q_, f, k, length);
+      const bool same = k > 0 && chain_.actuators[k].lag == chain_.actuators[k - 1].lag;
+      if (!same) remains = decay(chain_, q_, k, length);
+      f.level[k] = f.target[k] + (f.level[k] - f.target[k]) * remains;
     }
   }
 

@@ -78,7 +78,8 @@ def smooth_poses(
 
 def _quadratics(s: Array, values: Array) -> Array:
     """Coefficients (m, 3, k) of 1, s, s^2 through values (m, count, k) at s (m, count)."""
-    powers = np.stack([s**p for p in range(5)])  # (5, m, count)
+    square = s * s
+    powers = np.stack([np.ones_like(s), s, square, square * s, square * square])  # (5, m, count)
     moments = powers.sum(axis=2)
     normal = np.stack([moments[i : i + 3] for i in range(3)])  # (3, 3, m)
     right = np.einsum("pmc,mck->mpk", powers[:3], values)
