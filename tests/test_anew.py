@@ -18,9 +18,11 @@ from seatrial.plan import load_plan
 
 sys.path.insert(0, str(ROOT))
 from benchmarks.predictor.drives import CORRELATED, HANGS, IDENTIFIED, LASTS, SCENES, trials
-from benchmarks.recovery.scenes import true_parameters
+from benchmarks.recovery.scenes import scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
+# seeds whose search has errors last as long as they may for many steps, though nothing pushes
+LONG = {"correlated 0.3 mm": 1087, "correlated 8 mm": 1092}
 LET_GO, WALKING = 41, 46  # seeds: without errors that hang together, with a walk for the push
 SIGMA = 4e-3  # [m], [rad] of the preset's poses
 TRUTH = load_plan("hard").plant.coefficients
@@ -69,6 +71,19 @@ def test_a_push_that_comes_and_goes_is_not_taken_for_a_random_walk():
     process = solved(WALKING).model().noise.process
     assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(PUSH, rel=0.15)
     assert process.walk_linear < 1e-3
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes(name):
+    scene = scenes()[name]
+    made = scene.trials(LONG[name])
+    found = fit([trial.recording for trial in made.values()], made["S1-MP"].vehicle)
+    theta = found.theta[list(found.problem.free)]
+    errors = np.array([found.errors[n] for n in found.names])
+    assert np.all(np.abs(theta - true_parameters(scene.plan, found.names)) < 4.5 * errors)
+    hangs = found.model().noise.correlated
+    assert hangs is not None
+    assert hangs.memory == pytest.approx(0.3, rel=0.15)
 
 
 def test_where_nothing_tells_of_a_corner_no_search_begins(found, monkeypatch):

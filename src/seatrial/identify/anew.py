@@ -20,11 +20,10 @@ from seatrial.filter_noise import (
 )
 from seatrial.frames import Array
 from seatrial.identify.first_noise import all_hanging, half_hanging
-from seatrial.identify.search import Point, descend, hangs
+from seatrial.identify.search import NOTHING, Point, descend, hangs
 from seatrial.identify.whiteness import white
 
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
-NOTHING = 0.01  # share of what a walk, or a disturbance beside it, would have to be to matter
 
 
 def anew(at: Point, theta: Array) -> Point:

@@ -20,6 +20,7 @@ from seatrial.filter_noise import (
     NOISE_SETTLED,
     NOISE_STEP,
     PROCESS,
+    RAISED,
     likelier_noise,
     repeated_cost,
 )
@@ -31,6 +32,7 @@ TINY = 1e-12
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
 NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
+NOTHING = 0.01  # share of other process noise, or of what is tried, that does not matter
 DRIFTS = 8  # steps in a row with hanging errors as long as they may get, that are no errors then
 ITERATIONS = 40
 TRIALS = 6
@@ -93,7 +95,7 @@ def _drifting(noise: Array) -> bool:
     """Whether errors of the poses last as long as they may, beside a boat that is pushed, too."""
     longest = noise[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
-    pushed = (noise[PROCESS] > 1.01 * NOISE_LEAST[PROCESS]).any()
+    pushed = (noise[PROCESS] > NOTHING * RAISED[PROCESS]).any()
     return bool(longest and larger and pushed)
 
 
