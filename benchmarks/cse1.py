@@ -3,6 +3,7 @@
 
     python benchmarks/cse1.py
     python benchmarks/cse1.py --vehicle data/cse1/pair.yaml --method output-error
+    python benchmarks/cse1.py --bollard    # what bollard.yaml states of the propellers
 
 Velocities to compare with come from one Savitzky-Golay filter (Anal. Chem. 36, 1627, 1964), the
 local cubic through 21 poses. It gives the starts, too, for the model and for "stays constant"
@@ -33,6 +34,7 @@ PAST = (9, 2)  # of starts that know the past only
 NORMAL = 1.96  # of a 95 % interval
 PROPELLERS = 2
 POWER = "scale_power.propellers"
+PAIR = ("pair_offset_across.propellers", "pair_dead_zone.propellers")
 
 
 def local_polynomial(recording: Recording, width: int, degree: int, place: int) -> Motion:
@@ -191,16 +193,50 @@ def show(
     )
 
 
+def pair_by_pulls() -> tuple[Array, Array, int]:
+    """A pair's offset across and dead zone by least squares on the pulls along and across.
+
+    Values (2,), their errors (2,), and the number of pulls.
+    """
+    from scipy.optimize import least_squares  # noqa: PLC0415 a tenth of a second
+
+    vehicle = seatrial.load_vehicle(SHIP / "pair.yaml")
+    pulls = [("port_surge", *towing("VSPsurge")), ("port_sway", *towing("VSPsway"))]
+    scale = {k: as_column(i).scale for k, i in vehicle.file.commands.inputs.items()}
+
+    def left(x: Array) -> Array:
+        known = vehicle.with_stated(dict(zip(PAIR, x[:2].tolist(), strict=True)))
+        found = []
+        for (name, set_point, force), newton in zip(pulls, x[2:].tolist(), strict=True):
+            k = vehicle.inputs.index(name)
+            rows = np.zeros((len(force), len(vehicle.inputs)))
+            rows[:, k] = set_point / scale[name]
+            curve = seatrial._core.curve(known.chain, known.constants.values, k, rows)
+            found.append(newton * curve - force)
+        return np.concatenate(found)
+
+    best = least_squares(left, [0.1, 0.2, 1.0, 1.0], diff_step=1e-3)
+    variance = 2.0 * best.cost / (len(best.fun) - len(best.x))
+    errors = np.sqrt(variance * np.diag(np.linalg.inv(best.jac.T @ best.jac)))
+    return best.x[:2], errors[:2], len(best.fun)
+
+
 def main() -> None:
     """Read what is to be compared, and print."""
     parser = argparse.ArgumentParser(description="Prediction of the real boat CSE1, held out")
-    default = [SHIP / n for n in ("pair.yaml", "coupled.yaml", "vehicle.yaml")]
+    default = [SHIP / n for n in ("bollard.yaml", "pair.yaml", "coupled.yaml", "vehicle.yaml")]
     parser.add_argument("--vehicle", type=Path, action="append", help="vehicle file; repeat")
     parser.add_argument("--method", action="append", choices=METHODS, help="repeat; all")
     parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
     parser.add_argument("--power", type=float, help="thrust goes with it of the propellers' speed")
     parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
+    parser.add_argument("--bollard", action="store_true", help="the pair by the bollard pulls")
     chosen = parser.parse_args()
+    if chosen.bollard:
+        values, errors, pulls = pair_by_pulls()
+        for name, value, error in zip(PAIR, values, errors, strict=True):
+            print(f"{name} {value:.3f} ± {error:.3f}, by {pulls} pulls")
+        return
     for path in chosen.vehicle or default:
         vehicle = seatrial.load_vehicle(path)
         paths = {name: SHIP / "csv" / f"CSE1_data_{name}.csv" for name in RUNS}

@@ -2,13 +2,17 @@
 """The real recordings: a model ship, and the towing tests as independent truth."""
 
 import csv
+import sys
 
 import numpy as np
 import pytest
-from conftest import CSE1
+from conftest import CSE1, ROOT
 
 import seatrial
 from seatrial.faults import FaultKind
+
+sys.path.insert(0, str(ROOT))
+from benchmarks import cse1 as study
 
 
 @pytest.fixture(scope="module")
@@ -112,3 +116,28 @@ def test_a_model_of_the_ship_has_drag_in_the_right_direction(coupled):
     for name in ("X_u", "Y_v", "N_r"):
         assert model.values[name] < 0
         assert abs(model.values[name]) > 2 * model.standard_errors[name]
+
+
+def test_the_ships_file_of_known_propellers_has_what_the_pulls_say():
+    known = seatrial.load_vehicle(CSE1 / "bollard.yaml")
+    constants = dict(zip(known.constants.names, known.constants.values, strict=True))
+    assert not set(study.PAIR) & set(known.estimated)
+    values, errors, pulls = study.pair_by_pulls()
+    assert [constants[name] for name in study.PAIR] == pytest.approx(values, abs=5e-4)
+    assert (errors < 0.03).all()
+    assert pulls == 32
+    whole = seatrial.load_vehicle(CSE1 / "pair.yaml")
+    stated = whole.with_stated({name: constants[name] for name in study.PAIR})
+    assert stated.estimated == known.estimated
+    assert stated.file.structure == known.file.structure
+
+
+def test_with_known_propellers_the_run_left_out_is_predicted_as_well_as_was_asked_for():
+    """One second ahead, error over that of a velocity that stays, of random_run1."""
+    known = seatrial.load_vehicle(CSE1 / "bollard.yaml")
+    paths = [CSE1 / "csv" / f"CSE1_data_{n}.csv" for n in ("run1", "random_run3", "random_run1")]
+    *others, unseen = (seatrial.read(path, known) for path in paths)
+    model = seatrial.identify(others, known)
+    truth = study.reference(unseen)
+    for start in (truth, study.past(unseen)):
+        assert (study.ratios(model, unseen, start, truth, 1.0) <= [0.34, 0.46, 0.48]).all()
