@@ -338,6 +338,8 @@ def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, c
         ["report", model, bag, "-o", bag],
         ["report", model, bag, "-o", tmp_path],
         ["init", bag / "poses.csv", "-o", bag / "poses.csv", "--force"],
+        ["predict", model, bag, "-o", bag / "poses.csv"],
+        ["predict", model, bag, "-o", bag / "commands.csv"],
     ):
         code, _, err = run(capsys, *command)
         assert code == 1, command
@@ -346,6 +348,26 @@ def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, c
     assert (
         run(capsys, "identify", *trials, "--vehicle", vehicle, "-o", model)[0] == 0
     )  # a model over a model
+
+
+def test_simulated_trials_write_over_simulated_ones_only(tmp_path, capsys):
+    out = tmp_path / "trials"
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(
+        "seatrial: plan 1\nbased_on: clean\nvehicles: [mallard-mp]\ntrials: {S1: {drive: surge, duration: 12}}\n"
+    )
+    mine = out / "S1-MP" / "poses.csv"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("t,x,y,psi\n")
+    code, _, err = run(capsys, "simulate", "--plan", plan, "-o", out)
+    assert (code, err.count("\n")) == (1, 1)
+    assert "was not simulated" in err
+    assert mine.read_text() == "t,x,y,psi\n"
+    assert sorted(p.name for p in out.rglob("*")) == ["S1-MP", "poses.csv"]
+    mine.unlink()
+    mine.parent.rmdir()
+    for _ in range(2):
+        assert run(capsys, "simulate", "--plan", plan, "-o", out)[0] == 0
 
 
 def test_validate_says_what_the_model_was_identified_from(pool, capsys):

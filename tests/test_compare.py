@@ -18,7 +18,7 @@ from seatrial.compare.prediction import rms_difference
 from seatrial.compare.text import comparison_text
 from seatrial.errors import ModelError
 from seatrial.io.write import write_trial
-from seatrial.model import load, save
+from seatrial.model import AT_BOUND, load, save
 from seatrial.plan import load_plan
 from seatrial.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.simulate import plant_model, simulate
@@ -155,6 +155,33 @@ def test_terms_of_one_model_and_same_names_with_another_meaning_are_said(mp):
     lines["surge"][0] = "0.9 * v * r"
     fixed = make_model(changed(mp, structure=lines), TRUTH | {"X_v": -0.1})
     assert any("without a coefficient differ" in n for n in compare(other, fixed).notes)
+
+
+def test_two_origins_are_said_and_recordings_are_not_predicted_by_both(mp):
+    pose = mp.to_mapping()["pose"]
+    moved = changed(mp, pose=pose | {"lever": [0.15, 0.05]})
+    a, b = make_model(moved, TRUTH), make_model(mp, TRUTH)
+    notes = compare(a, b).notes
+    assert any(
+        "two origins: the poses' point is 0.150 m ahead and 0.050 m to port" in n for n in notes
+    )
+    for vehicle in (None, mp):
+        with pytest.raises(ModelError, match=r"of two origins .* validate A RECORDING --against B"):
+            drive_of(a, b, vehicle)
+    near = make_model(changed(mp, pose=pose | {"lever": [0.0004, 0.0]}), TRUTH)
+    assert not any("origins" in n for n in compare(near, b).notes)
+
+
+def test_what_ended_at_a_bound_is_not_tested(mp):
+    a, b = estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_uu": 0.0})
+    notes = [f"X_uu: 0 {AT_BOUND}"]
+    b = replace(b, estimator=msgspec.structs.replace(b.estimator, notes=notes))
+    found = compare(a, b)
+    assert "X_uu" not in [pair.name for pair in found.pairs]
+    assert found.joint is not None
+    assert found.joint.p > 0.99
+    assert "X_uu" in [one.name for one in found.only_b]
+    assert "at the bound of its range in B" in comparison_text(found)
 
 
 def test_models_with_nothing_in_common_are_refused(mp):

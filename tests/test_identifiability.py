@@ -3,11 +3,13 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
 import seatrial
 from seatrial.identifiability import Verdict, condition, full_thrust, identifiability
+from seatrial.model import AT_BOUND
 from seatrial.plan import load_plan
 from seatrial.schema import ChainGroup, DeadZone, EnvelopeEntry
 from seatrial.simulate import plant_model
@@ -55,6 +57,16 @@ def test_the_verdict_goes_by_the_relative_error(name, error, verdict, plant):
     assert found.verdict is verdict
     assert found.error == pytest.approx(error)
     assert found.verdict.enough == (verdict in (Verdict.SHARP, Verdict.USABLE, Verdict.GIVEN))
+
+
+def test_what_ended_at_a_bound_is_not_called_given(plant):
+    notes = [f"X_uu: 0 {AT_BOUND}"]
+    held = replace(plant, estimator=msgspec.structs.replace(plant.estimator, notes=notes))
+    found = identifiability(with_covariance(held, ["X_u"], [[1e-4]]))
+    assert found["X_uu"].verdict is Verdict.BOUND
+    assert found["Y_v"].verdict is Verdict.GIVEN
+    assert not Verdict.BOUND.enough
+    assert [v for v in Verdict if not v.estimated] == [Verdict.GIVEN, Verdict.BOUND]
 
 
 def test_what_is_not_told_from_zero_is_bounded_in_terms_of_full_thrust(plant):

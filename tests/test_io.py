@@ -88,6 +88,7 @@ def text(rows: str) -> str:
         ("", None, "poses.csv: is empty"),
         ("t,x,y,psi\n", None, "has a header but no rows"),
         (text("0,1,2,3\n1,2,x,4\n"), None, "line 3: column 'y' has 'x', expected a number"),
+        (text("0,1,2,3,4\n"), None, "line 2: 5 cells, expected 4; name every column"),
         (text("0,1,2,3\n1,2\n"), None, "line 3: 2 cells, expected 4; is the file cut off"),
         ("t,x,y,yaw\n0,1,2,3\n", None, r"no column 'psi'\. It has: t, x, y, yaw"),
         ("t,x,y,psy\n0,1,2,3\n", None, "did you mean 'psy'"),

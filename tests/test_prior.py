@@ -165,6 +165,22 @@ def test_a_prior_of_other_terms_is_refused(mp, before, after):
     other = vehicle_from(mp.to_mapping() | {"structure": lines}, "other")
     with pytest.raises(IdentificationError, match=r"X_u is X_u \* u in the prior"):
         check_prior(before, other)
+    pose = mp.to_mapping()["pose"]
+    moved = vehicle_from(mp.to_mapping() | {"pose": pose | {"lever": [0.15, 0.05]}}, "moved")
+    words = r"of a point \[0.000, 0.000\] m .* file's of \[0.15, 0.05\]; write 'lever: \[0.000, 0.000\]'"
+    with pytest.raises(IdentificationError, match=words):
+        check_prior(before, moved)
+    check_prior(before, moved, lever=True)
+    plain = {k: v for k, v in mp.to_mapping().items() if k not in ("thrusters", "allocation")}
+    with pytest.raises(
+        IdentificationError, match="actuators are F_1, F_2, F_3, F_4, the vehicle file's F_u"
+    ):
+        check_prior(before, vehicle_from(plain, "plain"))
+    silent = after[1][0].recording
+    rest = np.zeros_like(silent.commands.values)
+    silent = replace(silent, commands=replace(silent.commands, values=rest))
+    with pytest.raises(IdentificationError, match="nothing is commanded; drive"):
+        identify([silent], mp, prior=before)
     lines["surge"] = ["X_uu * u * |u|", "X_u * u", "X_F * F_u"]
     check_prior(before, vehicle_from(mp.to_mapping() | {"structure": lines}, "same"))
     with pytest.raises(IdentificationError, match="belongs to output-error"):

@@ -10,7 +10,7 @@ from test_causal import one_trial, truth  # noqa: F401
 
 from seatrial.causal import causal
 from seatrial.recording import Signal, make_recording
-from seatrial.residuals import in_words, residuals
+from seatrial.residuals import _correlation, in_words, residuals
 from seatrial.statistics import autocorrelation, bartlett_band, cross_correlation, white_band
 
 
@@ -59,6 +59,17 @@ def test_a_delay_shows_after_the_force_and_a_late_clock_before_it(truth, quiet):
     assert "a delay is wrong" in in_words(early[0])
     late = found(truth, shifted(quiet, 0.3))
     assert any(c.lag < 0 and "clock of the commands is late" in in_words(c) for c in late)
+
+
+def test_what_is_found_is_what_is_told():
+    """A value that leaks to before the force is no peak, and nothing that a note may speak of."""
+    values = np.zeros(9)
+    values[1], values[6] = 0.5, 0.02
+    one = _correlation(("r", "F_r"), 0.1, values, np.zeros(9), np.array([0.1, 0.2]))
+    assert (one.peak, one.found) == (0.02, False)
+    values[6] = 0.3
+    one = _correlation(("r", "F_r"), 0.1, values, np.zeros(9), np.array([0.1, 0.2]))
+    assert (one.peak, one.found) == (0.3, True)
 
 
 def test_correlation_is_that_of_the_pairs_that_are_there():

@@ -29,6 +29,7 @@ from seatrial.structure import Structure
 from seatrial.vehicle import Vehicle, vehicle_from
 
 MODEL_FORMAT: Final = "model 2"
+AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
 
@@ -89,6 +90,12 @@ class Model:
         """Standard errors of coefficients and constants by name; 0 where a value was given."""
         errors = np.sqrt(np.diag(self.covariance)).tolist()
         return dict(zip(self.parameters, errors, strict=True))
+
+    @cached_property
+    def at_bounds(self) -> frozenset[str]:
+        """Names of parameters that ended at the bound of their range: the data say no more of them."""
+        found = [note.partition(":") for note in self.estimator.notes if note.endswith(AT_BOUND)]
+        return frozenset(name for name, _, _ in found)
 
     @cached_property
     def known_vehicle(self) -> Vehicle:

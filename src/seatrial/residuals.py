@@ -97,7 +97,7 @@ def _correlation(
     early = np.abs(sharp[:lags]).max() > max(1.0, LEAK * np.abs(sharp[lags:]).max())
     side = np.arange(lags) if early else np.arange(lags, 2 * lags + 1)
     at = int(side[np.argmax(np.abs(values[side]))])
-    found = bool(np.abs(values).max() > limit)
+    found = bool(abs(values[at]) > limit)
     return Correlation(
         *names, step, values.round(4).tolist(), band, limit, found, float(values[at]),
         (at - lags) * step,

@@ -21,6 +21,7 @@ from seatrial.frames import AXES, Array, Axes
 from seatrial.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
 from seatrial.structure import Force, Structure
 
+SAME_POINT = 1e-3  # [m]
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
 
 
@@ -54,6 +55,17 @@ class Vehicle:
     def scales(self) -> tuple[str, ...]:
         """Names of the known scale signals, in order."""
         return tuple(self.file.scales)
+
+    @property
+    def lever(self) -> tuple[float, float]:
+        """The poses' point from the origin, ahead and to port [m]."""
+        ahead, aside = self.file.pose.lever
+        return ahead, -aside if self.axes is Axes.FRD else aside
+
+    def same_origin(self, other: "Vehicle") -> bool:
+        """Whether the two are about the same point of the boat."""
+        pairs = zip(self.lever, other.lever, strict=True)
+        return all(abs(own - its) < SAME_POINT for own, its in pairs)
 
     @property
     def actuators(self) -> tuple[str, ...]:

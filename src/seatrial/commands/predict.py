@@ -100,11 +100,11 @@ def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Pro
         raise LiveError("--udp and --to belong to --live")
     if len(args.recordings) != 1 or args.out is None:
         raise LiveError("give one recording, and -o FILE for the odometry along it")
-    guard(args.out, "t," if settings.form == "csv" else "{", args.model, *args.recordings)
     model = load_model(args)
+    writer = Writer(model.vehicle, settings.form)
+    guard(args.out, writer.header or "{", args.model, *args.recordings)
     (recording,) = read_all(args, model.vehicle, progress)
     progress.say("predicting")
-    writer = Writer(model.vehicle, settings.form)
     lines = [] if writer.header is None else [writer.header]
     lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
     write_text(args.out, "\n".join(lines) + "\n")

@@ -31,7 +31,7 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Trials of a plan, written vehicle by vehicle."""
-    from seatrial.io.write import write_setting, write_trial
+    from seatrial.io.write import guard_trials, write_setting, write_trial
     from seatrial.model import load
     from seatrial.plan import load_plan, with_seed
     from seatrial.simulate import plant_model, simulate
@@ -41,8 +41,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.seed is not None:
         plan = with_seed(plan, args.seed)
     given = None if args.model is None else load(args.model)
-    for name in plan.vehicles if args.vehicle is None else [args.vehicle]:
-        vehicle = load_vehicle(name)
+    names = plan.vehicles if args.vehicle is None else [args.vehicle]
+    vehicles = [load_vehicle(name) for name in names]
+    for vehicle in vehicles:
+        guard_trials(plan, vehicle, args.out)
+    for vehicle in vehicles:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):

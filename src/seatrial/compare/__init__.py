@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from seatrial.compare.boats import AxisMeaning, meaning, notes
+from seatrial.compare.boats import AxisMeaning, meaning, notes, origin
 from seatrial.compare.parameters import (
     Factor,
     Joint,
@@ -115,6 +115,11 @@ def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model,
 
     That is `vehicle`, or the models' own where these agree; raises ModelError where they don't.
     """
+    if not a.vehicle.same_origin(b.vehicle):
+        raise ModelError(
+            f"the models are of two origins (the poses' point is {origin(a.vehicle)} of A's, "
+            f"{origin(b.vehicle)} of B's): leave the recordings out, or take validate A RECORDING --against B"
+        )
     if vehicle is not None:
         return driven_by(a, vehicle), driven_by(b, vehicle)
     if not same_drive(a.vehicle, b.vehicle):

@@ -151,6 +151,9 @@ def unlike(a: Model, b: Model) -> dict[str, str]:
             found[name] = f"it is {said[0]} in A, {said[1]} in B"
         elif used:
             found[name] = f"{', '.join(sorted(used))} is made by other actuators or weights"
+    for label, model in (("A", a), ("B", b)):
+        for name in model.at_bounds:
+            found[name] = f"it is at the bound of its range in {label}: how well it is known is not"
     for name in set(a.vehicle.constants.names) & set(b.vehicle.constants.names):
         if _members(a.vehicle, name) != _members(b.vehicle, name):
             found[name] = "it stands for other actuators"

@@ -31,6 +31,12 @@ class Verdict(Enum):
     ZERO = "not told from zero"
     LOST = "not identifiable"
     GIVEN = "given"
+    BOUND = "at its bound"
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the data say of it how well it is known."""
+        return self not in (Verdict.GIVEN, Verdict.BOUND)
 
     @property
     def enough(self) -> bool:
@@ -44,7 +50,7 @@ class Finding:
 
     name: str
     value: float
-    error: float  # standard error; 0: given
+    error: float  # standard error; 0: given, or at its bound
     unit: str
     relative: float  # error over the value, or over what is typical of such a constant
     verdict: Verdict
@@ -76,6 +82,8 @@ def finding(model: Model, name: str, sought: Sequence[str], correlation: Array) 
     unit = chain.unit(name) if name in chain.names else model.structure.units[name]
     share = _worth(model, name)
     said, relative = verdict_of(name, value, error, (share or 0.0) * error)
+    if said is Verdict.GIVEN and name in model.at_bounds:
+        said = Verdict.BOUND
     row = correlation[sought.index(name)] if name in sought else np.zeros(0)
     order = [int(i) for i in np.argsort(-np.abs(row)) if sought[i] != name]
     partners = tuple((sought[i], float(row[i])) for i in order[:PARTNERS])

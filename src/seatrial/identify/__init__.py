@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from seatrial.errors import IdentificationError, RecordingError
-from seatrial.excitation import find_roles
+from seatrial.excitation import excitation, find_roles
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import OutputErrorSettings, output_error
@@ -87,7 +87,11 @@ def identify(
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
     wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
-    return replace(model, warnings=(*wrong, *concerns(model)))
+    silent = [
+        f"{name}: nothing is commanded in all of it; were the commands recorded?"
+        for name in _silent(recordings, vehicle)
+    ]
+    return replace(model, warnings=(*silent, *wrong, *concerns(model)))
 
 
 def _output_error(
@@ -102,10 +106,19 @@ def _output_error(
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
         return output_error(recordings, vehicle, settings=settings)
-    check_prior(prior, vehicle)
+    if len(silent := _silent(recordings, vehicle)) == len(recordings):
+        raise IdentificationError(
+            f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
+        )
+    check_prior(prior, vehicle, lever="lever" in effects)
     wide = widened(prior, spread)
     found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
     return with_prior_said(found, prior, spread)
+
+
+def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """Names of those in which nothing is commanded."""
+    return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:

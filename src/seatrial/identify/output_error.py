@@ -30,7 +30,7 @@ from seatrial.identify.search import Point, search
 from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import staged, with_free_stages
 from seatrial.identify.start import start_values
-from seatrial.model import Model
+from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
@@ -94,7 +94,7 @@ def fit(
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):
         if held:
-            notes.append(f"{problem.names[i]}: {at.theta[i]:g} is the bound of its range")
+            notes.append(f"{problem.names[i]}: {at.theta[i]:g} {AT_BOUND}")
     if share:
         notes.append(
             f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "

@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.distributions import holm, normal_two_sided
 from seatrial.errors import IdentificationError
-from seatrial.frames import SYMBOLS
+from seatrial.frames import SYMBOLS, Axes
 from seatrial.model import Model
 from seatrial.structure import Structure, Term
 from seatrial.vehicle import Vehicle
@@ -111,8 +111,24 @@ def _least(model: Model) -> dict[str, float]:
     return out
 
 
-def check_prior(prior: Model, vehicle: Vehicle) -> None:
-    """Refuse a prior whose coefficients are other terms' than the vehicle's. IdentificationError."""
+def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
+    """Refuse a prior of another structure, other actuators or another origin than the vehicle's.
+
+    `lever`: the origin is sought. Raises IdentificationError.
+    """
+    mine, theirs = vehicle.actuators, prior.vehicle.actuators
+    if mine != theirs:
+        raise IdentificationError(
+            f"the prior's actuators are {', '.join(theirs)}, the vehicle file's {', '.join(mine)}; take the "
+            "vehicle file that the prior was identified with"
+        )
+    if not lever and not vehicle.same_origin(prior.vehicle):
+        ahead, left = prior.vehicle.lever
+        point = f"[{ahead:.3f}, {-left if vehicle.axes is Axes.FRD else left:.3f}]"
+        raise IdentificationError(
+            f"the prior's poses are of a point {point} m from its origin, the vehicle file's of "
+            f"{list(vehicle.file.pose.lever)}; write 'lever: {point}' there, under pose, or add --effect lever"
+        )
     for name in vehicle.structure.coefficients:
         if name in prior.values:
             own, other = (_meaning(s, name) for s in (vehicle.structure, prior.structure))

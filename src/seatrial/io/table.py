@@ -27,7 +27,7 @@ class Table:
         self.path = path
         try:
             with path.open(encoding="utf-8-sig", newline="") as file:
-                first = file.readline(1 << 20)
+                first, second = file.readline(1 << 20), file.readline(1 << 20)
         except OSError as error:
             raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
         except UnicodeDecodeError:
@@ -40,6 +40,19 @@ class Table:
             )
         self.delimiter = max(",;\t", key=first.count)
         self.names = [name.strip().strip('"') for name in first.strip().split(self.delimiter)]
+        self._check_width(second)
+
+    def _check_width(self, line: str) -> None:
+        """Refuse a first row with more cells than there are names: none is known to be whose."""
+        try:
+            row = next(csv.reader([line], delimiter=self.delimiter), [])
+        except csv.Error as error:
+            raise RecordingError(f"{self.path}: is not a CSV table ({error})") from None
+        if any(cell.strip() for cell in row[len(self.names) :]):
+            raise RecordingError(
+                f"{self.path} line 2: {len(row)} cells, expected {len(self.names)}; name every column in the "
+                "header, and write a decimal point where numbers have a comma"
+            )
 
     def columns(self, wanted: Sequence[str]) -> Array:
         """The wanted columns (n, len(wanted)); an empty cell is NaN."""

@@ -24,6 +24,23 @@ EPOCH = 1_700_000_000 * 10**9  # [ns] ROS has no time before 1970: a trial's zer
 TRUTH = "truth"  # folder of what a real boat would not tell
 
 
+def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
+    """Refuse a folder where a boat's own recordings or vehicle file have the names to be written.
+
+    What a simulation wrote has its truth beside it. Raises RecordingError.
+    """
+    suffix = SUFFIX[vehicle.scheme]
+    known = {out / f"vehicle{suffix}.yaml": out / TRUTH / "plan.yaml"}
+    for name in (f"{trial}{suffix}" for trial in plan.trials):
+        for path in (out / name, *out.glob(f"{name}.*")):
+            known[path] = out / TRUTH / f"{name}.csv"
+    for path, truth in known.items():
+        if path.exists() and not truth.exists():
+            raise RecordingError(
+                f"{path}: exists, and was not simulated (there is no {truth}); give another folder"
+            )
+
+
 def write_trial(trial: Trial, out: Path, kind: str = "csv") -> Path:
     """One trial below `out`: a folder of tables or a bag; its truth in `out`/truth. Returns it."""
     recording = (

@@ -55,7 +55,7 @@ def _told(known: Identifiability) -> str:
     """How many are sharp, and which may not be relied on."""
     if not known.names:
         return "; none has a standard error"
-    found = [f for f in known.findings if f.verdict is not Verdict.GIVEN]
+    found = [f for f in known.findings if f.verdict.estimated]
     counts = Counter(f.verdict for f in found)
     parts = [f"{counts[v]} {v.value}" for v in Verdict if counts[v]]
     poor = [f.name for f in found if not f.verdict.enough]

@@ -25,6 +25,8 @@ from seatrial.signs.smooth import held_rows
 from seatrial.vehicle import Vehicle
 
 WAYS = (("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"))
+DARK = "hardly excited, its sign is not checked"
+NOT_STEERED = "the commands never change: were they recorded while the boat was driven?"
 TOO_SHORT = "too short to check signs: drive two minutes or more"
 
 
@@ -55,10 +57,12 @@ class SignReport:
 def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
     """Units, signs and order of a vehicle file's signals, from all recordings taken together."""
     runs = [read_run(r, file_commands(vehicle, r)) for r in recordings]
-    if not enough(runs):
+    steered = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
+    if not (steered and enough(runs)):
         n = len(vehicle.inputs)
         nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
-        return SignReport((), (), (TOO_SHORT,), nothing)
+        dark = [f"{name}: {DARK}" for name in vehicle.inputs]
+        return SignReport((), (), (TOO_SHORT,) if steered else (NOT_STEERED, *dark), nothing)
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
     factors = length_factors(lengths, vehicle)
     angle, read = heading_unit(runs, vehicle, factors)
@@ -129,7 +133,7 @@ def _untold(vehicle: Vehicle, search: Search, repair: Repair) -> Iterator[str]:
     """What these recordings could not tell."""
     names = vehicle.inputs
     dark = {i for i in range(len(names)) if search.worth(repair, negated(repair, i)) < 1.0}
-    yield from (f"{names[i]}: hardly excited, its sign is not checked" for i in sorted(dark))
+    yield from (f"{names[i]}: {DARK}" for i in sorted(dark))
     for i, j in combinations(sorted(set(range(len(names))) - dark), 2):
         if search.worth(repair, swapped(repair, i, j)) < 1.0 and not search.alike(i, j):
             yield f"{names[i]} and {names[j]}: not told apart"

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.compare.parameters import Pair
 from seatrial.frames import SYMBOLS, Array
-from seatrial.identifiability import SHARP, Identifiability, Verdict
+from seatrial.identifiability import SHARP, Identifiability
 from seatrial.identifiability.verdict import USABLE
 from seatrial.model import Model
 from seatrial.report.actuators import Curve
@@ -66,14 +66,12 @@ class Rows(NamedTuple):
 def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
     """Relative standard errors [%] of the parameters of either."""
     names = list(
-        dict.fromkeys(
-            f.name for one in known for f in one.findings if f.verdict is not Verdict.GIVEN
-        )
+        dict.fromkeys(f.name for one in known for f in one.findings if f.verdict.estimated)
     )
     rows = Rows(names)
     traces, shares = [], [np.zeros(0)]
     for one, letter, colour, sign in zip(known, LETTERS, COLOURS, SIGNS, strict=True):
-        own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict is not Verdict.GIVEN}
+        own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict.estimated}
         points = [
             (np.clip(own[n], LEAST, MOST), y)
             for n, y in zip(names, rows.place, strict=True)

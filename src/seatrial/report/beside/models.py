@@ -6,7 +6,6 @@ from itertools import zip_longest
 from seatrial.compare.parameters import Pair
 from seatrial.compare.text import changed, matters
 from seatrial.frames import AXES, SYMBOLS
-from seatrial.identifiability import Verdict
 from seatrial.report import prose
 from seatrial.report.actuators import answers, curves
 from seatrial.report.advice import advice
@@ -55,16 +54,14 @@ def verdict(pair: Both) -> Section:
 def known(pair: Both) -> Section:
     """How well either knows its parameters."""
     names = list(
-        dict.fromkeys(
-            f.name for one in pair.known for f in one.findings if f.verdict is not Verdict.GIVEN
-        )
+        dict.fromkeys(f.name for one in pair.known for f in one.findings if f.verdict.estimated)
     )
     rows: list[list[Cell]] = []
     for name in names:
         row: list[Cell] = [Name(name)]
         for one in pair.known:
             own = {f.name: f for f in one.findings}.get(name)
-            given = own is None or own.verdict is Verdict.GIVEN
+            given = own is None or not own.verdict.estimated
             row += [NOTHING, NOTHING] if own is None or given else [
                 share(own), Text(said(own))
             ]  # fmt: skip

@@ -33,7 +33,7 @@ LEAST, MOST = 0.01, 1000.0  # [%] that the axis reaches at the most
 
 def errors(found: Identifiability) -> Figure:
     """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
-    rows = [f for f in found.findings if f.verdict is not Verdict.GIVEN]
+    rows = [f for f in found.findings if f.verdict.estimated]
     share = np.clip([100.0 * f.relative for f in rows], LEAST, MOST)
     place = -np.arange(len(rows), dtype=float)
     traces = []

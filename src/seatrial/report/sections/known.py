@@ -47,7 +47,7 @@ def section(evidence: Evidence) -> Section:
 
 def verdicts(found: Identifiability) -> Table:
     """A row for each parameter that was estimated."""
-    kept = [f for f in found.findings if f.verdict is not Verdict.GIVEN]
+    kept = [f for f in found.findings if f.verdict.estimated]
     loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.enough)
     head = ("parameter", "relative error", "verdict", "correlated most with")
     rows = [_row(f) for f in kept]
