@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Bootstrap, profile likelihood, accuracy against length: against the sandwich and closed forms."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import msgspec
@@ -134,6 +135,15 @@ def test_the_tables_that_identify_shows_on_request(boat, whole):
     text = evidence(whole.model(), [recording], vehicle, profiled=["lag"], lengths=True)
     assert text.splitlines()[0].split()[:3] == ["standard", "error", "after"]
     assert "profile likelihood" in text
+
+
+def test_the_last_column_of_the_minutes_is_what_the_model_states(boat, whole):
+    vehicle, recording = boat
+    model = whole.model()
+    wider = replace(model, covariance=1.44 * model.covariance)  # as other choices may find it
+    lines = evidence(wider, [recording], vehicle, lengths=True).splitlines()[1:]
+    shown = {line.split()[0]: float(line.split()[4]) for line in lines}
+    assert shown == {n: pytest.approx(wider.standard_errors[n], rel=0.05) for n in whole.names}
 
 
 def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
