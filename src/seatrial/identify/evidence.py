@@ -75,9 +75,7 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     share = float(chosen.get("belief") or 0.0)
     at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
     covariance = as_likely(at, sandwich(at))
-    if set(near.names) <= set(
-        model.parameters
-    ):  # all but effects: the errors that the model states
+    if set(near.names) <= set(model.parameters):  # without effects: the errors that it states
         own = [model.parameters.index(name) for name in near.names]
         covariance = model.covariance[np.ix_(own, own)]
     return Fit(near.problem, at.theta, at.noise, at.passes, covariance, settings, near.notes, share)

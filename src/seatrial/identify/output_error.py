@@ -27,7 +27,7 @@ from seatrial.identify.freeing import freed, problem_of
 from seatrial.identify.kinks import as_likely
 from seatrial.identify.problem import KINDS, Prior, Problem
 from seatrial.identify.search import Point, search
-from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
+from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.model import AT_BOUND, Model
@@ -155,7 +155,12 @@ def _whole(
     if start is not None and start.estimator.method == METHOD:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
-            return vehicle.with_chain(start.vehicle.file.chain), list(start.estimator.notes)
+            kept = [
+                note
+                for note in start.estimator.notes
+                if not (note.endswith(AT_BOUND) or note.startswith(LEVER_ERRORS))
+            ]
+            return vehicle.with_chain(start.vehicle.file.chain), kept
     return staged(vehicle, recordings)
 
 

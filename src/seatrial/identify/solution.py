@@ -19,6 +19,7 @@ from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
 METHOD = "output-error"
+LEVER_ERRORS = "standard errors of the lever arm"
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ class Fit:
         if not errors:
             return []
         ahead, aside = errors
-        return [f"standard errors of the lever arm: {ahead:.1e} m ahead, {aside:.1e} m aside"]
+        return [f"{LEVER_ERRORS}: {ahead:.1e} m ahead, {aside:.1e} m aside"]
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
