@@ -37,7 +37,7 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
 
 /// What filters have in common between two poses, whatever noise they believe.
 struct Interval {
-  /// From a heading [rad] over `length` [s]; what is left of what fades: for this noise, beforehand.
+  /// From a heading [rad] over `length` [s]; what fades does so as this noise has it.
   Interval(const FilterNoise& noise, double psi, double length)
       : length(length),
         cos(std::cos(psi)),
