@@ -35,32 +35,6 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
   return determinant;
 }
 
-/// What filters have in common between two poses, whatever noise they believe.
-struct Interval {
-  /// From a heading [rad] over `length` [s]; what fades does so as this noise has it.
-  Interval(const FilterNoise& noise, double psi, double length)
-      : length(length),
-        cos(std::cos(psi)),
-        sin(std::sin(psi)),
-        memory(noise.memory),
-        fade(std::exp(-length / noise.memory)),
-        colour_memory(noise.colour_memory),
-        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0) {}
-
-  /// What is left after it of what fades with a time constant `tau` [s].
-  double disturbance_after(double tau) const {
-    return tau == memory ? fade : std::exp(-length / tau);
-  }
-  double colour_after(double tau) const {
-    return tau == colour_memory ? colour_fade : std::exp(-length / tau);
-  }
-
-  double length;  // [s]
-  double cos, sin;
-  double memory, fade;
-  double colour_memory, colour_fade;
-};
-
 /// The filter between two poses. N: its states, kFilterStates or kColouredStates.
 template <int N>
 class Filter {

@@ -2,6 +2,7 @@
 // What the estimator's filter takes and leaves: noise, starts, effects, poses; a pass along them.
 // Host side: uses heap.
 #pragma once
+#include <cmath>
 #include <vector>
 
 #include "seatrial/step.hpp"
@@ -71,6 +72,32 @@ struct PoseSeries {
 
 /// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.
 inline constexpr int kMoving = kFilterStates - 2;
+
+/// What filters have in common between two poses, whatever noise they believe.
+struct Interval {
+  /// From a heading [rad] over `length` [s]; what fades does so as this noise has it.
+  Interval(const FilterNoise& noise, double psi, double length)
+      : length(length),
+        cos(std::cos(psi)),
+        sin(std::sin(psi)),
+        memory(noise.memory),
+        fade(std::exp(-length / noise.memory)),
+        colour_memory(noise.colour_memory),
+        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0) {}
+
+  /// What is left after it of what fades with a time constant `tau` [s].
+  double disturbance_after(double tau) const {
+    return tau == memory ? fade : std::exp(-length / tau);
+  }
+  double colour_after(double tau) const {
+    return tau == colour_memory ? colour_fade : std::exp(-length / tau);
+  }
+
+  double length;  // [s]
+  double cos, sin;
+  double memory, fade;
+  double colour_memory, colour_fade;
+};
 
 /// How the filter went from one pose to the next: enough to repeat the way with other noise. Long
 /// recordings have many: the slopes are stored short, less the identity, which keeps their digits.
