@@ -4,6 +4,10 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 
+#include <cstdlib>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #include <optional>
 #include <tuple>
 #include <vector>
@@ -143,6 +147,13 @@ void forget_poses(FilterPass& p) {
   for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
 
+/// Gives what was let go back to the system, where the C library keeps it scattered.
+void give_back() {
+#if defined(__GLIBC__)
+  malloc_trim(0);
+#endif
+}
+
 void bind_filter(nb::module_& m) {
   using namespace nb::literals;
   nb::class_<FilterPass>(m, "FilterPass")
@@ -186,6 +197,7 @@ void bind_filter(nb::module_& m) {
            "velocity"_a);
   m.attr("EFFECTS") = kEffects;
   m.attr("NO_COLOUR") = kNoColour;
+  m.def("give_back", &give_back);
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
         "repeatable"_a = true);

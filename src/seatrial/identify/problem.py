@@ -28,6 +28,7 @@ EFFECTS = (  # of one recording, in the order of the core's Effects after the le
     "wind_x", "wind_y",  # [m/s^2] earth-fixed
 )  # fmt: skip
 KINDS = ("lever", "current", "trim", "wind")
+LONG = 100_000  # poses of all recordings from which on memory that was let go is given back
 BOUNDS = {  # of the constants that are estimated
     "latency": (-1.0, 2.0),  # [s]
     "lag": (0.002, 3.0),  # [s]
@@ -41,8 +42,6 @@ BOUNDS = {  # of the constants that are estimated
     "pair_offset_across": (-0.5, 0.5),
     "pair_dead_zone": (0.0, 0.6),
 }
-
-
 REACH = {  # of one step of the search
     "latency": 0.1,  # [s]
     "lag": 0.1,  # [s]
@@ -262,11 +261,17 @@ class Passes:
         """Lets the ways go, half of what a pass keeps."""
         for each in self.each:
             each.forget_way()
+        self._give_back()
 
     def forget_poses(self) -> None:
         """Lets all go that was kept pose by pose; cost, gradient and information stay."""
         for each in self.each:
             each.forget_poses()
+        self._give_back()
+
+    def _give_back(self) -> None:
+        if sum(len(r.t) for r in self.problem.recordings) > LONG:
+            _core.give_back()
 
     @cached_property
     def scores(self) -> Array:
