@@ -12,6 +12,7 @@ is kept on one.
 # ruff: noqa: PLC0415 what is not measured is not imported either
 
 import argparse
+import contextlib
 import json
 import os
 import statistics
@@ -108,6 +109,20 @@ def given(folder: Path) -> float:
     return time.perf_counter() - begin
 
 
+def command(folder: Path) -> float:
+    """`seatrial identify` of all that a folder has [s], reading and writing included."""
+    from seatrial.cli import main as seatrial_main
+
+    paths = [str(path) for path in sorted(folder.glob("*-MP"))]
+    out = ["--vehicle", str(folder / "vehicle-MP.yaml"), "-o", str(folder / "m.yaml")]
+    begin = time.perf_counter()
+    with contextlib.redirect_stdout(None):
+        status = seatrial_main(["identify", "--quiet", *paths, *out])
+    if status:
+        raise SystemExit(status)
+    return time.perf_counter() - begin
+
+
 def refits(folder: Path) -> float:
     """200 refits on resampled blocks [s], the first fit not counted."""
     from seatrial.identify.bootstrap import bootstrap
@@ -121,7 +136,7 @@ def refits(folder: Path) -> float:
 
 
 WORK: dict[str, Callable[[Path], float]] = {
-    "automatic": automatic, "given": given, "refits": refits
+    "automatic": automatic, "given": given, "command": command, "refits": refits
 }  # fmt: skip
 
 
@@ -187,6 +202,10 @@ def lengths(*, long: bool) -> None:
                     f"| {got['peak']:.0f} |",
                     flush=True,
                 )
+            if seconds > HOUR:
+                whole = measured("command", Path(name), os.cpu_count() or 1, 1)
+                last = f"{whole['seconds']:.0f} s, peak {whole['peak']:.0f} MB"
+                print(f"\n`seatrial identify` of {seconds:.0f} s: {last}")
 
 
 def threads() -> None:

@@ -185,6 +185,11 @@ def test_every_fault_in_three_trials_together_is_found():
         assert_found([t for t, _ in chosen], chosen[0][1], which, fault)
 
 
+def test_every_fault_is_found_in_recordings_so_long_that_fewer_windows_must_do(monkeypatch):
+    monkeypatch.setattr("seatrial.signs.check.LONG", 120.0)  # of 600 s
+    test_every_fault_in_three_trials_together_is_found()
+
+
 def test_faults_of_thrusters_that_are_commanded_themselves_are_found(mp):
     table, vehicle = direct(simulated("hard", "S7", "mallard-mp")[0], mp)
     for name, fault in faults(vehicle).items():

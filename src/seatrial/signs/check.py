@@ -24,6 +24,7 @@ from seatrial.signs.search import Search, negated, swapped
 from seatrial.signs.smooth import held_rows
 from seatrial.vehicle import Vehicle
 
+LONG = 7200.0  # [s] of recordings: of longer ones fewer windows tell as much
 WAYS = (("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"))
 DARK = "hardly excited, its sign is not checked"
 NOT_STEERED = "the commands never change: were they recorded while the boat was driven?"
@@ -56,7 +57,8 @@ class SignReport:
 
 def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
     """Units, signs and order of a vehicle file's signals, from all recordings taken together."""
-    runs = [read_run(r, file_commands(vehicle, r)) for r in recordings]
+    thinned = max(1.0, sum(r.duration for r in recordings) / LONG)
+    runs = [read_run(r, file_commands(vehicle, r), thinned=thinned) for r in recordings]
     steered = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
     if not (steered and enough(runs)):
         n = len(vehicle.inputs)
@@ -83,7 +85,8 @@ def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
 def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
     """Commands in the file's own axes, times what a known signal scales their thrust by."""
     signal, scales = recording.commands, recording.scales
-    own = Signal(signal.names, signal.stamps, signal.values * vehicle.input_signs)
+    turned = (vehicle.input_signs < 0).any()  # else long recordings need not be there twice
+    own = replace(signal, values=signal.values * vehicle.input_signs) if turned else signal
     if scales is None or all(group.scale is None for group in vehicle.file.chain):
         return own
     stamps = np.union1d(signal.stamps, scales.stamps)

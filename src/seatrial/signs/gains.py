@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seatrial.frames import Array
 from seatrial.recording import Recording, Signal
-from seatrial.signs.smooth import Smooth, smooth_poses, smooth_signals
+from seatrial.signs.smooth import STRIDE, Smooth, smooth_poses, smooth_signals
 
 DELAYS = (-0.15, 0.0, 0.15, 0.3, 0.45, 0.6)  # [s] from a command to its effect that are tried
 BLOCK = 10.0  # [s] residuals further apart count as independent, for errors of gains
@@ -34,6 +34,7 @@ class Run:
     recording: Recording
     commands: Signal  # of the inputs (n)
     smooth: Smooth
+    stride: float = STRIDE  # [s] between windows
 
     @cached_property
     def inputs(self) -> Array:
@@ -56,10 +57,11 @@ class Gains:
         return float(self.values @ self.precision @ self.values)
 
 
-def read_run(recording: Recording, commands: Signal) -> Run:
-    """A recording with its poses as they stand."""
-    eta, valid = recording.eta, recording.valid
-    return Run(recording, commands, smooth_poses(recording.t, eta, valid, recording.segment))
+def read_run(recording: Recording, commands: Signal, *, thinned: float = 1.0) -> Run:
+    """A recording with its poses as they stand; thinned: windows so many times further apart."""
+    r, stride = recording, thinned * STRIDE
+    smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, stride=stride)
+    return Run(r, commands, smooth, stride)
 
 
 def blocks(runs: Sequence[Run], length: float = BLOCK) -> NDArray[np.int64]:

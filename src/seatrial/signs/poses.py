@@ -93,7 +93,7 @@ def heading_unit(
     read: list[Smooth] = []
     for run in runs:
         try:
-            read.append(reread(run.recording, (*lengths, factor)))
+            read.append(reread(run, (*lengths, factor)))
         except RecordingError:  # so read, they are no poses
             return None, as_is
         own = [replace(run, smooth=read[-1])]
@@ -107,12 +107,13 @@ def heading_unit(
     return None, as_is
 
 
-def reread(recording: Recording, factors: tuple[float, float, float]) -> Smooth:
+def reread(run: Run, factors: tuple[float, float, float]) -> Smooth:
     """The raw poses times factors, their faults found again. Raises RecordingError."""
+    recording = run.recording
     raw = recording.raw * factors
     usable = _unmarked(recording)
     found = examine(recording.name, recording.stamps, raw, usable)
-    return smooth_poses(recording.t, found.eta, found.valid, found.segment)
+    return smooth_poses(recording.t, found.eta, found.valid, found.segment, stride=run.stride)
 
 
 def stretched(smooth: Smooth, factors: Factors) -> Smooth:
