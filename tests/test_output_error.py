@@ -2,6 +2,7 @@
 """Prediction-error estimation: the filter's likelihood against the dense one, recovery of known boats."""
 
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
 
 import msgspec
@@ -13,8 +14,9 @@ from scipy.linalg import expm
 import seatrial
 from seatrial import _core
 from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import output_error, with_free_stages
+from seatrial.identify.output_error import OutputErrorSettings, output_error, with_free_stages
 from seatrial.identify.problem import Problem
+from seatrial.identify.search import Point
 from seatrial.plan import load_plan, with_seed
 from seatrial.sanity import direct_chain
 from seatrial.simulate import simulate
@@ -129,6 +131,49 @@ def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
     assert hangs.heading == pytest.approx(sigma, rel=0.1)
     assert hangs.memory == pytest.approx(0.3, rel=0.1)
     assert model.noise.position < 0.2 * sigma
+
+
+@pytest.fixture(scope="module")
+def far():
+    """Recordings, the model found, and start models with all coefficients off, often twofold.
+
+    They believe themselves: they have the noise of the model found, which has no process noise.
+    """
+    vehicle, recordings = driven("hard", "mallard-mp", 1)
+    found = output_error(recordings, vehicle)
+    factors = np.exp(np.random.default_rng(3).normal(0.0, 0.7, (4, len(found.coefficients))))
+    starts = [replace(found, coefficients=found.coefficients * f) for f in factors]
+    return vehicle, recordings, found, starts
+
+
+@pytest.mark.parametrize("hold", [False, True])
+def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(far, hold):
+    vehicle, recordings, found, starts = far
+    settings = OutputErrorSettings(hold_noise=hold)
+    errors = np.array([found.standard_errors[n] for n in found.structure.coefficients])
+    for start in starts:
+        other = output_error(recordings, vehicle, settings=settings, start=start)
+        assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
+
+
+def test_a_search_that_is_stuck_says_so(far, monkeypatch):
+    monkeypatch.setattr(import_module("seatrial.identify.search"), "astray", lambda _: False)
+    vehicle, recordings, _, starts = far
+    settings = OutputErrorSettings(hold_noise=True)
+    for start in starts[:2]:
+        with pytest.raises(SeatrialError, match=r"no solution: .*start from another model"):
+            output_error(recordings, vehicle, settings=settings, start=start)
+
+
+def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
+    def nowhere(problem, *begin, hold):
+        return Point(*begin, problem.passes(*begin))
+
+    monkeypatch.setattr(import_module("seatrial.identify.output_error"), "search", nowhere)
+    vehicle, recordings, _, starts = far
+    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
+    with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
+        output_error(recordings, vehicle, settings=settings, start=starts[0])
 
 
 def test_under_always_forward_the_gain_past_the_dead_zones_edge_is_found(trials):

@@ -9,13 +9,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.filter_noise import COLOUR, COLOUR_MEMORY, NOISE_FIRST, NOISE_START
+from seatrial.filter_noise import (
+    COLOUR,
+    COLOUR_MEMORY,
+    MEMORY,
+    NOISE_FIRST,
+    NOISE_START,
+    PROCESS,
+)
 from seatrial.frames import Array
 from seatrial.noise import hanging, pose_noise
 from seatrial.recording import Recording
 
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-PROCESS_START = (5e-3, 2e-2, 3e-3, 1e-2, 2.0)
+PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
 BARE = 0.1  # of the white errors that is left where all are said to hang together
 
@@ -28,6 +35,15 @@ def first_noise(recordings: Sequence[Recording]) -> Array:
     )
     white = np.maximum([position, heading], NOISE_FIRST)
     return half_hanging(np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]]))
+
+
+def loosened(noise: Array, times: float) -> Array:
+    """The noise with so many times the process noise of a first one, at least: the model is believed
+    for a short while only, and so its errors tell where to go though it is far off."""
+    other = noise.copy()
+    other[PROCESS] = np.maximum(noise[PROCESS], times * PROCESS_START[:-1])
+    other[MEMORY] = PROCESS_START[-1]
+    return other
 
 
 def half_hanging(noise: Array) -> Array:

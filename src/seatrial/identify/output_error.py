@@ -26,7 +26,7 @@ from seatrial.identify.first_noise import first_noise
 from seatrial.identify.freeing import freed, problem_of
 from seatrial.identify.kinks import as_likely
 from seatrial.identify.problem import KINDS, Prior, Problem
-from seatrial.identify.search import Point, search
+from seatrial.identify.search import Point, astray, search
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import staged, with_free_stages
 from seatrial.identify.start import start_values
@@ -119,9 +119,10 @@ def _rejected(at: Point) -> list[str]:
     weights = np.concatenate([np.asarray(p.weight) for p in at.passes.each])
     used = weights > 0.0
     share = float(np.mean(weights[used] < 1.0))
-    if share > HOPELESS:
+    if share > HOPELESS or astray(at):
+        rejected = f"{100 * share:.0f} % of the poses are rejected as outliers"
         raise IdentificationError(
-            f"{100 * share:.0f} % of the poses are rejected as outliers: no model of this structure "
+            f"{rejected if share else 'the poses are nowhere near'}: no model of this structure "
             "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
         )
     if share > MANY:

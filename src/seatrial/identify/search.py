@@ -25,6 +25,7 @@ from seatrial.filter_noise import (
     repeated_cost,
 )
 from seatrial.frames import Array
+from seatrial.identify.first_noise import loosened
 from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
@@ -34,6 +35,10 @@ NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
 NOTHING = 0.01  # share of other process noise, or of what is tried, that does not matter
 DRIFTS = 8  # steps in a row with hanging errors as long as they may get, that are no errors then
+ASTRAY = 100.0  # -2 log likelihood of each pose: a model that far off says not where to go
+LOOSE = (10.0, 1.0)  # times the process noise of a first one, that it is believed with then
+NEAR = 100.0  # the cost's fall that the next step promises: enough for less of it
+STUCK = 1000.0  # the same, or that of other noise, where no step is a step down: no solution
 ITERATIONS = 40
 TRIALS = 6
 
@@ -60,29 +65,53 @@ def search(
     Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
-    noise = np.maximum(noise, least)
+    begin = _point(problem, theta, np.maximum(noise, least))
+    if astray(begin):
+        begin = _loosely(begin, hold, least)
     if hold:
-        return _descent(problem, theta, noise, hold, least)
+        return _descent(begin, hold, least)
     try:
-        at = _descent(problem, theta, noise, hold, least)
+        at = _descent(begin, hold, least)
     except IdentificationError:
-        if not hangs(noise):
+        if not hangs(begin.noise):
             raise
-        white = noise.copy()
+        white = begin.noise.copy()
         white[COLOUR] = least[COLOUR]
-        at = _descent(problem, theta, white, hold, least)
+        at = _descent(_point(problem, theta, white), hold, least)
     return _needed(at, least)
+
+
+def astray(at: Point) -> bool:
+    """Whether the model is far from the poses, or diverges."""
+    poses = sum(len(r.t) for r in at.passes.problem.recordings)
+    return not at.passes.cost < ASTRAY * poses
+
+
+def _point(problem: Problem, theta: Array, noise: Array) -> Point:
+    return Point(theta, noise, problem.passes(theta, noise))
+
+
+def _loosely(at: Point, hold: bool, least: Array) -> Point:
+    """The same with more process noise, which the search then lessens; where noise is held, what is
+    found with less and less of it."""
+    problem, theta = at.passes.problem, at.theta
+    for times in LOOSE:
+        loose = _point(problem, theta, loosened(at.noise, times))
+        if not hold:
+            return loose
+        theta = _descent(loose, hold, least, NEAR).theta
+    return _point(problem, theta, at.noise)
 
 
 def descend(problem: Problem, theta: Array, noise: Array) -> Point:
     """`search` that does not start anew without errors that hang together where they drift."""
-    return _needed(_descent(problem, theta, noise, False, NOISE_LEAST), NOISE_LEAST)
+    return _needed(_descent(_point(problem, theta, noise), False, NOISE_LEAST), NOISE_LEAST)
 
 
 def _needed(at: Point, least: Array) -> Point:
     """Without errors that hang together but make little likelier."""
     while (whiter := _whiter(at, least)) is not None:
-        at = _descent(at.passes.problem, at.theta, whiter, False, least)
+        at = _descent(_point(at.passes.problem, at.theta, whiter), False, least)
     return at
 
 
@@ -113,13 +142,14 @@ def _whiter(at: Point, least: Array) -> Array | None:
     return None
 
 
-def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Array) -> Point:
-    at = Point(theta, noise, problem.passes(theta, noise))
+def _descent(at: Point, hold: bool, least: Array, settled: float = SETTLED) -> Point:
+    """Down from a point, until the next step promises less than `settled`."""
+    problem = at.passes.problem
     if not np.isfinite(at.passes.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping, flat, drifts = 1e-4, 0, 0
+    damping, hope, flat, drifts = 1e-4, 0.0, 0, 0
     for _ in range(ITERATIONS):
         better, gain = (
             (at.noise, 0.0)
@@ -131,7 +161,8 @@ def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Ar
             raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)
-            if (promised < SETTLED and gain < NOISE_ENOUGH) or flat == 2:
+            hope = max(gain, promised) if trial == 0 else hope
+            if (promised < settled and gain < NOISE_ENOUGH) or flat == 2:
                 return _whole(at)
             at.passes.forget_poses()  # those of long recordings need not be there twice
             last = trial == TRIALS - 1  # then the noise alone
@@ -146,6 +177,12 @@ def _descent(problem: Problem, theta: Array, noise: Array, hold: bool, least: Ar
             found.forget_poses()
             damping = max(10.0 * damping, 1e-3)
         else:
+            if hope > STUCK:
+                raise IdentificationError(
+                    "no solution: the search got to where no step makes the poses likelier, though "
+                    "it should; start from another model, or state what is known of the thrusters "
+                    "in the vehicle file (chain)"
+                )
             return _whole(at)
     raise IdentificationError(
         f"no solution after {ITERATIONS} steps; drive more, or state what is known of "
