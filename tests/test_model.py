@@ -79,7 +79,7 @@ def edit(path, change):
         (lambda c: c.update(colour="red"), "unknown key 'colour'"),
         (lambda c: c["coefficients"].pop("X_u"), "disagree on X_u"),
         (lambda c: c["coefficients"].update(Y_x={"value": 1.0, "standard_error": 1.0}), "disagree on Y_x"),
-        (lambda c: c["coefficients"]["X_u"].update(value="fast"), "coefficients"),
+        (lambda c: c["coefficients"]["X_u"].update(value="fast"), r"coefficients\.X_u\.value: expected a number, got text"),
         (lambda c: c["coefficients"]["X_u"].update(value=float("nan")), "finite"),
         (lambda c: c["covariance"].pop(), "11 x 11"),
         (lambda c: c["covariance"][0].__setitem__(0, -1.0), "variances >= 0"),
@@ -99,6 +99,25 @@ def test_a_model_file_that_is_not_right_is_one_clear_line(identified, tmp_path, 
     with pytest.raises(SeatrialError, match=words) as caught:
         load(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("lag", -0.1, "lag is -0.1; expected a number >= 0"),
+        ("latency", 8.0, "latency is 8; expected a number <= 5"),
+        ("edge_forward", 1.2, "edge_forward is 1.2; expected a number < 1"),
+        ("edge_reverse", -0.2, "edge_reverse is -0.2; expected a number >= 0"),
+    ],
+)
+def test_a_constant_that_no_vehicle_file_may_state_is_refused(mp, tmp_path, name, value, words):
+    path = tmp_path / "model.yaml"
+    chain = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1)]
+    save(make_model(mp.with_chain(chain), TABLE_II["MP"]), path)
+    load(path)
+    edit(path, lambda content: content["constants"][name].update(value=value))
+    with pytest.raises(ModelError, match=words):
+        load(path)
 
 
 def test_another_vehicle_can_read_other_recordings_of_the_boat(identified, mp):

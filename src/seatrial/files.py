@@ -8,7 +8,7 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
@@ -126,7 +126,40 @@ def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
     try:
         return msgspec.convert(content, kind, strict=True)
     except msgspec.ValidationError as error:
-        raise FileError(f"{path}: {_explain(str(error), kind)}") from None
+        said = _explain(str(error), kind, _keys(content, kind, str(error)))
+        raise FileError(f"{path}: {said}") from None
+
+
+def _keys(content: dict[str, Any], kind: type[S], message: str) -> list[str]:
+    """The keys that a message of msgspec's leaves out: those that stand for any name."""
+    found: list[str] = []
+    *ways, _ = message.rpartition("`$")[2].split("[...]")
+    at: object = content
+    for way in ways:
+        for step in way.strip(".").split("."):
+            at = at.get(step) if isinstance(at, dict) and step else at
+        if not isinstance(at, dict):
+            break
+        for key in at:
+            try:
+                msgspec.convert(_without(content, at, key), kind, strict=True)
+            except msgspec.ValidationError as error:
+                if str(error) == message:
+                    found.append(str(key))
+                    at = at[key]
+                    break
+    return found
+
+
+def _without(content: object, mapping: dict[str, Any], key: str) -> object:
+    """The content, in which the mapping has this key only."""
+    if content is mapping:
+        return {key: mapping[key]}
+    if isinstance(content, dict):
+        return {k: _without(value, mapping, key) for k, value in content.items()}
+    if isinstance(content, list):
+        return [_without(value, mapping, key) for value in content]
+    return content
 
 
 def write_text(path: Path, text: str) -> None:
@@ -226,8 +259,13 @@ def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
             yield from _numbers(value, f"{place}[{i}]")
 
 
-def _explain(message: str, kind: type[msgspec.Struct]) -> str:
-    """msgspec's message with the place in plain words, the nearest key, the allowed values."""
+def _explain(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ()) -> str:
+    """msgspec's message with the place in plain words, the nearest key, the allowed values.
+
+    `keys`: names that it leaves out of the place.
+    """
+    for key in keys:
+        message = message.replace("[...]", f".{key}", 1)
     parts = re.fullmatch(r"(.*?)(?: - at (?:`key` in )?`\$(.*)`)?", message, re.DOTALL)
     text, place = (parts[1], parts[2] or "") if parts else (message, "")
     where = place.lstrip(".").replace("[...]", ".*")

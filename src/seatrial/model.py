@@ -17,6 +17,7 @@ from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_t
 from seatrial.frames import SYMBOLS, Array, Axes, frozen_array
 from seatrial.recording import Recording
 from seatrial.schema import (
+    ChainGroup,
     CoefficientEntry,
     EnvelopeEntry,
     EstimatorEntry,
@@ -245,6 +246,8 @@ def _from_file(file: ModelFile, path: str) -> Model:
     for name, entry in {**file.coefficients, **file.constants}.items():
         if entry.unit and entry.unit != units[name]:
             raise ModelError(f"{path}: {name} is in '{entry.unit}'; it must be in '{units[name]}'")
+        if name in file.constants:
+            _in_range(path, vehicle, name, entry.value)
     sign = _signs(vehicle) if frd else np.ones(n)
     values = np.array([file.coefficients[name].value for name in structure.coefficients])
     return Model(
@@ -259,6 +262,19 @@ def _from_file(file: ModelFile, path: str) -> Model:
         file.estimator,
         tuple(file.warnings),
     )
+
+
+def _in_range(path: str, vehicle: Vehicle, name: str, value: float) -> None:
+    """Raise ModelError where a constant is what no vehicle file may state."""
+    edges = "edge_forward", "edge_reverse"  # stand in the file together
+    other = {name.replace(*ends): value for ends in (edges, edges[::-1])}
+    chain = msgspec.to_builtins(vehicle.with_stated({**other, name: value}).file.chain)
+    try:
+        msgspec.convert(chain, list[ChainGroup])
+    except msgspec.ValidationError as error:
+        expected = str(error).partition(" - at")[0].replace("`float`", "a number")
+        expected = expected[:1].lower() + expected[1:]
+        raise ModelError(f"{path}: {name} is {value:g}; {expected}") from None
 
 
 def _same_names(path: str, what: str, got: Mapping[str, object], expected: Sequence[str]) -> None:

@@ -66,6 +66,7 @@ class OneSided(msgspec.Struct, frozen=True):
     value: float
     error: float
     why: str = ""  # a parameter of the same name is no counterpart
+    at_bound: bool = False  # of its range: estimated, but its error is not known
 
 
 @dataclass(frozen=True)
@@ -224,7 +225,7 @@ def alone(model: Model, other: Model, odd: dict[str, str]) -> list[OneSided]:
     units = _units(model)
     values = [*model.coefficients.tolist(), *model.constants.tolist()]
     return [
-        OneSided(n, units[n], value, model.standard_errors[n], odd.get(n, ""))
+        OneSided(n, units[n], value, model.standard_errors[n], odd.get(n, ""), n in model.at_bounds)
         for n, value in zip(model.parameters, values, strict=True)
         if n not in other.parameters or n in odd
     ]

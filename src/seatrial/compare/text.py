@@ -63,7 +63,8 @@ def _pair(pair: Pair) -> str:
 
 def _one(letter: str, one: OneSided) -> str:
     why = f"; not compared: {one.why}" if one.why else ""
-    value = _value(one.value, one.error)
+    told = plus_minus if one.at_bound else _value
+    value = told(one.value, one.error)
     left, right = (value, "") if letter == "A" else ("", value)
     return f"  {one.name:<12} {left:>20} {right:>20}   only {letter}, {one.unit}{why}"
 
