@@ -127,6 +127,22 @@ def test_start_and_end_cut_the_recording(pool, tmp_path, capsys):
     assert entry["start"] == pytest.approx(100, abs=0.1)
 
 
+def test_inspect_says_which_figures_are_from_before_the_cut(pool, capsys):
+    arguments = ("inspect", pool / "S7-AF", "--vehicle", pool / "vehicle-AF.yaml")
+    _, whole, _ = run(capsys, *arguments)
+    _, part, _ = run(capsys, *arguments, "--end", 60)
+    counted = [[line for line in out.splitlines() if " Hz" in line] for out in (whole, part)]
+    assert len(counted[0]) == 2
+    assert counted[1] == [f"{line}; before it was cut" for line in counted[0]]
+
+
+def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):
+    trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
+    code, out, _ = run(capsys, "init", *trials, "-o", tmp_path / "v.yaml")
+    assert code == 0
+    assert out.startswith("# Proposed by 'seatrial init' from S1-AF, S2-AF, S3-AF.")
+
+
 def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
     text = (pool / "vehicle-AF.yaml").read_text()
     swapped = text.replace("column: F_u", "column: F").replace("column: F_v", "column: F_u")

@@ -162,6 +162,7 @@ class Recording:
             commands=self.commands.cut(begin, stop),
             scales=None if self.scales is None else self.scales.cut(begin, stop),
             faults=kept,
+            streams=tuple(replace(s, cut=True) for s in self.streams),
             offset=self.offset + float(shift),
         )
 

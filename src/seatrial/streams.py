@@ -76,6 +76,7 @@ class Stream:
     on_change: bool  # written when something changed rather than in a rhythm
     delay: Delay | None = None  # where both stamp and arrival are known
     publishers: int = 1
+    cut: bool = False  # the recording is a part of this, which is counted whole
 
 
 def describe(

@@ -30,9 +30,11 @@ TERMS = {  # the structure `mallard`, spelled out where a force is missing
 def vehicle_text(sources: Sources, drive: Drive) -> str:
     """`vehicle.yaml` as text."""
     length = f" ({sources.length:.0f} s)" if sources.length else ""
+    first = f"{_shown(sources.path.name)}{length}"
+    others = [_shown(path.name) for path in sources.more]
     axes = f"check: {AXES_SAID[sources.axes]}? The data can't tell"
     lines = [
-        f"# Proposed by 'seatrial init' from {_shown(sources.path.name)}{length}.",
+        f"# Proposed by 'seatrial init' from {', '.join([first, *others])}.",
         "# Look at every line marked 'check'.",
         "seatrial: vehicle 1",
         _commented(_line("name", sources.name), "the boat's; it names the model"),

@@ -69,7 +69,7 @@ def _stream(stream: Stream) -> str:
         text += f", {stream.delay}"
     for count, word in ((stream.duplicated, "twice"), (stream.backward, "backward")):
         text += f", {count} {word}" if count and stream.clock is not Clock.ZERO else ""
-    return text
+    return f"{text}; before it was cut" if stream.cut else text
 
 
 def _axis(axis: AxisCoverage, positive: str, negative: str) -> str:
