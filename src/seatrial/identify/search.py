@@ -39,6 +39,7 @@ ASTRAY = 100.0  # -2 log likelihood of each pose: a model that far off says not 
 LOOSE = (10.0, 1.0)  # times the process noise of a first one, that it is believed with then
 NEAR = 100.0  # the cost's fall that the next step promises: enough for less of it
 STUCK = 1000.0  # the same, or that of other noise, where no step is a step down: no solution
+BOX_STEPS = 4  # for each parameter, at most
 ITERATIONS = 40
 TRIALS = 6
 
@@ -206,30 +207,49 @@ def _further(before: Array, after: Array) -> Array:
 
 
 def step_within(at: Point, damping: float) -> tuple[Array, float]:
-    """A step of all parameters within bounds and reach, and the fall of the cost that it promises.
-
-    Parameters that would go further stop there, and the others' step is solved anew.
-    """
+    """A step of all parameters within bounds and reach, and the fall of the cost that it promises."""
     problem = at.passes.problem
     free = np.array(problem.free)
     low, high = (bound - at.theta[free] for bound in problem.bounds)
-    near, far = np.maximum(low, -problem.reach), np.minimum(high, problem.reach)
     gradient, information = at.passes.gradient, at.passes.information
-    damped = information + damping * np.diag(np.diag(information) + TINY)
-    step, held = np.zeros(len(free)), np.zeros(len(free), dtype=bool)
-    for _ in range(len(free)):
-        go = ~held
-        pull = gradient[go] - information[np.ix_(go, held)] @ step[held]
-        scale = 1.0 / np.sqrt(np.diag(damped)[go] + TINY)
-        matrix = damped[np.ix_(go, go)] * np.outer(scale, scale)
-        step[go] = scale * np.linalg.solve(matrix, scale * pull)
-        beyond = go & ((step < low) | (step > high))  # first: what pulls the others along with it
-        if not beyond.any():
-            beyond = go & ((step < near) | (step > far))
-        if not beyond.any():
-            break
-        step[beyond] = np.clip(step, near, far)[beyond]
-        held |= beyond
+    diagonal = np.diag(information) + TINY
+    scale = 1.0 / np.sqrt(diagonal)
+    step = scale * lowest_within(
+        (information + damping * np.diag(diagonal)) * np.outer(scale, scale),
+        scale * gradient,
+        np.maximum(low, -problem.reach) / scale,
+        np.minimum(high, problem.reach) / scale,
+    )
     move = np.zeros(len(at.theta))
     move[free] = step
     return move, float(2.0 * step @ gradient - step @ information @ step)
+
+
+def lowest_within(matrix: Array, pull: Array, low: Array, high: Array) -> Array:
+    """Where x' M x / 2 - b' x is lowest in a box around 0.
+
+    matrix: M (p, p), positive definite; pull: b (p,); low, high: (p,). Active sets: Nocedal and Wright,
+    Numerical Optimization, 2nd ed., algorithm 16.3. What stops at a bound goes on once the others let it.
+    """
+    x = np.clip(np.zeros(len(pull)), low, high)
+    held = np.zeros(len(pull), dtype=bool)
+    for _ in range(BOX_STEPS * len(pull)):
+        go = np.flatnonzero(~held)
+        to = x.copy()
+        rest = pull[go] - matrix[np.ix_(go, held)] @ x[held]
+        to[go] = np.linalg.solve(matrix[np.ix_(go, go)], rest)
+        edge = np.clip(to, low, high)
+        beyond = go[edge[go] != to[go]]
+        if len(beyond):
+            shares = (edge - x)[beyond] / (to - x)[beyond]
+            first = beyond[int(np.argmin(shares))]
+            x += float(shares.min()) * (to - x)
+            x[first], held[first] = edge[first], True
+            continue
+        x = to
+        slope = pull - matrix @ x
+        back = held & (low < high) & np.where(x <= low, slope > 0.0, slope < 0.0)
+        if not back.any():
+            break
+        held[int(np.argmax(np.where(back, np.abs(slope), 0.0)))] = False
+    return x
