@@ -18,6 +18,7 @@ from seatrial.identify.output_error import OutputErrorSettings, output_error, wi
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 from seatrial.plan import load_plan, with_seed
+from seatrial.recording import Signal, make_recording
 from seatrial.sanity import direct_chain
 from seatrial.simulate import simulate
 from seatrial.vehicle import vehicle_from
@@ -29,7 +30,7 @@ HANGING = np.array([*NOISE[:7], 3e-3, 0.0, 0.3])
 START_SPREAD = np.array([0.05, 1e-9, 1e-9])
 
 
-def straight_cost(t, x, noise):
+def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
@@ -38,8 +39,9 @@ def straight_cost(t, x, noise):
         np.zeros((0, 0)), True, [1, 2, 3], [],
     )  # fmt: skip
     eta = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
-    start = np.array([0.0, 0.0, 0.0, 0.2, 0.0, 0.0])
-    series = _core.Series(t, eta, np.ones(len(t), dtype=np.int8), start, START_SPREAD)
+    start = np.array([begin, 0.0, 0.0, 0.2, 0.0, 0.0])
+    use = np.ones(len(t), dtype=np.int8) if use is None else use
+    series = _core.Series(t, eta, use, start, START_SPREAD, afresh)
     return _core.innovations(boat, trace, series, noise, 1e9).cost
 
 
@@ -156,12 +158,14 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
         assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
 
 
-def test_a_search_that_is_stuck_says_so(far, monkeypatch):
+def test_a_search_that_got_lost_says_so(far, monkeypatch):
     monkeypatch.setattr(import_module("seatrial.identify.search"), "astray", lambda _: False)
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
     for start in starts[:2]:
-        with pytest.raises(SeatrialError, match=r"no solution: .*start from another model"):
+        with pytest.raises(
+            SeatrialError, match=r"no solution: .*start from another|poses are rejected"
+        ):
             output_error(recordings, vehicle, settings=settings, start=start)
 
 
@@ -174,6 +178,37 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
         output_error(recordings, vehicle, settings=settings, start=starts[0])
+
+
+@pytest.mark.parametrize("hole", [(100.0, 102.0), (100.0, 105.0)])
+def test_lost_commands_cost_no_more_than_the_poses_beside_them(hole):
+    """What drove the boat there is not known: the filter begins afresh."""
+    vehicle, (r, *others) = driven("paper-like", "mallard-mp", 8)
+    c = r.commands
+    t = r.seconds(c.stamps)
+    kept = (t <= hole[0]) | (t >= hole[1])
+    commands = Signal(c.names, c.stamps[kept], c.values[kept])
+    holed = make_recording(r.name, r.stamps, r.eta, commands)
+    whole, found = (output_error([one, *others], vehicle) for one in (r, holed))
+    truth = load_plan("paper-like").plant.coefficients
+    for name, value in found.values.items():
+        error = found.standard_errors[name]
+        assert value == pytest.approx(truth[name], abs=4.5 * error), name
+        assert error < 2.0 * whole.standard_errors[name], name  # of two halves
+    assert found.noise.process.disturbance_linear < 1e-4  # nothing pushed it
+
+
+def test_a_filter_that_begins_afresh_is_two_filters():
+    t, at = np.arange(40) / 15.0, 22
+    x = 0.2 * t + 0.002 * np.random.default_rng(3).normal(size=len(t))
+    use = np.ones(len(t), dtype=np.int8)
+    use[at - 3 : at], use[at] = 0, 4
+    velocity = np.full((len(t), 3), [0.2, 0.0, 0.0])
+    both = straight_cost(t, x, NOISE, use=use, afresh=velocity)
+    first = straight_cost(t[: at - 3], x[: at - 3], NOISE)
+    assert both == pytest.approx(
+        first + straight_cost(t[at:], x[at:], NOISE, begin=x[at]), rel=1e-9
+    )
 
 
 def test_under_always_forward_the_gain_past_the_dead_zones_edge_is_found(trials):

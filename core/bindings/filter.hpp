@@ -4,6 +4,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 
+#include <algorithm>
 #include <cstdlib>
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -62,8 +63,9 @@ struct Series {
   std::vector<double> time;
   std::vector<double> eta;
   std::vector<signed char> use;
+  std::vector<double> velocities;
 
-  Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity) {
+  Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh) {
     const std::size_t n = t.shape(0);
     require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
             "eta: n x 3, use: n");
@@ -73,7 +75,11 @@ struct Series {
     use.assign(u.data(), u.data() + n);
     std::copy(x0.data(), x0.data() + kStates, start.state);
     std::copy(velocity.data(), velocity.data() + kAxes, start.velocity);
-    poses = {static_cast<int>(n), time.data(), eta.data(), use.data()};
+    require(!afresh || (afresh->shape(0) == n && afresh->shape(1) == kAxes), "afresh: n x 3");
+    require(afresh || std::find(use.begin(), use.end(), 4) == use.end(),
+            "use 4: a velocity to begin afresh with expected");
+    if (afresh) velocities.assign(afresh->data(), afresh->data() + n * kAxes);
+    poses = {static_cast<int>(n), time.data(), eta.data(), use.data(), velocities.data()};
   }
   Series(const Series&) = delete;
   Series& operator=(const Series&) = delete;
@@ -193,8 +199,8 @@ void bind_filter(nb::module_& m) {
           "weight", [](const FilterPass& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
-      .def(nb::init<Vector, Matrix, Flags, Vector, Vector>(), "time"_a, "eta"_a, "use"_a, "start"_a,
-           "velocity"_a);
+      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>>(), "time"_a,
+           "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none());
   m.attr("EFFECTS") = kEffects;
   m.attr("NO_COLOUR") = kNoColour;
   m.def("give_back", &give_back);

@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
@@ -31,6 +32,9 @@ SETTLED = 3.0  # of the cost: a step that gains less is the last
 SETTLING = 2.0  # [s] in which the filter forgets how it started
 # the first pose after it: after a jump for good it may be anywhere; in a gap the poses may have jumped
 AFTER = {FaultKind.GAP: 3, FaultKind.JUMP: 2}
+AFRESH = 4  # the first pose by which the commands are known again
+UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER)  # what drove the boat there
+LASTING = 1.0  # [s] after the next command what came before it still acts: latency and lag
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
 PIECE = 10.0  # [s] that are taken together
 
@@ -54,14 +58,42 @@ def series(recording: Recording) -> _core.Series:
             if fault.kind is kind:
                 use[good[recording.t[good] >= fault.end][:1]] = code
     first = int(good[0])
+    afresh = (
+        _afresh(recording, use, moving)
+        if any(f.kind in UNKNOWN for f in recording.faults)
+        else None
+    )
     start = np.zeros(6)
     start[:3] = recording.eta[first]
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, VELOCITY_SPREAD
+        np.ascontiguousarray(recording.t),
+        np.ascontiguousarray(eta),
+        use,
+        start,
+        VELOCITY_SPREAD,
+        afresh,
     )
+
+
+def _afresh(recording: Recording, use: NDArray[np.int8], moving: Motion) -> Array | None:
+    """Marks in `use` (n,) where the filter begins afresh after commands were lost; velocities (n, 3) there.
+
+    None where it never does.
+    """
+    t, velocity = recording.t, np.zeros((len(recording.t), 3))
+    first = t[use > 0][0]
+    for fault in recording.faults:
+        if fault.kind in UNKNOWN and fault.start > first:
+            use[(t >= fault.start) & (t < fault.end + LASTING)] = 0
+            after = np.flatnonzero((use > 0) & (t >= fault.end))[:1]
+            known = np.flatnonzero(moving.valid & (t >= fault.end + LASTING))[:1]
+            use[after] = AFRESH
+            if len(known):
+                velocity[after] = moving.nu[known]
+    return velocity if AFRESH in use else None
 
 
 def disturbed(vehicle: Vehicle) -> _core.Structure:
@@ -148,6 +180,10 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     believed = believed_noise(model, [recording]) if noise is None else noise
     found = filter_pass(model, recording, series(recording), believed)
     used = (np.asarray(found.weight) > 0.0) & (recording.t > SETTLING)
+    for fault in recording.faults:
+        if fault.kind in UNKNOWN:
+            settled = fault.end + LASTING + SETTLING
+            used &= (recording.t < fault.end) | (recording.t > settled)
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)

@@ -49,18 +49,20 @@ class Filter {
         effects_(effects),
         own_(columns.size() - kStates - kAxes),
         parameters_(own_ + (slopes ? kEffects : 0)) {
-    std::copy(start.state, start.state + kStates, x_);
-    std::fill(x_ + kStates, x_ + N, 0.0);
-    for (int i = 0; i < N; ++i) {
-      const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
-                           : i < kStates       ? start.velocity[i - kPose]
-                           : i < kFilterStates ? noise.disturbance(i - kStates)
-                                               : noise.colour(i - kFilterStates);
-      std::fill(p_[i], p_[i] + N, 0.0);
-      p_[i][i] = sigma * sigma;
-      std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
+    std::copy(start.velocity, start.velocity + kAxes, spread_);
+    begin(start.state);
+  }
+
+  /// Afresh at a pose of time t [s], with this velocity: what drove the boat there is not known.
+  void begin_afresh(const double* eta, const double* velocity, double t) {
+    double state[kStates];
+    std::copy(eta, eta + kPose, state);
+    std::copy(velocity, velocity + kAxes, state + kPose);
+    begin(state);
+    for (int i = 0; i < 2; ++i) {
+      x_[i] -= effects_.current[i] * t;
+      if (parameters_ > own_) d_[i][own_ + kCurrent + i] = -t;
     }
-    take_off_lever();
   }
 
   const double* state() const { return x_; }
@@ -194,6 +196,22 @@ class Filter {
   }
 
  private:
+  /// At a state (6), known as well as one pose and the start's velocity are.
+  void begin(const double* state) {
+    std::copy(state, state + kStates, x_);
+    std::fill(x_ + kStates, x_ + N, 0.0);
+    for (int i = 0; i < N; ++i) {
+      const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
+                           : i < kStates       ? spread_[i - kPose]
+                           : i < kFilterStates ? noise_.disturbance(i - kStates)
+                                               : noise_.colour(i - kFilterStates);
+      std::fill(p_[i], p_[i] + N, 0.0);
+      p_[i][i] = sigma * sigma;
+      std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
+    }
+    take_off_lever();
+  }
+
   /// The start is the first pose: of the measured point, not of the origin.
   void take_off_lever() {
     const double c = std::cos(x_[2]);
@@ -373,6 +391,7 @@ class Filter {
   const Effects& effects_;
   int own_;  // chosen coefficients and constants
   int parameters_;
+  double spread_[kAxes] = {};  // of the velocity that it begins with
   double x_[N] = {};
   double p_[N][N] = {};
   double stays_[N - kStates] = {};    // what is left of each after an interval

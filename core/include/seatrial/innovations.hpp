@@ -47,9 +47,11 @@ namespace detail {
 /// Before pose k, which is to be used.
 template <int N>
 void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
+  const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
   if (poses.use[k] == 2) filter.loosen();
-  if (poses.use[k] == 3) {
-    filter.loosen_if_likelier(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
+  if (poses.use[k] == 3) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
+  if (poses.use[k] == 4) {
+    filter.begin_afresh(poses.eta + at, poses.velocity + at, poses.time[k]);
   }
 }
 

@@ -66,8 +66,10 @@ struct PoseSeries {
   int n = 0;
   const double* time = nullptr;  // (n) [s], rising
   const double* eta = nullptr;   // (n, 3)
-  /// (n) 0: not measured; 1: measured; 2: after a jump for good; 3: after a gap, maybe after a jump
+  /// (n) 0: not measured; 1: measured; 2: after a jump for good; 3: after a gap, maybe after a
+  /// jump; 4: what drove the boat before it is not known
   const signed char* use = nullptr;
+  const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] where it begins afresh (4); or null
 };
 
 /// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.
