@@ -136,6 +136,32 @@ def test_inspect_says_which_figures_are_from_before_the_cut(pool, capsys):
     assert counted[1] == [f"{line}; before it was cut" for line in counted[0]]
 
 
+def test_a_spread_without_its_prior_is_refused(pool, tmp_path, capsys):
+    code, _, err = run(
+        capsys, "identify", pool / "S7-AF", "--vehicle", pool / "vehicle-AF.yaml",
+        "-o", tmp_path / "m.yaml", "--prior-spread", 0.5,
+    )  # fmt: skip
+    assert (code, err) == (
+        1,
+        "seatrial: --prior-spread belongs to --prior OLD; no prior is given\n",
+    )
+
+
+def test_of_a_recording_that_is_not_used_whole_it_is_said(pool, tmp_path, capsys):
+    (tmp_path / "S7").mkdir()
+    for name in ("poses.csv", "commands.csv"):
+        lines = (pool / "S7-AF" / name).read_text().splitlines()
+        lost = name == "commands.csv"
+        kept = [t for t in lines[1:] if not (lost and 100.0 < float(t.partition(",")[0]) < 200.0)]
+        (tmp_path / "S7" / name).write_text("\n".join([lines[0], *kept]) + "\n")
+    code, out, _ = run(
+        capsys, "identify", tmp_path / "S7", "--vehicle", pool / "vehicle-AF.yaml",
+        "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 0
+    assert "doubt: S7: 25 % of its poses are left out; inspect says why" in out
+
+
 def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
     code, out, _ = run(capsys, "init", *trials, "-o", tmp_path / "v.yaml")

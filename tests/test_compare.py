@@ -13,8 +13,9 @@ from scipy import stats
 import seatrial
 from seatrial.cli import main
 from seatrial.compare import compare, comparison_json, drive_of
-from seatrial.compare.parameters import factors, joint, pairs, views
+from seatrial.compare.parameters import Factor, factors, joint, pairs, views
 from seatrial.compare.prediction import rms_difference
+from seatrial.compare.text import _factor as factor_text
 from seatrial.compare.text import comparison_text
 from seatrial.errors import ModelError
 from seatrial.io.write import write_trial
@@ -170,6 +171,12 @@ def test_two_origins_are_said_and_recordings_are_not_predicted_by_both(mp):
             drive_of(a, b, vehicle)
     near = make_model(changed(mp, pose=pose | {"lever": [0.0004, 0.0]}), TRUTH)
     assert not any("origins" in n for n in compare(near, b).notes)
+
+
+@pytest.mark.parametrize("factor", [0.0, -0.4, 1e-9])
+def test_a_factor_that_no_mass_makes_is_another_boat(factor):
+    (said,) = factor_text(Factor("surge", ["X_u", "X_F"], factor, 1e-4, (factor - 1) / 1e-4, 1.0))
+    assert said.endswith("times what they were: no change of mass does that; is it another boat?")
 
 
 def test_what_ended_at_a_bound_is_not_tested(mp):

@@ -10,6 +10,7 @@ import pytest
 
 import seatrial
 from seatrial.errors import IdentificationError
+from seatrial.identify import minutes as minutes_module
 from seatrial.identify import profile as profile_module
 from seatrial.identify.bootstrap import bootstrap, intervals
 from seatrial.identify.covariance import sandwich
@@ -78,6 +79,16 @@ def test_variances_of_a_tied_constant_are_large_and_those_of_others_as_without_i
     assert sum_of_both @ both @ sum_of_both == pytest.approx(alone[2, 2], rel=0.1)
     least, *_, most = np.linalg.eigvalsh(both)
     assert least > -1e-12 * most
+
+
+def test_minutes_are_not_said_of_what_ended_at_a_bound(whole, monkeypatch):
+    names = list(whole.names)
+    lag = np.array([name == "lag" for name in names])
+    monkeypatch.setattr(minutes_module, "at_bounds", lambda _: lag)
+    found = minutes(replace(whole, covariance=np.where(lag, 0.0, whole.covariance)))
+    assert found.names == tuple(name for name in names if name != "lag")
+    own = np.sqrt(np.diag(whole.covariance))[~lag]
+    np.testing.assert_allclose(found.errors[-1], own, rtol=1e-9)
 
 
 def test_a_nearly_quadratic_profile_is_the_normal_interval(whole):

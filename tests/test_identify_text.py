@@ -86,6 +86,8 @@ def test_noise_in_words(model):
         "Pose noise 1 mm and 2 mrad from pose to pose, 4 mm and 5 mrad that hang together over 0.3 s."
         in summary(hangs)
     )
+    white = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(1e-9, 5e-3, 0.3)))
+    assert "2 mrad from pose to pose, 5 mrad that hang together over 0.3 s." in summary(white)
 
 
 def test_minutes_until_it_is_known_to_five_per_cent(model):

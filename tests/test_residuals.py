@@ -61,6 +61,13 @@ def test_a_delay_shows_after_the_force_and_a_late_clock_before_it(truth, quiet):
     assert any(c.lag < 0 and "clock of the commands is late" in in_words(c) for c in late)
 
 
+def test_of_a_few_seconds_nothing_is_told(truth, quiet):  # noqa: F811
+    """Correlations over so many lags of so few residuals were beyond 1."""
+    for length, told in ((40.0, True), (12.0, False)):
+        part = quiet.recording.cut(0.0, length)
+        assert bool(residuals(truth, part, causal(truth, part))) is told
+
+
 def test_what_is_found_is_what_is_told():
     """A value that leaks to before the force is no peak, and nothing that a note may speak of."""
     values = np.zeros(9)

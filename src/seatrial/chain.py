@@ -74,6 +74,10 @@ class ChainReader:
     def members(self, group: ChainGroup) -> list[int]:
         """Actuators that a group is about."""
         names = group.actuators or self.actuators
+        if len(set(names)) != len(names):
+            raise VehicleError(
+                f"{self.source}: chain group '{group.name}' names an actuator twice: {', '.join(names)}"
+            )
         return [self.place(n, f"chain group '{group.name}'") for n in names]
 
     def constants(self) -> Constants:

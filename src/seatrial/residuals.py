@@ -24,6 +24,7 @@ from seatrial.statistics import (
 )
 
 REACH = 2.0  # [s] lags to either side
+ENOUGH = 10.0 * REACH  # [s] of residuals: of less, correlations over so many lags are chance
 WHITENING, RIDGE = 20, 1e-6  # lags of the autoregression of a force
 LEAK = 0.5  # of the largest value after a force, before it: more is no leak of the whitening
 MOST_LAGS = 400  # to either side; at higher rates lags are further apart than poses
@@ -51,7 +52,7 @@ def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Corr
     errors = np.full((len(grid), 3), np.nan)
     errors[index] = filtered.residual
     forces = np.asarray(model.trace(recording).forces(grid * step))
-    if not np.isfinite(errors).all(axis=1).any():
+    if np.isfinite(errors).all(axis=1).sum() * step < ENOUGH:
         return []
     lags = round(REACH / step)
     found = cross_correlation(errors, forces, lags)

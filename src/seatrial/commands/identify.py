@@ -58,18 +58,21 @@ def add(verbs: "Verbs") -> None:
         help="model of this boat from before its payload changed: then a short recording will do",
     )  # fmt: skip
     identify.add_argument(
-        "--prior-spread", type=float, default=PRIOR_SPREAD, metavar="SHARE",
-        help="by how much its parameters may have changed (default: %(default)g)",
+        "--prior-spread", type=float, metavar="SHARE",
+        help=f"by how much its parameters may have changed (default: {PRIOR_SPREAD:g})",
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """A model, its summary, and the evidence that was asked for."""
+    from seatrial.errors import IdentificationError
     from seatrial.identify import EquationErrorSettings, identify, summary
     from seatrial.model import load, save
     from seatrial.vehicle import load_vehicle
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
+    if args.prior_spread is not None and args.prior is None:
+        raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
     vehicle = load_vehicle(args.vehicle)
     prior = None if args.prior is None else load(args.prior)
     recordings = read_all(args, vehicle, progress)
@@ -78,7 +81,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     roles = _roles(args.role)
     model = identify(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
-        prior=prior, prior_spread=args.prior_spread, effects=args.effect,
+        prior=prior, effects=args.effect,
+        prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
     )  # fmt: skip
     told = ""
     if args.minutes or args.profile or args.bootstrap:

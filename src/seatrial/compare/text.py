@@ -14,6 +14,7 @@ TOLD = (
     2.4  # standard errors: by chance one of three axes is that far from 1 in one comparison of 20
 )
 QUIET = 1e-5  # [m/s^2], [rad/s^2] a force that is not worth a word
+ANOTHER = 0.1  # a factor on all drag and thrust below which no payload is the reason
 FITS = 0.01  # p below which one factor does not explain an axis
 
 
@@ -114,6 +115,12 @@ def _factor(factor: Factor) -> Iterator[str]:
         yield (
             f"{factor.axis}: {names} changed by no common factor (p {_less(factor.fits)}): drag or thrust "
             "changed, not mass alone."
+        )
+        return
+    if factor.factor < ANOTHER:
+        yield (
+            f"{factor.axis}: {names} are {_value(factor.factor, factor.error)} times what they were: no change "
+            "of mass does that; is it another boat?"
         )
         return
     what = "inertia" if factor.axis == AXES[2] else "mass"

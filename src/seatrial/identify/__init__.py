@@ -41,6 +41,9 @@ __all__ = [
 ]
 
 
+SPOILT = 0.95  # share of usable poses of a recording below which it is worth a word
+
+
 def identify(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
@@ -78,7 +81,11 @@ def identify(
             raise IdentificationError(
                 f"{method} uses every recording for all axes; for roles, --method {METHOD}"
             )
-        model = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        try:
+            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        except IdentificationError as error:
+            wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+            raise IdentificationError("; ".join([*wrong, str(error)])) from None
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
     elif method == SMOOTHER:
@@ -91,7 +98,12 @@ def identify(
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
     ]
-    return replace(model, warnings=(*silent, *wrong, *concerns(model)))
+    spoilt = [
+        f"{r.name}: {100.0 * (1.0 - r.usable):.0f} % of its poses are left out; inspect says why"
+        for r in recordings
+        if r.usable < SPOILT
+    ]
+    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
 
 
 def _output_error(

@@ -12,6 +12,8 @@ import numpy as np
 
 from seatrial.frames import Array
 from seatrial.identifiability.verdict import SHARP, Verdict, verdict_of
+from seatrial.identify.covariance import at_bounds
+from seatrial.identify.search import Point
 from seatrial.identify.solution import Fit
 from seatrial.identify.text import minutes as spelled
 from seatrial.identify.text import table
@@ -36,16 +38,21 @@ class Minutes:
 
 
 def minutes(fit: Fit) -> Minutes:
-    """Accuracy after a quarter, a half, three quarters, the whole; what would halve the errors."""
-    problem, places = fit.problem, list(fit.problem.free)
+    """Accuracy after a quarter, a half, three quarters, the whole; what would halve the errors.
+
+    Of parameters that did not end at a bound: how well those are known is not.
+    """
+    problem = fit.problem
+    inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.passes)))
+    square = np.ix_(inside, inside)
     total = sum(r.duration for r in problem.recordings) / 60.0  # [min]
-    whole = _own(fit)
-    excess = np.sqrt(np.diag(fit.covariance) / np.square(_errors(_sum(whole))))
-    parts = [_sum(_own(fit, part)) for part in PARTS[:-1]] + [_sum(whole)]
+    whole = [own[square] for own in _own(fit)]
+    excess = np.sqrt(np.diag(fit.covariance)[inside] / np.square(_errors(_sum(whole))))
+    parts = [_sum(_own(fit, part))[square] for part in PARTS[:-1]] + [_sum(whole)]
     rates = [w / (r.duration / 60.0) for w, r in zip(whole, problem.recordings, strict=True)]
     return Minutes(
-        fit.names,
-        fit.theta[places],
+        tuple(fit.names[i] for i in inside),
+        fit.theta[list(problem.free)][inside],
         total * np.array(PARTS),
         np.array([_errors(part) for part in parts]) * excess,
         tuple(r.name for r in problem.recordings),

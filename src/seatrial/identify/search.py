@@ -181,13 +181,13 @@ def _descent(at: Point, hold: bool, least: Array, settled: float = SETTLED) -> P
             if hope > STUCK:
                 raise IdentificationError(
                     "no solution: the search got to where no step makes the poses likelier, though "
-                    "it should; start from another model, or state what is known of the thrusters "
-                    "in the vehicle file (chain)"
+                    "it should; do poses and commands belong together, by one clock? If so, state "
+                    "what is known of the thrusters in the vehicle file (chain)"
                 )
             return _whole(at)
     raise IdentificationError(
-        f"no solution after {ITERATIONS} steps; drive more, or state what is known of "
-        "the thrusters in the vehicle file (chain)"
+        f"no solution after {ITERATIONS} steps; do poses and commands belong together, by one "
+        "clock? If so, drive more, or state what is known of the thrusters in the vehicle file (chain)"
     )
 
 

@@ -51,7 +51,20 @@ def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, 
         else DeadZone(STARTS["edge_forward"], STARTS["edge_reverse"]),
     )
     held, notes = _powers_held(vehicle, recordings)
-    return held.with_chain([*held.file.chain, group]), [*([why] if why else []), *notes]
+    rest = _rest(vehicle)
+    return held.with_chain([*held.file.chain, group, *rest]), [*([why] if why else []), *notes]
+
+
+def _rest(vehicle: Vehicle) -> list[ChainGroup]:
+    """Latency and lag for those actuators for which the file does not state them, if for others."""
+    found = []
+    for stage in ("latency", "lag"):
+        given = vehicle.constants.index[:, STAGES.index(stage)] >= 0
+        if given.any() and not given.all():
+            others = [n for n, g in zip(vehicle.actuators, given, strict=True) if not g]
+            group = ChainGroup(name=f"{stage}_others", actuators=others)
+            found.append(_with(group, stage, STARTS[stage]))
+    return found
 
 
 def _powers_held(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:

@@ -18,14 +18,22 @@ from seatrial.identifiability import (
     identifiability,
 )
 from seatrial.identify.equation_error import METHOD
+from seatrial.identify.smoother import METHOD as SMOOTHER
 from seatrial.model import Model
 from seatrial.sanity import sanity_line
 from seatrial.velocity import STENCIL_NOISE
 
 UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
 STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
+NOISELESS = 1e-7  # [m], [rad] errors that hang together that are none
 LONG = 120.0  # [min] from which on hours are said
 MANY = 3  # parameters that the minutes are said of
+
+
+SMEARED = (
+    "± covers scatter only: accelerations are smoothed and commands are not, which biases this method, "
+    "latency and lag most of all."
+)
 
 
 def caution(model: Model) -> str:
@@ -45,6 +53,7 @@ def summary(model: Model) -> str:
     lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
     scatter = model.estimator.method == METHOD
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
+    lines += [SMEARED] if model.estimator.method == SMOOTHER else []
     lines += [*_effects(model), *model.estimator.notes]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
@@ -148,10 +157,8 @@ def _noise(model: Model) -> str:
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if noise.correlated is not None:
         c = noise.correlated
-        said += (
-            f" from pose to pose, {1e3 * c.position:.2g} mm and {1e3 * c.heading:.2g} mrad that "
-            f"hang together over {c.memory:.2g} s"
-        )
+        lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
+        said += f" from pose to pose, {lasting} that hang together over {c.memory:.2g} s"
     if process is None:
         return f"{said}."
     linear = [full_thrust(model, axis) for axis in (0, 1)]
@@ -167,11 +174,14 @@ def _noise(model: Model) -> str:
         f"{process.memory:.2g} s" if parts else "; no unmodelled force to be seen"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
-        said += (
-            f"; besides, the velocity wanders by {1e3 * process.walk_linear:.2g} mm/s and "
-            f"{1e3 * process.walk_yaw:.2g} mrad/s in a second"
-        )
+        walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
+        said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
     return f"{said}."
+
+
+def _above(least: float, *sizes: tuple[float, str]) -> str:
+    """Sizes in thousandths, with their units; not those at which a search stops."""
+    return " and ".join(f"{1e3 * size:.2g} {unit}" for size, unit in sizes if size > least)
 
 
 def _how_long(model: Model, found: Identifiability) -> list[str]:
