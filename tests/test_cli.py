@@ -162,6 +162,24 @@ def test_of_a_recording_that_is_not_used_whole_it_is_said(pool, tmp_path, capsys
     assert "doubt: S7: 25 % of its poses are left out; inspect says why" in out
 
 
+def test_a_boat_that_stays_where_it_is_is_refused_by_its_name(pool, tmp_path, capsys):
+    (tmp_path / "S7").mkdir()
+    commands = (pool / "S7-AF" / "commands.csv").read_text()
+    (tmp_path / "S7" / "commands.csv").write_text(commands)
+    head, *rows = (pool / "S7-AF" / "poses.csv").read_text().splitlines()
+    noise = np.random.default_rng(2).normal(0.0, 1e-3, (len(rows), 3))
+    still = [
+        ",".join([row.partition(",")[0], *map(str, n)]) for row, n in zip(rows, noise, strict=True)
+    ]
+    (tmp_path / "S7" / "poses.csv").write_text("\n".join([head, *still]) + "\n")
+    code, _, err = run(
+        capsys, "identify", tmp_path / "S7", "--vehicle", pool / "vehicle-AF.yaml",
+        "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 1
+    assert "the boat stays where it is, but for noise, whatever it is commanded" in err
+
+
 def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
     code, out, _ = run(capsys, "init", *trials, "-o", tmp_path / "v.yaml")

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.errors import RecordingError
 from seatrial.excitation import EXCITED, Excitation
 from seatrial.frames import AXES
 from seatrial.inspect.coverage import InputUse
+from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
 from seatrial.velocity import motion
@@ -17,6 +19,7 @@ UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhyth
 SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
 ABSURD_TURN = 6.0  # [rad/s]
 STILL = 0.002  # [m/s], [rad/s]
+AT_REST = 5.0  # standard deviations of the pose noise that 90 % of the poses are within: white noise's are 3.3
 FULL = 2.0  # no command goes beyond twice the full one
 FEW = 5  # different values; one size each way and rest are three
 COARSE = 0.1  # resolution of a command, as a share of its range
@@ -113,4 +116,20 @@ def implausible(recording: Recording) -> list[str]:
         said.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? Name the unit deg")
     if fast < STILL and turn < STILL:
         said.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it about")
+    elif _at_rest(recording):
+        said.append(
+            "the boat stays where it is, but for noise, whatever it is commanded: were the thrusters on?"
+        )
     return said
+
+
+def _at_rest(recording: Recording) -> bool:
+    """Whether it is commanded, and its poses are no further apart than their noise makes them."""
+    if not recording.commands.values.any():
+        return False
+    try:
+        noise = pose_noise(recording)
+    except RecordingError:
+        return False
+    apart = np.ptp(np.percentile(recording.eta[recording.valid], (5, 95), axis=0), axis=0)
+    return bool(np.all(apart < AT_REST * np.array([noise.position, noise.position, noise.heading])))
