@@ -4,6 +4,7 @@
 import tracemalloc
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from itertools import combinations
 
 import msgspec
@@ -13,6 +14,7 @@ from conftest import CSE1
 
 import seatrial
 from seatrial.allocation import Scheme, inverse_for, thruster_matrix
+from seatrial.errors import IdentificationError
 from seatrial.excitation import even_times
 from seatrial.frames import POSE_SIGNS, Axes
 from seatrial.plan import load_plan, with_seed
@@ -247,6 +249,18 @@ def test_units_that_are_stated_rightly_are_not_cried_at():
     assert not check_signs(
         [table.in_units(0.001, 0.001, np.pi / 180).read(stated)], stated
     ).findings
+
+
+def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monkeypatch):
+    table, vehicle = simulated("hard", "S7", "mallard-mp")
+    given, _, wrong = put_wrong([table], vehicle, faults(vehicle)["F_u<>F_v"])
+
+    def nothing(*_):
+        raise IdentificationError("no solution after 40 steps")
+
+    monkeypatch.setattr(import_module("seatrial.identify"), "_output_error", nothing)
+    with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
+        seatrial.identify(read_all(given, wrong), wrong)
 
 
 def test_findings_name_the_line_to_change():

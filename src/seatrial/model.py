@@ -30,6 +30,7 @@ from seatrial.structure import Structure
 from seatrial.vehicle import Vehicle, vehicle_from
 
 MODEL_FORMAT: Final = "model 2"
+ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
 AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
@@ -242,6 +243,12 @@ def _from_file(file: ModelFile, path: str) -> Model:
     matrix = np.array(covariance)
     if not np.allclose(matrix, matrix.T, rtol=1e-6, atol=0) or np.any(np.diag(matrix) < 0):
         raise ModelError(f"{path}: covariance must be symmetric with variances >= 0")
+    size = np.sqrt(np.diag(matrix))
+    own = size > 0
+    if np.any(
+        np.linalg.eigvalsh(matrix[np.ix_(own, own)] / np.outer(size[own], size[own])) < -ROUNDED
+    ):
+        raise ModelError(f"{path}: covariance is that of nothing: some sums have variances below 0")
     units = {**structure.units, **{c: vehicle.constants.unit(c) for c in vehicle.constants.names}}
     for name, entry in {**file.coefficients, **file.constants}.items():
         if entry.unit and entry.unit != units[name]:

@@ -164,7 +164,7 @@ class CoefficientEntry(Strict, frozen=True):
     """A coefficient or constant as found; a standard error of 0: it was given."""
 
     value: float
-    standard_error: float
+    standard_error: NotNegative
     unit: str = ""
 
 

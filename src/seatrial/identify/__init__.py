@@ -2,6 +2,7 @@
 """From recordings to a model. One estimator a file; each has the same signature."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from seatrial.errors import IdentificationError, RecordingError
@@ -84,7 +85,9 @@ def identify(
         try:
             model = _output_error(recordings, vehicle, prior, prior_spread, effects)
         except IdentificationError as error:
-            wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+            wrong = []
+            with suppress(RecordingError):
+                wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
             raise IdentificationError("; ".join([*wrong, str(error)])) from None
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
