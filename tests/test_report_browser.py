@@ -32,6 +32,7 @@ PLOTS = 19  # of a recording: its track, and six for each axis
 OVERALL = 17  # of all together: 1 of what is known, 2 of actuators, 2 + 3 of what was recorded,
 # 3 horizons, 2 of whether recordings agree, 3 of the boat, 1 of the next drive
 WIDE = '.plot.wide[data-figure="velocity-u"]'
+PATIENCE = 120_000  # [ms] a machine that tests other things beside is slow
 RANGE = "div => div.layout.xaxis.range"
 
 
@@ -62,6 +63,7 @@ class Visit:
             viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=touch
         )
         self.page = self.context.new_page()
+        self.page.set_default_timeout(PATIENCE)
         self.requests, self.complaints = [], []
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))

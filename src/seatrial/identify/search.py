@@ -30,6 +30,7 @@ from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 TINY = 1e-12
+RIDGE = 1e-12  # of damping, at the least: terms that are one and the same have no single step
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
 NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
@@ -215,7 +216,7 @@ def step_within(at: Point, damping: float) -> tuple[Array, float]:
     diagonal = np.diag(information) + TINY
     scale = 1.0 / np.sqrt(diagonal)
     step = scale * lowest_within(
-        (information + damping * np.diag(diagonal)) * np.outer(scale, scale),
+        (information + max(damping, RIDGE) * np.diag(diagonal)) * np.outer(scale, scale),
         scale * gradient,
         np.maximum(low, -problem.reach) / scale,
         np.minimum(high, problem.reach) / scale,
