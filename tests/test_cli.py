@@ -147,6 +147,12 @@ def test_a_spread_without_its_prior_is_refused(pool, tmp_path, capsys):
     )
 
 
+def identified(capsys, recording, pool, folder):
+    """What `identify` of one recording says with the pool's vehicle."""
+    vehicle, out = pool / "vehicle-AF.yaml", folder / "m.yaml"
+    return run(capsys, "identify", recording, "--vehicle", vehicle, "-o", out)
+
+
 def test_of_a_recording_that_is_not_used_whole_it_is_said(pool, tmp_path, capsys):
     (tmp_path / "S7").mkdir()
     for name in ("poses.csv", "commands.csv"):
@@ -154,10 +160,7 @@ def test_of_a_recording_that_is_not_used_whole_it_is_said(pool, tmp_path, capsys
         lost = name == "commands.csv"
         kept = [t for t in lines[1:] if not (lost and 100.0 < float(t.partition(",")[0]) < 200.0)]
         (tmp_path / "S7" / name).write_text("\n".join([lines[0], *kept]) + "\n")
-    code, out, _ = run(
-        capsys, "identify", tmp_path / "S7", "--vehicle", pool / "vehicle-AF.yaml",
-        "-o", tmp_path / "m.yaml",
-    )  # fmt: skip
+    code, out, _ = identified(capsys, tmp_path / "S7", pool, tmp_path)
     assert code == 0
     assert "doubt: S7: 25 % of its poses are left out; inspect says why" in out
 
@@ -172,10 +175,7 @@ def test_a_boat_that_stays_where_it_is_is_refused_by_its_name(pool, tmp_path, ca
         ",".join([row.partition(",")[0], *map(str, n)]) for row, n in zip(rows, noise, strict=True)
     ]
     (tmp_path / "S7" / "poses.csv").write_text("\n".join([head, *still]) + "\n")
-    code, _, err = run(
-        capsys, "identify", tmp_path / "S7", "--vehicle", pool / "vehicle-AF.yaml",
-        "-o", tmp_path / "m.yaml",
-    )  # fmt: skip
+    code, _, err = identified(capsys, tmp_path / "S7", pool, tmp_path)
     assert code == 1
     assert "the boat stays where it is, but for noise, whatever it is commanded" in err
 
