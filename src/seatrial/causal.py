@@ -58,11 +58,7 @@ def series(recording: Recording) -> _core.Series:
             if fault.kind is kind:
                 use[good[recording.t[good] >= fault.end][:1]] = code
     first = int(good[0])
-    afresh = (
-        _afresh(recording, use, moving)
-        if any(f.kind in UNKNOWN for f in recording.faults)
-        else None
-    )
+    afresh = _afresh(recording, use, moving)
     start = np.zeros(6)
     start[:3] = recording.eta[first]
     if moving.valid.any():
