@@ -76,8 +76,8 @@ struct Series {
     std::copy(x0.data(), x0.data() + kStates, start.state);
     std::copy(velocity.data(), velocity.data() + kAxes, start.velocity);
     require(!afresh || (afresh->shape(0) == n && afresh->shape(1) == kAxes), "afresh: n x 3");
-    require(afresh || std::find(use.begin(), use.end(), 4) == use.end(),
-            "use 4: a velocity to begin afresh with expected");
+    require(afresh || std::find(use.begin(), use.end(), kBeginning) == use.end(),
+            "USE_BEGINNING: a velocity to begin with expected");
     if (afresh) velocities.assign(afresh->data(), afresh->data() + n * kAxes);
     poses = {static_cast<int>(n), time.data(), eta.data(), use.data(), velocities.data()};
   }
@@ -203,6 +203,9 @@ void bind_filter(nb::module_& m) {
            "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none());
   m.attr("EFFECTS") = kEffects;
   m.attr("NO_COLOUR") = kNoColour;
+  m.attr("USE_JUMPED") = static_cast<int>(kJumped);
+  m.attr("USE_GAPPED") = static_cast<int>(kGapped);
+  m.attr("USE_BEGINNING") = static_cast<int>(kBeginning);
   m.def("give_back", &give_back);
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),

@@ -203,7 +203,7 @@ TEST_CASE("a pose that is far off is believed less, and costs less than its squa
 TEST_CASE("after a jump for good the filter starts anew from the pose, with the velocity it had") {
   Run run = mallard_run();
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
-  run.use[50] = 2;
+  run.use[50] = kJumped;
   const FilterPass pass = run.pass(kBelieved);
   REQUIRE(pass.good);
   CHECK(pass.weight[50] == 1.0);
@@ -213,17 +213,17 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
 
 TEST_CASE("after a gap the filter starts anew only where the poses jumped in it") {
   Run run = mallard_run();
-  run.use[50] = 1;
+  run.use[50] = kMeasured;
   const double whole = run.pass(kBelieved).cost;
-  run.use[50] = 3;
+  run.use[50] = kGapped;
   CHECK(run.pass(kBelieved).cost == whole);
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
   const double allowed = run.pass(kBelieved).cost;
-  run.use[50] = 2;
+  run.use[50] = kJumped;
   CHECK(allowed == run.pass(kBelieved).cost);
   CHECK(allowed < whole + 50.0);
   const FilterPass first = run.pass(kBelieved);
-  run.use[50] = 3;
+  run.use[50] = kGapped;
   CHECK(repeated(first, run.poses(), kBelieved, run.start) ==
         doctest::Approx(first.cost).epsilon(1e-6));
 }

@@ -113,6 +113,12 @@ EFFECTS: int = 9
 
 NO_COLOUR: float = 1e-08
 
+USE_JUMPED: int = 2
+
+USE_GAPPED: int = 3
+
+USE_BEGINNING: int = 4
+
 def give_back() -> None: ...
 
 def innovations(boat: Boat, trace: Trace, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, effects: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, counts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, blocks: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, repeatable: bool = True) -> FilterPass: ...

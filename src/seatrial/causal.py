@@ -24,15 +24,14 @@ from seatrial.parallel import spread
 from seatrial.recording import Recording
 from seatrial.structure import Row
 from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.velocity import STENCIL_NOISE, Motion, motion
 
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
 ROUNDS = 4  # of filter and noise in turns
 SETTLED = 3.0  # of the cost: a step that gains less is the last
 SETTLING = 2.0  # [s] in which the filter forgets how it started
-# the first pose after it: after a jump for good it may be anywhere; in a gap the poses may have jumped
-AFTER = {FaultKind.GAP: 3, FaultKind.JUMP: 2}
-AFRESH = 4  # the first pose by which the commands are known again
+# the first pose after it
+AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
 UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER)  # what drove the boat there
 LASTING = 1.0  # [s] after the next command what came before it still acts: latency and lag
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
@@ -58,38 +57,50 @@ def series(recording: Recording) -> _core.Series:
             if fault.kind is kind:
                 use[good[recording.t[good] >= fault.end][:1]] = code
     first = int(good[0])
-    afresh = _afresh(recording, use, moving)
+    spread = VELOCITY_SPREAD.copy()
     start = np.zeros(6)
     start[:3] = recording.eta[first]
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
+        spread = np.hypot(spread, _stencil_noise(recording))
+    afresh = _afresh(recording, use, moving, start[3:])
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
-        np.ascontiguousarray(recording.t),
-        np.ascontiguousarray(eta),
-        use,
-        start,
-        VELOCITY_SPREAD,
-        afresh,
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
     )
 
 
-def _afresh(recording: Recording, use: NDArray[np.int8], moving: Motion) -> Array | None:
-    """Marks in `use` (n,) where the filter begins afresh after commands were lost; velocities (n, 3) there.
+def _stencil_noise(recording: Recording) -> Array:
+    """Standard deviations (3,) of velocities by the stencil; 0 where no five poses stand in a row."""
+    try:
+        noise = pose_noise(recording)
+    except RecordingError:
+        return np.zeros(3)
+    sigma = np.array([noise.position, noise.position, noise.heading])
+    return STENCIL_NOISE / recording.period * sigma
 
-    None where it never does.
+
+def _afresh(
+    recording: Recording, use: NDArray[np.int8], moving: Motion, begin: Array
+) -> Array | None:
+    """Marks in `use` (n,) where the filter begins afresh; velocities (n, 3) there.
+
+    After commands were lost, and where the first poses are not usable: what is before says nothing.
+    begin: (3,) velocity at the first usable pose. None where it never does.
     """
     t, velocity = recording.t, np.zeros((len(recording.t), 3))
-    first = t[use > 0][0]
+    first = int(np.flatnonzero(use > 0)[0])
+    if first > 0:
+        use[first], velocity[first] = _core.USE_BEGINNING, begin
     for fault in recording.faults:
-        if fault.kind in UNKNOWN and fault.start > first:
+        if fault.kind in UNKNOWN and fault.end > t[first]:
             use[(t >= fault.start) & (t < fault.end + LASTING)] = 0
             after = np.flatnonzero((use > 0) & (t >= fault.end))[:1]
             known = np.flatnonzero(moving.valid & (t >= fault.end + LASTING))[:1]
-            use[after] = AFRESH
+            use[after] = _core.USE_BEGINNING
             if len(known):
                 velocity[after] = moving.nu[known]
-    return velocity if AFRESH in use else None
+    return velocity if _core.USE_BEGINNING in use else None
 
 
 def disturbed(vehicle: Vehicle) -> _core.Structure:
@@ -175,7 +186,8 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     """
     believed = believed_noise(model, [recording]) if noise is None else noise
     found = filter_pass(model, recording, series(recording), believed)
-    used = (np.asarray(found.weight) > 0.0) & (recording.t > SETTLING)
+    begins = recording.t[recording.valid][0]
+    used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + SETTLING)
     for fault in recording.faults:
         if fault.kind in UNKNOWN:
             settled = fault.end + LASTING + SETTLING

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -88,12 +89,13 @@ class ChainReader:
         index = np.full((len(self.actuators), len(STAGES)), -1, dtype=np.int32)
         for group in self.groups:
             for stage, name, given, members in self._stages(group):
-                column = STAGES.index(stage)
-                if np.any(index[members, column] >= 0):
-                    raise VehicleError(
-                        f"{self.source}: chain: two groups give an actuator's {stage}"
-                    )
-                index[members, column] = len(values)
+                for one in (stage, *_also(group, stage)):
+                    column = STAGES.index(one)
+                    if np.any(index[members, column] >= 0):
+                        raise VehicleError(
+                            f"{self.source}: chain: two groups give an actuator's {one}"
+                        )
+                    index[members, column] = len(values)
                 names.append(name)
                 values.append(STARTS[stage] if isinstance(given, str) else given)
                 estimated += [name] if isinstance(given, str) else []
@@ -194,8 +196,11 @@ def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
     here = {stage: values[stage + suffix] for stage in STAGES if stage + suffix in values}
 
     changes: dict[str, object] = {}
-    if group.dead_zone is not None and {"edge_forward", "edge_reverse"} <= set(here):
-        changes["dead_zone"] = DeadZone(here["edge_forward"], here["edge_reverse"])
+    if group.dead_zone is not None and {"edge_forward", "edge_reverse"} & set(here):
+        zone = _edges(group.dead_zone)
+        changes["dead_zone"] = DeadZone(
+            here.get("edge_forward", zone.forward), here.get("edge_reverse", zone.reverse)
+        )
     if group.scale is not None:
         power = _put(group.scale, here, {"power": "scale_power"})
         changes["scale"] = msgspec.structs.replace(group.scale, **power)
@@ -218,18 +223,24 @@ def _put(
     return {key: values[stage] for key, stage in given.items() if stage in values}
 
 
+def _edges(given: DeadZone | Literal["estimate"]) -> DeadZone:
+    return DeadZone("estimate", "estimate") if isinstance(given, str) else given
+
+
+def _also(group: ChainGroup, stage: str) -> tuple[str, ...]:
+    """Stages that share a stage's constant."""
+    zone = group.dead_zone
+    shared = isinstance(zone, DeadZone) and zone.symmetric and stage == "edge_forward"
+    return ("edge_reverse",) if shared else ()
+
+
 def _single(group: ChainGroup) -> dict[str, float | str]:
     """The constants that a group gives each of its actuators."""
-    edges = group.dead_zone
-    ends = (
-        (edges, edges)
-        if edges is None or isinstance(edges, str)
-        else (edges.forward, edges.reverse)
-    )
+    zone = None if group.dead_zone is None else _edges(group.dead_zone)
     values = {
         "latency": group.latency,
-        "edge_forward": ends[0],
-        "edge_reverse": ends[1],
+        "edge_forward": None if zone is None else zone.forward,
+        "edge_reverse": None if zone is None or zone.symmetric else zone.reverse,
         "reverse_ratio": group.reverse_ratio,
         "power": group.power,
         "lag": group.lag,

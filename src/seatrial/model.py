@@ -273,9 +273,7 @@ def _from_file(file: ModelFile, path: str) -> Model:
 
 def _in_range(path: str, vehicle: Vehicle, name: str, value: float) -> None:
     """Raise ModelError where a constant is what no vehicle file may state."""
-    edges = "edge_forward", "edge_reverse"  # stand in the file together
-    other = {name.replace(*ends): value for ends in (edges, edges[::-1])}
-    chain = msgspec.to_builtins(vehicle.with_stated({**other, name: value}).file.chain)
+    chain = msgspec.to_builtins(vehicle.with_stated({name: value}).file.chain)
     try:
         msgspec.convert(chain, list[ChainGroup])
     except msgspec.ValidationError as error:

@@ -93,10 +93,15 @@ class AllocationEntry(Strict, frozen=True):
 
 
 class DeadZone(Strict, frozen=True):
-    """Edges of the dead zone, both >= 0, in command units."""
+    """Edges of the dead zone, both >= 0, in command units. `reverse: forward`: one edge for both sides."""
 
-    forward: Edge
-    reverse: Edge
+    forward: Edge | Estimate
+    reverse: Edge | Estimate | Literal["forward"]
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether one constant, edge_forward, is both edges."""
+        return self.reverse == "forward"
 
 
 class PairOffset(Strict, frozen=True):

@@ -48,9 +48,9 @@ namespace detail {
 template <int N>
 void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
   const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
-  if (poses.use[k] == 2) filter.loosen();
-  if (poses.use[k] == 3) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == 4) {
+  if (poses.use[k] == kJumped) filter.loosen();
+  if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
+  if (poses.use[k] == kBeginning) {
     filter.begin_afresh(poses.eta + at, poses.velocity + at, poses.time[k]);
   }
 }
@@ -80,7 +80,7 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
     const int last = std::min(poses.n - 1, first + kFilterChunk);
     const Schedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
-      if (poses.use[k] != 0) {
+      if (poses.use[k] != kNotMeasured) {
         allow_jump(filter, poses, k);
         const double counted = counts == nullptr ? 1.0 : counts[k];
         const Innovation seen =
@@ -165,7 +165,7 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNo
   Filter<N> again(none, noise, start, first.effects, false);
   double cost = 0.0;
   for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != 0) cost += use_pose(again, poses, k).cost;
+    if (poses.use[k] != kNotMeasured) cost += use_pose(again, poses, k).cost;
     follow(&again, 1, noise, first, poses, k);
   }
   return cost;
@@ -253,7 +253,7 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
   double information[kNoiseParameters][kNoiseParameters] = {};
   Changes changes;
   for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != 0) {
+    if (poses.use[k] != kNotMeasured) {
       const Innovation here = use_pose(base, poses, k);
       out.cost += here.cost;
       double inverse[kPose][kPose];

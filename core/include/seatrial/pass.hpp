@@ -61,15 +61,22 @@ struct Effects {
 enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
 inline constexpr int kEffects = 9;
 
+/// What a pose is to the filter.
+enum Use : signed char {
+  kNotMeasured = 0,
+  kMeasured = 1,
+  kJumped = 2,     // the first after a jump for good: it may be anywhere
+  kGapped = 3,     // the first after a gap, in which the poses may have jumped
+  kBeginning = 4,  // the first by which it is known again what drives the boat
+};
+
 /// Poses of one recording.
 struct PoseSeries {
   int n = 0;
-  const double* time = nullptr;  // (n) [s], rising
-  const double* eta = nullptr;   // (n, 3)
-  /// (n) 0: not measured; 1: measured; 2: after a jump for good; 3: after a gap, maybe after a
-  /// jump; 4: what drove the boat before it is not known
-  const signed char* use = nullptr;
-  const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] where it begins afresh (4); or null
+  const double* time = nullptr;      // (n) [s], rising
+  const double* eta = nullptr;       // (n, 3)
+  const signed char* use = nullptr;  // (n) Use
+  const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] of those that are kBeginning
 };
 
 /// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.

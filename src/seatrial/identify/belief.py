@@ -131,7 +131,8 @@ def plain_noise(at: Point, noise: Array) -> Array:
 
     `noise`: what the likelihood found before the model was believed less closely.
     """
-    held = replace(at.passes.problem, free=())
+    problem = at.passes.problem
+    held = replace(problem, free=problem.sought)  # the filter is to know of them
     for _ in range(3):
         passes = held.passes(at.theta, noise)
         noise, cost = fitted_noise(passes.each, held.series, noise, 1.0)

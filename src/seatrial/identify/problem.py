@@ -133,10 +133,15 @@ class Problem:
         n, m = self.size, self.constants
         return [i for i in self.free if i < n], [i - n for i in self.free if n <= i < n + m]
 
+    @cached_property
+    def sought(self) -> tuple[int, ...]:
+        """Effects among the free parameters."""
+        return tuple(i for i in self.free if i >= self.size + self.constants)
+
     @property
     def disturbed(self) -> bool:
         """Whether any effect is sought."""
-        return any(i >= self.size + self.constants for i in self.free)
+        return bool(self.sought)
 
     def effects(self, recording: int) -> NDArray[np.int64]:
         """Where the effects on a recording stand among all parameters."""

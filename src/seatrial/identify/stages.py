@@ -14,13 +14,15 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.chain import ESTIMATE, STAGES, STARTS
+from seatrial.frames import Array
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
 from seatrial.vehicle import WRENCH, Vehicle
 
 MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
-BOTH_SIDES = 0.05  # share of its commands that a thruster must have on either side for a dead zone
+SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
+ROWS = 4000  # of commands that are looked at for it
 
 
 @dataclass(frozen=True)
@@ -41,18 +43,14 @@ def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehic
 def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
     """The vehicle with free stages, and what was left out, and why."""
     has = _stated(vehicle)
-    curved = _curved(vehicle)
-    why = None if curved else _no_edges(vehicle, recordings)
     group = ChainGroup(
         latency=None if has["latency"] else STARTS["latency"],
         lag=None if has["lag"] else STARTS["lag"],
-        dead_zone=None
-        if curved or why
-        else DeadZone(STARTS["edge_forward"], STARTS["edge_reverse"]),
     )
+    zones, said = _dead_zones(vehicle, recordings)
     held, notes = _powers_held(vehicle, recordings)
-    rest = _rest(vehicle)
-    return held.with_chain([*held.file.chain, group, *rest]), [*([why] if why else []), *notes]
+    whole = held.with_chain([*held.file.chain, group, *zones, *_rest(vehicle)])
+    return whole, [*said, *notes]
 
 
 def _rest(vehicle: Vehicle) -> list[ChainGroup]:
@@ -117,8 +115,12 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
     def wider(groups: list[ChainGroup]) -> Vehicle:
         return whole.with_chain([*chain[:place], *groups, *chain[place + 1 :]])
 
-    if not _curved(vehicle) and _no_edges(vehicle, recordings) is None:
-        curve = {"reverse_ratio": "reverse over forward", "power": "power"}
+    sought = {
+        n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
+    }
+    if "edge_forward" in sought:
+        both = {"reverse_ratio": "reverse over forward"} if "edge_reverse" in sought else {}
+        curve = {**both, "power": "power"}
         missing = [s for s in curve if getattr(own, s) is None and not has[s]]
         whole_curve = own
         for stage in missing:
@@ -165,25 +167,75 @@ def _curved(vehicle: Vehicle) -> bool:
     return any(g.table or g.power or g.dead_zone or g.pair for g in vehicle.file.chain)
 
 
-def _no_edges(vehicle: Vehicle, recordings: Sequence[Recording]) -> str | None:
-    """Why the dead zone can't be found; None where it can: every thruster passes through it."""
+def _dead_zones(
+    vehicle: Vehicle, recordings: Sequence[Recording]
+) -> tuple[list[ChainGroup], list[str]]:
+    """Dead zones, as far as thrusters pass through them, and what is to be said of them.
+
+    Actuators that serve the same forces are of one kind: each kind has its own.
+    """
+    if _curved(vehicle):
+        return [], []
     if not (vehicle.file.thrusters or vehicle.file.forces):
-        return (
+        return [], [
             f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; where thrusters "
             "have one, force coefficients come out too small: write thrusters: and allocation: into the vehicle "
             "file"
+        ]
+    kinds = alike(vehicle)
+    if len(kinds) < 2:
+        kinds = {"": list(vehicle.actuators)}
+    groups, notes = [], []
+    for kind, members in kinds.items():
+        zone, why = _dead_zone(vehicle, recordings, members)
+        if zone is not None:
+            name, own = (f"dead_zone_{kind}", members) if kind else ("", None)
+            groups.append(ChainGroup(name=name, actuators=own, dead_zone=zone))
+        notes += [f"dead zone{' of ' + kind if kind else ''}: {why}"] if why else []
+    return groups, notes
+
+
+def _dead_zone(
+    vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]
+) -> tuple[DeadZone | None, str | None]:
+    """That of some actuators, and what is to be said of it."""
+    ahead, astern = _shown(vehicle, recordings, members) > SHOWS
+    start, names = STARTS["edge_forward"], ", ".join(members)
+    if ahead and astern:
+        return DeadZone(start, STARTS["edge_reverse"]), None
+    if ahead or astern:
+        side = "astern" if ahead else "ahead"
+        return DeadZone(start, "forward"), (
+            f"one edge for both sides, as {names} hardly push {side}"
         )
-    ahead, astern, count = np.zeros(len(vehicle.actuators)), np.zeros(len(vehicle.actuators)), 0
-    for recording in recordings:
-        thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(recording.commands.values))[0]
-        ahead += (thrust > 0).sum(axis=0)
-        astern += (thrust < 0).sum(axis=0)
-        count += len(thrust)
-    sides = np.minimum(ahead, astern) / count
-    if sides.min() > BOTH_SIDES:
-        return None
-    idle = ", ".join(n for n, s in zip(vehicle.actuators, sides, strict=True) if s <= BOTH_SIDES)
-    return (
-        f"dead zone: not identifiable, as {idle} push to one side only; the force coefficients "
-        "are the gains past its edge"
+    return None, (
+        f"not identifiable, as with commands like these of {names} it takes the same share of each "
+        "force at all times; the force coefficients include it"
     )
+
+
+def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]) -> Array:
+    """What another edge (2,) of some actuators would change beyond a force's gain, forward and reverse.
+
+    In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know one thrust only: the gain tells as much.
+    """
+    rows = np.concatenate([r.commands.values for r in recordings])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
+    t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
+
+    def forces(forward: float, reverse: float) -> Array:
+        zone = ChainGroup(actuators=list(members), dead_zone=DeadZone(forward, reverse))
+        zoned = vehicle.with_chain([zone])
+        trace = _core.Trace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
+        return np.asarray(trace.forces(t + 0.5))
+
+    edge = STARTS["edge_forward"]
+    now = forces(edge, edge)
+    power = (now**2).sum(axis=0)
+    found = []
+    for other in ((2 * edge, edge), (edge, 2 * edge)):
+        change = (forces(*other) - now) / edge
+        share = np.divide((change * now).sum(axis=0), power, out=0 * power, where=power > 0)
+        left = ((change - share * now) ** 2).sum(axis=0)
+        found.append(np.sqrt(np.divide(left, power, out=0 * power, where=power > 0)).max())
+    return np.array(found)

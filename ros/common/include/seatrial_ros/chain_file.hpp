@@ -34,8 +34,12 @@ class ChainReader {
       if (edges->is_mapping()) edges->only({"forward", "reverse"});
       add(edges->is_mapping() ? edges->at("forward") : *edges, "edge_forward",
           &Actuator::edge_forward, all);
-      add(edges->is_mapping() ? edges->at("reverse") : *edges, "edge_reverse",
-          &Actuator::edge_reverse, all);
+      const Value reverse = edges->is_mapping() ? edges->at("reverse") : *edges;
+      if (reverse.is_word() && reverse.text() == "forward") {
+        share(reverse, all);
+      } else {
+        add(reverse, "edge_reverse", &Actuator::edge_reverse, all);
+      }
     }
     single(group, "reverse_ratio", "reverse_ratio", &Actuator::reverse_ratio, all);
     single(group, "power", "power", &Actuator::power, all);
@@ -88,6 +92,15 @@ class ChainReader {
     }
     names_.push_back(name);
     ++chain_.n_constants;
+  }
+
+  /// The edge at positive commands is the other one, too.
+  void share(const Value& given, const std::vector<int>& whose) {
+    for (const int k : whose) {
+      Actuator& a = chain_.actuators[k];
+      if (a.edge_reverse >= 0) given.refuse("two groups give an actuator's edge_reverse");
+      a.edge_reverse = a.edge_forward;
+    }
   }
 
   void single(const Value& group, const std::string& key, const std::string& stage, Stage at,
