@@ -27,6 +27,7 @@ CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of s
 NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
 NOISE_TRIALS = 6
 LATE = 10.0  # of the cost: when less is gained, the search is near its end
+UNCONNECTED = 0.05  # correlation from pose to pose up to which errors count as white
 OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
 
 
@@ -48,6 +49,19 @@ def noise_entry(noise: Array) -> NoiseEntry:
     hangs = max(colour[:2]) > _core.NO_COLOUR
     correlated = CorrelatedEntry(*colour) if hangs else None
     return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
+
+
+def folded(noise: Array, period: float) -> Array:
+    """The noise (10,), errors that hang together for less than `period` [s] counted as the white ones they are.
+
+    From one pose to the next exp(-period / memory) is left of them.
+    """
+    if np.exp(-period / noise[COLOUR_MEMORY]) > UNCONNECTED:
+        return noise
+    out = noise.copy()
+    out[:2] = np.hypot(noise[:2], noise[COLOUR])
+    out[COLOUR] = NOISE_LEAST[COLOUR]
+    return out
 
 
 def fitted_noise(

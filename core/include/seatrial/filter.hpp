@@ -61,8 +61,10 @@ class Filter {
     const int first = boat.structure.n_coefficients - kAxes;
     const Interval passed(noise_, x_[2], length);
     const double* w = effects_.wind;
-    const double wind[kAxes] = {passed.cos * w[0] + passed.sin * w[1],
-                                passed.cos * w[1] - passed.sin * w[0], 0.0};
+    const double middle = x_[2] + 0.5 * length * x_[5];  // the heading that the wind meets
+    const double c = std::cos(middle);
+    const double s = std::sin(middle);
+    const double wind[kAxes] = {c * w[0] + s * w[1], c * w[1] - s * w[0], 0.0};
     for (int a = 0; a < kAxes; ++a) {
       boat.coefficient[first + a] = x_[kStates + a] + effects_.bias[a] + wind[a];
     }
@@ -72,12 +74,14 @@ class Filter {
       std::copy(dx.row[i] + 2, dx.row[i] + kStates, f_[i]);
       const double* push = dx.row[i] + force;
       std::copy(push, push + kAxes, f_[i] + kStates - 2);
-      f_[i][0] += push[0] * wind[1] - push[1] * wind[0];  // a turn of the boat turns the wind on it
+      const double turned = push[0] * wind[1] - push[1] * wind[0];
+      f_[i][0] += turned;  // a turn of the boat turns the wind on it
+      f_[i][3] += 0.5 * length * turned;
     }
     std::copy(x_, x_ + kStates, way.to);
     let_fade(passed);
     for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
-    carry_sensitivity(dx, passed.cos, passed.sin);
+    carry_sensitivity(dx, c, s);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
       for (int j = 0; j < kMoving; ++j) way.slope[i][j] = static_cast<float>(f_[i][j]);

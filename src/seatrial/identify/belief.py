@@ -23,6 +23,7 @@ from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained, white
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
+from seatrial.recording import Recording
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.velocity import motion
 
@@ -49,7 +50,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     from there.
     """
     problem = at.passes.problem
-    if hold or explained(at) or white(at):
+    if hold or not _comparable(problem) or explained(at) or white(at):
         return at.noise, at, 0.0
     best = _ahead(problem, at.theta)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
@@ -74,7 +75,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
 
 def worth(at: Point) -> list[str]:
     """What is to be said where the model is no better one second ahead than no model."""
-    if explained(at):
+    if explained(at) or not _comparable(at.passes.problem):
         return []
     ahead = _ahead(at.passes.problem, at.theta)
     if ahead is None:
@@ -149,9 +150,11 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
         Integration("runge-kutta", problem.step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
     )  # fmt: skip
     squares, floors, stays, moves, count = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0
-    for recording in problem.recordings:
+    for i, recording in enumerate(problem.recordings):
         try:
-            found = predict(model, recording, DEFAULT_HORIZON)
+            found = predict(
+                model, _of_origin(recording, theta[problem.effects(i)]), DEFAULT_HORIZON
+            )
         except RecordingError:  # too short for that
             continue
         except ModelError:
@@ -165,3 +168,21 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
         return None
     rms, floor, still, moving = (np.sqrt(x / count) for x in (squares, floors, stays, moves))
     return Ahead(rms + 1e-12, floor, still, moving)
+
+
+def _comparable(problem: Problem) -> bool:
+    """Whether predictions a second ahead know all effects: what pushes the boat is not among theirs."""
+    pushes = ("trim", "wind")
+    return not any(problem.names[i].startswith(pushes) for i in problem.sought)
+
+
+def _of_origin(recording: Recording, effects: Array) -> Recording:
+    """The poses of the boat's origin in the water, less lever arm and current."""
+    if not effects.any():
+        return recording
+    (ahead, left), current = effects[:2], effects[2:4]
+    eta = recording.eta.copy()
+    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
+    eta[:, :2] -= np.column_stack([c * ahead - s * left, s * ahead + c * left])
+    eta[:, :2] -= recording.t[:, None] * current
+    return replace(recording, eta=eta)

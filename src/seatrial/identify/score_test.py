@@ -57,5 +57,18 @@ def score_test(
     left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
     inverse = np.linalg.pinv(left, hermitian=True)
     scatter = efficient.T @ efficient
-    statistic = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
+    raw = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
+    statistic = _as_chi_square(raw, len(sums), len(tested))
     return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
+
+
+def _as_chi_square(raw: float, blocks: int, freedom: int) -> float:
+    """The statistic of so many blocks as that of many: of few it can't exceed their number.
+
+    Over it, it is a squared multiple correlation, of 1 with the scores (Bartlett, J. R. Stat. Soc.
+    Suppl. 9, 1947). 0 where there are too few blocks to tell.
+    """
+    if blocks <= freedom + 1:
+        return 0.0
+    left = max(1.0 - raw / blocks, np.finfo(float).eps)
+    return float(-(blocks - 0.5 * freedom - 1.0) * np.log(left))

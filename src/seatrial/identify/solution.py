@@ -7,7 +7,7 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial.filter_noise import noise_entry
+from seatrial.filter_noise import folded, noise_entry
 from seatrial.frames import Array, Axes
 from seatrial.identify.belief import plain_noise
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
@@ -76,6 +76,7 @@ class Fit:
         if self.share and self.plain is not None:
             noise = plain_noise(Point(theta, noise, self.passes), self.plain)
         recordings = problem.recordings
+        noise = folded(noise, min(r.period for r in recordings))
         constants = theta[n:size]
         lever = theta[problem.effects(0)[: len(LEVER)]]
         return Model(

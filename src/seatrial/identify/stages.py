@@ -43,11 +43,12 @@ def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehic
 def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
     """The vehicle with free stages, and what was left out, and why."""
     has = _stated(vehicle)
+    zones, said = _dead_zones(vehicle, recordings)
     group = ChainGroup(
         latency=None if has["latency"] else STARTS["latency"],
         lag=None if has["lag"] else STARTS["lag"],
+        dead_zone=zones.pop().dead_zone if [z.name for z in zones] == [""] else None,
     )
-    zones, said = _dead_zones(vehicle, recordings)
     held, notes = _powers_held(vehicle, recordings)
     whole = held.with_chain([*held.file.chain, group, *zones, *_rest(vehicle)])
     return whole, [*said, *notes]
@@ -215,9 +216,10 @@ def _dead_zone(
 
 
 def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]) -> Array:
-    """What another edge (2,) of some actuators would change beyond a force's gain, forward and reverse.
+    """What another edge (2,) of some actuators, forward and reverse, would change beyond forces' gains.
 
-    In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know one thrust only: the gain tells as much.
+    In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know
+    one thrust only: the gain tells as much.
     """
     rows = np.concatenate([r.commands.values for r in recordings])
     rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
