@@ -99,7 +99,7 @@ Effects make_effects(const Vector& effects) {
 FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
                            double outlier, std::optional<Vector> effects,
                            std::optional<Vector> counts, std::optional<Places> blocks,
-                           bool repeatable) {
+                           bool repeatable, bool shares) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
@@ -119,7 +119,7 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
   return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
-                     often, blocks ? blocks->data() : nullptr, repeatable);
+                     often, blocks ? blocks->data() : nullptr, repeatable, shares);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
@@ -184,6 +184,12 @@ void bind_filter(nb::module_& m) {
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
+          "share",
+          [](const FilterPass& p) {
+            return moved2(p.share, static_cast<std::size_t>(p.parameters));
+          },
+          nb::for_getter(nb::rv_policy::move))
+      .def_prop_ro(
           "innovation", [](const FilterPass& p) { return moved2(p.innovation, kPose); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
@@ -209,7 +215,7 @@ void bind_filter(nb::module_& m) {
   m.def("give_back", &give_back);
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
-        "repeatable"_a = true);
+        "repeatable"_a = true, "shares"_a = false);
   m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "active"_a = ~0U);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);

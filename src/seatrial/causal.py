@@ -34,6 +34,7 @@ SETTLING = 2.0  # [s] in which the filter forgets how it started
 AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
 UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER)  # what drove the boat there
 LASTING = 1.0  # [s] after the next command what came before it still acts: latency and lag
+START = 200  # usable poses that the noise at the start is found from
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
 PIECE = 10.0  # [s] that are taken together
 
@@ -73,7 +74,7 @@ def series(recording: Recording) -> _core.Series:
 def _stencil_noise(recording: Recording) -> Array:
     """Standard deviations (3,) of velocities by the stencil; 0 where no five poses stand in a row."""
     try:
-        noise = pose_noise(recording)
+        noise = pose_noise(recording, first=START)  # what comes later changes nothing
     except RecordingError:
         return np.zeros(3)
     sigma = np.array([noise.position, noise.position, noise.heading])

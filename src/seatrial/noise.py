@@ -10,14 +10,15 @@ from seatrial.schema import NoiseEntry
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # kills cubics: smooth motion leaves no trace
 
 
-def pose_noise(*recordings: Recording) -> NoiseEntry:
+def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
     """Standard deviations of white pose noise [m], [rad], from fourth differences.
 
     The median keeps pulses and jumps out. Noise that is correlated over several poses is not seen.
+    `first`: of each recording's first so many usable poses; of all by default.
     """
     parts = []
     for recording in recordings:
-        index = np.flatnonzero(recording.valid)
+        index = np.flatnonzero(recording.valid)[:first]
         if len(index) < 5:
             continue
         windows = np.lib.stride_tricks.sliding_window_view(index, 5)

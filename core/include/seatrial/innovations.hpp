@@ -55,10 +55,35 @@ void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
   }
 }
 
+/// The upper triangle of a symmetric (p, p) from its lower.
+inline void mirror(double* matrix, int p) {
+  for (std::ptrdiff_t a = 0; a < p; ++a) {
+    for (std::ptrdiff_t b = 0; b < a; ++b) matrix[b * p + a] = matrix[a * p + b];
+  }
+}
+
+/// The information up to here, as that up to the block's end.
+inline void take_share(int block, FilterPass& pass) {
+  const std::size_t size = pass.information.size();
+  pass.share.resize((static_cast<std::size_t>(block) + 1) * size);
+  std::copy(pass.information.begin(), pass.information.end(),
+            pass.share.end() - static_cast<std::ptrdiff_t>(size));
+}
+
+/// What was taken up to each block's end, less what was before it.
+inline void part_shares(FilterPass& pass) {
+  const std::size_t size = pass.information.size();
+  for (std::size_t i = pass.share.size(); i-- > size;) pass.share[i] -= pass.share[i - size];
+  for (std::size_t i = 0; i < pass.share.size(); i += size) {
+    mirror(&pass.share[i], pass.parameters);
+  }
+}
+
 template <int N>
 FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
                        const FilterNoise& noise, const FilterStart& start, const Effects& effects,
-                       bool slopes, const double* counts, const int* block, bool repeatable) {
+                       bool slopes, const double* counts, const int* block, bool repeatable,
+                       bool shares) {
   Filter<N> filter(trace.columns(), noise, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
@@ -90,6 +115,7 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
         keep(seen, k, pass);
       }
       keep(filter, k, pass);
+      if (shares && block != nullptr) take_share(block[k], pass);
       if (k == poses.n - 1) break;
       if (repeatable) pass.way.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
@@ -99,12 +125,8 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
       }
     }
   }
-  for (int a = 0; a < p; ++a) {
-    for (int b = 0; b < a; ++b) {
-      pass.information[static_cast<std::size_t>(b * p + a)] =
-          pass.information[static_cast<std::size_t>(a * p + b)];
-    }
-  }
+  mirror(pass.information.data(), p);
+  if (!pass.share.empty()) part_shares(pass);
   return pass;
 }
 
@@ -115,15 +137,16 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
 /// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
 /// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
 /// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
-/// `repeatable`: the way is kept, for other noise to be tried on it.
+/// `repeatable`: the way is kept, for other noise to be tried on it. `shares`: what each block has
+/// of the information is kept, too.
 inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSeries& poses,
                               const FilterNoise& noise, const FilterStart& start,
                               const Effects& effects = {}, bool slopes = false,
                               const double* counts = nullptr, const int* block = nullptr,
-                              bool repeatable = true) {
+                              bool repeatable = true, bool shares = false) {
   const auto run = noise.coloured() ? detail::innovations<detail::kColouredStates>
                                     : detail::innovations<kFilterStates>;
-  return run(boat, trace, poses, noise, start, effects, slopes, counts, block, repeatable);
+  return run(boat, trace, poses, noise, start, effects, slopes, counts, block, repeatable, shares);
 }
 
 namespace detail {

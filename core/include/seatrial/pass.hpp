@@ -133,6 +133,7 @@ struct FilterPass {
   std::vector<double> information;  // (p, p) sum of J' S^-1 J
   std::vector<double> gradient;     // (p) sum of J' S^-1 e
   std::vector<double> score;        // (blocks, p) terms of the gradient
+  std::vector<double> share;        // (blocks, p, p) terms of the information, where asked for
   std::vector<double> innovation;   // (n, 3)
   std::vector<float> spread;        // (n, 6) S: xx, xy, xpsi, yy, ypsi, psipsi
   std::vector<double> state;        // (n, 9) after the pose was used

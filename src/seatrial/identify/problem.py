@@ -189,10 +189,12 @@ class Problem:
         counts: list[Array] | None = None,
         *,
         repeatable: bool = True,
+        shares: bool = False,
     ) -> "Passes":
         """The filter over all recordings.
 
         `counts`: how often each pose counts. `repeatable`: its ways are kept, for other noise.
+        `shares`: what each block has of the information is kept, too.
         """
         coefficients, constants = self.chosen
         boat = _core.Boat(
@@ -212,6 +214,7 @@ class Problem:
                 None if counts is None else counts[i],
                 self.blocks[i],
                 repeatable,
+                shares,
             )  # fmt: skip
 
         each = spread(one, range(len(self.recordings)))

@@ -35,6 +35,7 @@ class Slopes:
     information: Array  # (g, p, p)
     gradient: Array  # (g, p)
     scores: Array  # (blocks, p) of all recordings
+    shares: Array  # (blocks, p, p) that each block has of the information
     recording: NDArray[np.int64]  # (blocks,) that each block is of
 
     @property
@@ -50,11 +51,10 @@ class Slopes:
     def left(self, step: Array) -> Array:
         """Scores (blocks, p) that are left after a step (p,) of the parameters.
 
-        A block has its share of its recording's information. Without this a term that is plainly
-        missing would count as scatter of the scores, and hide itself.
+        By each block's own share of the information. Without this a term that is plainly missing
+        would count as scatter of the scores, and hide itself.
         """
-        share = self.information @ step / np.bincount(self.recording)[:, None]
-        return np.asarray(self.scores - share[self.recording])
+        return np.asarray(self.scores - self.shares @ step)
 
     def place(self, name: str) -> int:
         """Column of a parameter."""
@@ -70,6 +70,7 @@ class Slopes:
             information=self.information[np.ix_(range(len(self.information)), at, at)],
             gradient=self.gradient[:, at],
             scores=self.scores[:, at],
+            shares=self.shares[np.ix_(range(self.blocks), at, at)],
         )
 
 
@@ -89,7 +90,7 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     noise = noise_vector(model.noise)
     if noise is None:
         raise IdentificationError("selection needs a model with process noise: output-error's")
-    passes = problem.passes(theta, noise)
+    passes = problem.passes(theta, noise, repeatable=False, shares=True)
     if not np.isfinite(passes.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
     owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(problem.blocks)]
@@ -99,6 +100,7 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
         np.array([p.information for p in passes.each]),
         np.array([p.gradient for p in passes.each]),
         passes.scores,
+        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in passes.each]),
         np.concatenate(owner),
     )
 
