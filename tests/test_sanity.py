@@ -71,7 +71,9 @@ def test_a_thrust_gain_that_is_negative_or_not_there_is_a_doubt(mp):
 
     model = make_model(mp, TABLE_II["AF"] | {"Y_F": -0.2})
     (doubt,) = doubts(model)
-    assert "F_v drives sway backwards. Turn its sign round" in doubt
+    assert (
+        "F_v drives sway backwards. Turn the sign round" in doubt and "(inputs: F_v: sign)" in doubt
+    )
     odd = replace(make_model(mp, TABLE_II["AF"]), covariance=np.eye(11))
     assert [d.split(":")[1].split(". Are")[0] for d in doubts(odd)] == [
         " F_u does not visibly drive surge", " F_v does not visibly drive sway",

@@ -16,7 +16,11 @@ from seatrial.vehicle import WRENCH
 RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
 STILL = 0.02  # share of the top speed at which a boat counts as stopped
 TOLD_APART = 2.0  # standard errors that a value must be away from 0 to count as not 0
-ABSURD_SPEED = 10.0  # [m/s], [rad/s] no small boat goes faster
+ABSURD_SPEED = (
+    10.0  # [m/s], [rad/s] small boats are not faster, but for those that were recorded so
+)
+FASTER = 3.0  # times the recorded speed from which on a model runs away
+PART = 0.9  # of full command: what was driven with less is said with its command
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ def sanity_line(model: Model) -> str:
     if not found:
         return "No command drives any axis of this structure."
     speeds = ", ".join(
-        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}{_beyond(model, s)}"
+        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}{_by(s)}{_beyond(model, s)}"
         for s in found
     )
     coasts = ", ".join(
@@ -50,10 +54,19 @@ def sanity_line(model: Model) -> str:
     return f"Top speed {speeds}; from there it coasts {coasts}: is that your boat?"
 
 
+def _by(found: AxisSanity) -> str:
+    """The command, where it is not a full one: no larger was recorded."""
+    return f" by {100 * found.command:.0f} % of full command" if found.command < PART else ""
+
+
+def _recorded(model: Model, axis: int) -> float:
+    """The largest speed that was driven; infinite where it is not known."""
+    return max(abs(x) for x in model.envelope.speeds.get(SYMBOLS[axis], (-np.inf, np.inf)))
+
+
 def _beyond(model: Model, found: AxisSanity) -> str:
     """A remark where the top speed is well above what was recorded."""
-    low, high = model.envelope.speeds.get(SYMBOLS[found.axis], (-np.inf, np.inf))
-    seen = max(abs(low), abs(high))
+    seen = _recorded(model, found.axis)
     return f" (recorded: up to {seen:.2f})" if abs(found.top_speed) > 1.2 * seen else ""
 
 
@@ -93,9 +106,16 @@ def _odd_thrust(model: Model) -> list[str]:
         value, error = model.values[name], model.standard_errors[name]
         what = f"{name} = {value:.3g} ± {error:.2g}"
         if value < -TOLD_APART * error:
+            vehicle = model.vehicle
+            j = [f.name for f in vehicle.forces].index(force)
+            makers = [n for n, w in zip(vehicle.actuators, vehicle.mix[j], strict=True) if w != 0.0]
+            inputs = (
+                [force] if force in vehicle.inputs else [n for n in makers if n in vehicle.inputs]
+            )
+            where = f" (inputs: {', '.join(inputs)}: sign)" if inputs else ""
             found.append(
-                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Turn its sign "
-                f"round in the vehicle file (inputs: {force}: sign), or check the axes."
+                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Turn the sign round of "
+                f"what makes it in the vehicle file{where}, or check the axes."
             )
         elif value < TOLD_APART * error:
             found.append(
@@ -177,14 +197,16 @@ def _run(model: Model, structure: Structure, force: Array, t: Array) -> Array:
 
 def _refuse_unstable(model: Model, axis: int, command: float, t: Array, states: Array) -> None:
     """Raise ModelError, naming the velocity that runs away first and its coefficients."""
-    fast = np.nan_to_num(np.abs(states[:, 3:]), nan=np.inf) > ABSURD_SPEED
+    seen = np.array([_recorded(model, axis) for axis in range(3)])
+    limit = np.maximum(ABSURD_SPEED, FASTER * np.where(np.isfinite(seen), seen, 0.0))
+    fast = np.nan_to_num(np.abs(states[:, 3:]), nan=np.inf) > limit
     if not fast.any():
         return
     first = int(np.argmax(fast.any(axis=1)))
     away = int(np.argmax(fast[first]))
     raise ModelError(
         f"{model.name}: the model is unstable: driven in {AXES[axis]} at command {command:.2g}, "
-        f"{AXES[away]} passes {ABSURD_SPEED:g} {'rad/s' if away == 2 else 'm/s'} within "
+        f"{AXES[away]} passes {limit[away]:.3g} {'rad/s' if away == 2 else 'm/s'} within "
         f"{np.ceil(t[first]):.0f} s; its drag does not hold it back: {_listed(model, away)}. "
         f"Drive longer in {AXES[away]}, at several speeds"
     )

@@ -11,6 +11,9 @@ from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
+FEW = (
+    2.0  # blocks a parameter, below which scatter that is less than the information says is chance
+)
 SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
 TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
@@ -40,6 +43,8 @@ def sandwich(at: Point) -> Array:
     scores *= np.sqrt(blocks / max(blocks - p / 2, blocks / 4))  # some was fitted away
     moves = scores @ inverse  # by a block
     factor = float(np.sum(moves * scores)) / p
+    if blocks < FEW * p:
+        factor = max(factor, 1.0)
     share = blocks / (blocks + SHRINKAGE * p)
     said = inverse @ known @ inverse
     drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)

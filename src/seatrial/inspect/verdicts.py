@@ -12,7 +12,7 @@ from seatrial.inspect.coverage import InputUse
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
-from seatrial.velocity import motion
+from seatrial.velocity import STENCIL_NOISE, motion
 
 SHORT = 30.0  # [s] a recording below it says little
 UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
@@ -96,6 +96,16 @@ def _input(use: InputUse) -> list[str]:
     return said
 
 
+def _speeds_of_noise(recording: Recording) -> tuple[float, float]:
+    """What 90 % of a resting boat's speeds by the stencil are below [m/s], [rad/s]."""
+    try:
+        noise = pose_noise(recording)
+    except RecordingError:
+        return 0.0, 0.0
+    each = STENCIL_NOISE / recording.period
+    return 2.15 * each * noise.position, 1.65 * each * noise.heading  # of Rayleigh, of a normal
+
+
 def implausible(recording: Recording) -> list[str]:
     """Units that can't be right for a small boat, one sentence each."""
     said = []
@@ -110,9 +120,10 @@ def implausible(recording: Recording) -> list[str]:
         return said
     speed = np.hypot(moving.nu[moving.valid, 0], moving.nu[moving.valid, 1])
     fast, turn = (float(np.percentile(a, 90)) for a in (speed, np.abs(moving.nu[moving.valid, 2])))
-    if fast > ABSURD_SPEED:
+    by_noise = _speeds_of_noise(recording)
+    if fast > np.hypot(ABSURD_SPEED, by_noise[0]):
         said.append(f"speeds of {fast:.3g} m/s: are x and y in mm or cm? Name the unit")
-    if turn > ABSURD_TURN:
+    if turn > np.hypot(ABSURD_TURN, by_noise[1]):
         said.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? Name the unit deg")
     if fast < STILL and turn < STILL:
         said.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it about")
