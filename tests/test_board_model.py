@@ -35,6 +35,7 @@ from seatrial.vehicle import Vehicle, as_column, load_vehicle, vehicle_from
 STAGES = [
     ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1, power=1.3, reverse_ratio=0.8)
 ]
+ONE_EDGE = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, "forward"), lag=0.1)]
 TABLE = [ChainGroup(table=[(-1.0, -0.8), (-0.07, 0.0), (0.07, 0.0), (1.0, 1.0)], latency=-0.03)]
 SKIFF = """
 seatrial: vehicle 1
@@ -91,6 +92,7 @@ VEHICLES = {
     "mallard-mp": lambda: load_vehicle("mallard-mp"),
     "mallard-af": lambda: load_vehicle("mallard-af"),
     "mp with stages": lambda: load_vehicle("mallard-mp").with_chain(STAGES),
+    "mp with one edge": lambda: load_vehicle("mallard-mp").with_chain(ONE_EDGE),
     "af with a table": lambda: load_vehicle("mallard-af").with_chain(TABLE),
     "mp, right-down": lambda: frd(load_vehicle("mallard-mp")).with_chain(STAGES),
     "af, right-down": lambda: frd(load_vehicle("mallard-af")).with_chain(STAGES),

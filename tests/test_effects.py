@@ -6,14 +6,21 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from conftest import make_model
+from survey_boat import LAG, LATENCY, TRUTH, boat, pulses
 
 import seatrial
+from seatrial import _core
 from seatrial.errors import SeatrialError
+from seatrial.filter_noise import folded, noise_entry
+from seatrial.identify.belief import plain_noise
 from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identify.search import Point
 from seatrial.identify.solution import with_lever
 from seatrial.identify.text import plus_minus, summary
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.plan import load_plan, with_seed
+from seatrial.recording import Signal, make_recording
 from seatrial.simulate import plant_model, simulate
 
 LEVER = np.array([0.25, -0.08])  # [m]
@@ -96,3 +103,72 @@ def test_effects_that_there_are_not_are_refused(known):
         fit(recordings, vehicle, settings=OutputErrorSettings(effects=("waves",)))
     with pytest.raises(SeatrialError, match="effects belong to output-error"):
         seatrial.identify(recordings, vehicle, method="equation-error", effects=("lever",))
+
+
+def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
+    """The survey boat in a wind (2,) [m/s^2], earth-fixed: Euler's steps of 2 ms."""
+    rng = np.random.default_rng(seed)
+    truth = make_model(boat([{"latency": LATENCY, "lag": LAG}]), TRUTH)
+    values = np.column_stack(
+        [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
+    )
+    begin = np.arange(len(values)) / 20.0
+    trace = _core.Trace(
+        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
+    )
+    dt = 0.002
+    force = np.asarray(trace.forces((np.arange(round(seconds / dt)) + 0.5) * dt))
+    p, every = TRUTH, round(1.0 / rate / dt)
+    x, y, psi, u, v, r = np.zeros(6)
+    poses = []
+    for k, (f_u, f_r) in enumerate(force.tolist()):
+        if k % every == 0:
+            poses.append((x, y, psi))
+        c, s = np.cos(psi), np.sin(psi)
+        x, y = x + dt * (c * u - s * v), y + dt * (s * u + c * v)
+        psi += dt * r
+        du = (
+            p["X_vr"] * v * r
+            + p["X_u"] * u
+            + p["X_uu"] * abs(u) * u
+            + p["X_F"] * f_u
+            + c * wind[0]
+            + s * wind[1]
+        )
+        dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + c * wind[1] - s * wind[0]
+        dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r
+        u, v, r = u + dt * du, v + dt * dv, r + dt * dr
+    eta = np.array(poses) + rng.normal(size=(len(poses), 3)) * [2e-3, 2e-3, 3e-3]
+    vehicle = boat()
+    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
+    stamps = np.round(1e9 * np.arange(len(eta)) / rate).astype(np.int64)
+    return vehicle, make_recording("blown", stamps, eta, commands)
+
+
+def test_wind_is_found_where_the_boat_turns_between_poses():
+    wind = 0.03, 0.05
+    vehicle, recording = blown(wind)
+    found = fit([recording], vehicle, settings=OutputErrorSettings(effects=("wind",)))
+    within(found, "wind_x.blown", wind[0])
+    within(found, "wind_y.blown", wind[1])
+    for name in ("X_u", "X_uu", "Y_v", "X_F"):
+        assert found.errors[name] < 0.002, name
+        place = found.problem.names.index(name)
+        assert found.theta[place] == pytest.approx(
+            TRUTH[name], abs=max(5.0 * found.errors[name], 0.003)
+        ), name
+    process = found.model().noise.process
+    assert (
+        max(process.disturbance_linear, process.walk_linear) < 1e-4
+    )  # nothing but the wind pushed it
+    # the noise that a filter is to believe is that of a filter that knows of the wind
+    plain = plain_noise(Point(found.theta, found.noise, found.passes), found.noise)
+    assert plain[0] == pytest.approx(2e-3, rel=0.1)
+
+
+def test_errors_that_hang_together_for_less_than_a_pose_are_white():
+    noise = np.array([1e-5, 2e-3, 0.0, 0.0, 0.0, 0.0, 1.0, 3e-3, 1e-9, 0.03])
+    white = folded(noise, 0.2)
+    assert white[0] == pytest.approx(np.hypot(1e-5, 3e-3)) and white[1] == pytest.approx(2e-3)
+    assert noise_entry(white).correlated is None
+    np.testing.assert_array_equal(folded(noise, 0.05), noise)

@@ -24,7 +24,7 @@ from seatrial.select.chance import Estimate, Repeats, estimate, repeats, t_chanc
 from seatrial.select.folds import folds
 from seatrial.select.held_out import Change, HeldOut
 from seatrial.select.search import Search, looks
-from seatrial.select.slopes import slopes
+from seatrial.select.slopes import Slopes, slopes
 from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
 from seatrial.simulate import plant_model, simulate
 
@@ -303,3 +303,29 @@ def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
 def test_a_recording_given_twice_is_refused(six, mp):
     with pytest.raises(SeatrialError, match="same name"):
         select([six[0], six[0]], mp)
+
+
+def test_a_strong_term_that_acts_in_few_blocks_does_not_hide_itself():
+    """All that 20 blocks know of it is in two; at zero, their scores are all of the scatter."""
+    rng = np.random.default_rng(4)
+    strength = np.where(np.arange(20) % 10 == 3, 1e4, 1.0)
+    shares = strength[:, None, None] * np.eye(1)
+    scores = shares[:, :, 0] * 0.3 + np.sqrt(strength)[:, None] * rng.normal(size=(20, 1))
+    total = shares.sum(axis=0)[None]
+    whole = Slopes(
+        ("N_uv",), np.zeros(1), total, scores.sum(axis=0)[None], scores, shares, np.zeros(20, int)
+    )
+    found = estimate(whole, "N_uv")
+    assert found.value == pytest.approx(0.3, abs=0.03)
+    assert found.error < 0.015 and found.p < 1e-6
+
+
+def test_blocks_share_the_information_of_their_recording(mp, paper_mp):
+    recordings = [paper_mp[name].recording for name in ("S1", "S3")]
+    model = output_error(recordings, mp)
+    look = slopes(model, recordings)
+    for i in range(2):
+        own = look.shares[look.recording == i].sum(axis=0)
+        np.testing.assert_allclose(own, look.information[i], rtol=1e-9, atol=1e-9 * own.max())
+    np.testing.assert_allclose(look.shares, look.shares.swapaxes(1, 2))
+    assert (np.linalg.eigvalsh(look.shares)[:, -1] > 0).all()

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""A boat with two thrusters astern, and a bow thruster if wanted, driven at random by direct commands."""
+
+import numpy as np
+from conftest import make_model
+
+from seatrial import _core
+from seatrial.recording import Signal, make_recording
+from seatrial.vehicle import vehicle_from
+
+TRUTH = {
+    "X_vr": 1.2, "X_u": -0.25, "X_uu": -1.0, "X_F": 0.5, "Y_ur": -0.6, "Y_v": -0.4, "Y_vv": -2.0,
+    "N_r": -0.8, "N_rr": -0.5, "N_F": 1.5, "Y_F": 0.15, "N_b": 0.2,
+}  # fmt: skip
+LATENCY, LAG = 0.05, 0.1  # [s]
+NOISE = np.array([2e-3, 2e-3, 3e-3])  # [m], [rad]
+
+
+def boat(chain=(), *, bow=False):
+    """The vehicle, with this actuator chain."""
+    own = ["left", "right"] + (["bow"] if bow else [])
+    forces = {
+        "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
+        "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
+    }
+    structure = {
+        "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v"],
+        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+    }
+    if bow:
+        forces["F_b"] = {"axis": "sway", "of": {"bow": 1.0}}
+        structure["sway"].append("Y_F * F_b")
+        structure["yaw"].append("N_b * F_b")
+    content = {
+        "seatrial": "vehicle 1", "name": "survey", "axes": "forward-left-up",
+        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
+        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in own}},
+        "forces": forces, "structure": structure, "chain": list(chain),
+    }  # fmt: skip
+    return vehicle_from(content, "survey")
+
+
+def pulses(rng, seconds, size, idle):
+    """Commands (n,) at 20 Hz, held for half a second to three; size(rng): of one that is not idle."""
+    out = np.zeros(round(20 * seconds))
+    at = 0
+    while at < len(out):
+        hold = int(rng.uniform(10, 60))
+        out[at : at + hold] = 0.0 if rng.random() < idle else size(rng)
+        at += hold
+    return out
+
+
+def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, rate=10.0, noise=NOISE):
+    """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag."""
+    rng = np.random.default_rng(seed)
+    stages = {"latency": LATENCY, "lag": LAG}
+    groups = [{**stages, **curve}] if isinstance(curve, dict) else [stages, *curve]
+    truth = make_model(boat(groups, bow=bow), TRUTH)
+    values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
+    t = np.arange(0.0, seconds, 1.0 / rate)
+    begin = np.arange(len(values)) / 20.0
+    trace = _core.Trace(
+        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
+    )
+    states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])
+    eta = states[:, :3] + rng.normal(size=(len(t), 3)) * noise
+    vehicle = boat(bow=bow)
+    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
+    return vehicle, make_recording("drive", np.round(1e9 * t).astype(np.int64), eta, commands)
+
+
+def as_stated(model, truth, sigmas=4.5):
+    """Names whose truth is further off than so many standard errors."""
+    got = {**model.values, **dict(zip(model.vehicle.constants.names, model.constants, strict=True))}
+    errors = model.standard_errors
+    return {
+        n: (got[n] - x) / errors[n]
+        for n, x in truth.items()
+        if abs(got[n] - x) > sigmas * errors[n]
+    }

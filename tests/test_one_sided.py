@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Dead zones of thrusters that push to one side, hardly to the other, at one thrust, or are of two kinds."""
+
+import numpy as np
+import pytest
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
+
+from seatrial.errors import SeatrialError
+from seatrial.identify.output_error import output_error
+from seatrial.model import load, save
+
+EDGE = 0.1
+ZONE = {"dead_zone": {"forward": EDGE, "reverse": EDGE}}
+KNOWN = {
+    **{n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")},
+    "lag": LAG,
+    "latency": LATENCY,
+}
+
+
+def ahead(rng):
+    return rng.uniform(0.0, 1.0)
+
+
+def test_thrusters_that_only_push_ahead_show_their_edge():
+    vehicle, recording = driven(ZONE, [ahead, ahead])
+    model = output_error([recording], vehicle)
+    assert model.vehicle.constants.names == ("latency", "edge_forward", "lag")
+    assert not as_stated(model, {**KNOWN, "edge_forward": EDGE})
+    assert model.standard_errors["X_u"] < 0.001
+    assert any(
+        "one edge for both sides, as left, right hardly push astern" in n
+        for n in model.estimator.notes
+    )
+
+
+def test_an_edge_for_both_sides_stays_one_in_a_model_file(tmp_path):
+    vehicle, recording = driven(ZONE, [ahead, ahead], seconds=150.0)
+    model = output_error([recording], vehicle)
+    save(model, tmp_path / "model.yaml")
+    again = load(tmp_path / "model.yaml")
+    assert again.vehicle.constants.names == model.vehicle.constants.names
+    each = again.vehicle.constants.of_each
+    for side in ("forward", "reverse"):
+        np.testing.assert_allclose(each(f"edge_{side}", again.constants), EDGE, atol=1e-3)
+
+
+@pytest.mark.parametrize("stated", [0.1, "estimate"])
+def test_reverse_as_forward_is_one_constant(stated):
+    constants = boat([{"dead_zone": {"forward": stated, "reverse": "forward"}}]).constants
+    assert constants.names == ("edge_forward",)
+    assert constants.estimated == (() if stated == 0.1 else ("edge_forward",))
+    with pytest.raises(SeatrialError, match="forward: got 'forward'"):
+        boat([{"dead_zone": {"forward": "forward", "reverse": 0.1}}])
+
+
+def test_thrusters_that_are_never_idle_show_their_edge_by_the_force_that_it_takes():
+    vehicle, recording = driven(ZONE, [lambda rng: rng.uniform(0.2, 1.0)] * 2, idle=0.0)
+    model = output_error([recording], vehicle)
+    assert not as_stated(model, {**KNOWN, "edge_forward": EDGE})
+    assert model.standard_errors["edge_forward"] < 0.005
+
+
+def test_one_thrust_beside_none_says_nothing_of_an_edge():
+    vehicle, recording = driven(ZONE, [lambda rng: 0.8] * 2)
+    model = output_error([recording], vehicle)
+    assert model.vehicle.constants.names == ("latency", "lag")
+    assert any(
+        "dead zone: not identifiable, as with commands like these" in n
+        for n in model.estimator.notes
+    )
+    share = (0.8 - EDGE) / (1.0 - EDGE) / 0.8  # the coefficients include it
+    gains = {n: share * TRUTH[n] for n in ("X_F", "N_F")}
+    assert not as_stated(model, {**KNOWN, **gains})
+
+
+def test_thrusters_of_another_kind_have_an_edge_of_their_own():
+    zones = [
+        {"name": "stern", "actuators": ["left", "right"], "dead_zone": {"forward": 0.15, "reverse": 0.15}},
+        {"name": "bow", "actuators": ["bow"], "dead_zone": {"forward": 0.03, "reverse": 0.06}},
+    ]  # fmt: skip
+    vehicle, recording = driven(zones, [ahead, ahead, lambda rng: rng.uniform(-1, 1)], bow=True)
+    model = output_error([recording], vehicle)
+    edges = {
+        "edge_forward.dead_zone_F_u": 0.15,
+        "edge_forward.dead_zone_F_b": 0.03,
+        "edge_reverse.dead_zone_F_b": 0.06,
+    }
+    assert set(edges) == {n for n in model.vehicle.constants.names if n.startswith("edge")}
+    assert not as_stated(model, {**KNOWN, **edges, "Y_F": TRUTH["Y_F"], "N_b": TRUTH["N_b"]})
+
+
+def test_the_curves_power_is_found_though_thrusters_push_to_one_side_only():
+    vehicle, recording = driven({**ZONE, "power": 2.0}, [ahead, ahead])
+    model = output_error([recording], vehicle)
+    assert not as_stated(model, {**KNOWN, "edge_forward": EDGE, "power": 2.0})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_stage_is_told_in_a_short_recording_too(seed):
+    """16 blocks: a statistic of scores that are not centred can't exceed their number."""
+    sizes = [lambda rng: rng.uniform(-1.0, 1.0)] * 2
+    vehicle, recording = driven({**ZONE, "power": 2.0}, sizes, seconds=150.0, seed=seed)
+    model = output_error([recording], vehicle)
+    found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
+    assert found["power"] == pytest.approx(2.0, abs=0.02)
+    assert not as_stated(model, {**KNOWN, "edge_forward": EDGE, "edge_reverse": EDGE})
