@@ -219,3 +219,23 @@ def test_a_joypad_that_speaks_only_when_it_is_moved_is_noticed(log, tmp_path, pr
         yaml.safe_load(text.replace("# command_timeout", "command_timeout"))["command_timeout"]
         == 0.5
     )
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_an_input_that_rests_in_the_first_of_several_tables_is_an_input(log, tmp_path, folder):
+    """Surge first, then sway, then yaw, as is asked for: no recording moves all inputs."""
+    both = []
+    for name, still in (("surge", ["F_v", "F_r"]), ("turns", ["F_u"])):
+        own = tables(log, tmp_path / name) if folder else one_table(log, tmp_path / f"{name}.csv")
+        path = own / "commands.csv" if folder else own
+        lines = path.read_text().splitlines()
+        head = lines[0].split(",")
+        at = {head.index(n) for n in still}
+        rows = [
+            ",".join("0.0" if i in at and cell else cell for i, cell in enumerate(line.split(",")))
+            for line in lines[1:]
+        ]
+        path.write_text("\n".join([lines[0], *rows]) + "\n")
+        both.append(own)
+    assert set(init(*both).sources.channels) == {"F_u", "F_v", "F_r"}
+    assert set(init(both[0]).sources.channels) == {"F_u"}

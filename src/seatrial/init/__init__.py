@@ -33,7 +33,8 @@ def init(
 ) -> Proposal:
     """Propose a `vehicle.yaml`. What the recordings can't tell is asked, or refused with the option.
 
-    Topics or columns are those of the first recording; what drives what is seen from all.
+    Topics or columns are those of the first recording; which columns change, and what drives what,
+    is seen from all.
 
     Raises RecordingError where there are no poses or commands, or several that could be meant.
     """
@@ -43,7 +44,7 @@ def init(
     if is_bag(path):
         sources = of_bag(path, name, choices, ask, salvage=salvage)
     else:
-        sources = of_tables(path, name, choices, ask)
+        sources = of_tables(path, name, choices, ask, tuple(map(Path, more)))
     sources = replace(sources, more=tuple(map(Path, more)))
     drive = find_drive(sources, salvage=salvage)
     return Proposal(sources, drive, vehicle_text(sources, drive))

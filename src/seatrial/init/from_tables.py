@@ -3,11 +3,13 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from seatrial.errors import RecordingError
 from seatrial.init.sources import OPTIONS, Ask, Choices, Sources, choose, named
+from seatrial.io.bags import is_bag
 from seatrial.io.columns import ColumnView, TableView, look_at_columns
 from seatrial.io.contents import COMMAND_WORDS
 
@@ -23,9 +25,14 @@ NOT_COMMANDS = ("z", "phi", "theta", "roll", "pitch", "u", "v", "r", "w", "p", "
 STICKS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 
 
-def of_tables(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
-    """Columns that are named like poses, and those that could be commands. Raises RecordingError."""
-    tables = look_at_columns(path)
+def of_tables(
+    path: Path, name: str, choices: Choices, ask: Ask | None, more: Sequence[Path] = ()
+) -> Sources:
+    """Columns that are named like poses, and those that could be commands. Raises RecordingError.
+
+    `more`: other recordings, in which a column may change that stands still in the first.
+    """
+    tables = _changing(look_at_columns(path), more)
     poses = _poses(path, tables, choices, ask)
     driven = _driven(path, tables, poses, choices, ask)
     pose, commands = _files(path, poses), _files(path, driven)
@@ -57,6 +64,26 @@ def of_tables(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sourc
     if sparse:
         notes["commands"] = [f"left out, as cells are empty: {', '.join(sparse)}"]
     return Sources(path, name, choices.axes, 0.0, pose, commands, channels, notes)
+
+
+def _changing(tables: Sequence[TableView], more: Sequence[Path]) -> list[TableView]:
+    """The tables of the first recording; a column that changes in another one counts as changing."""
+    lone = len(tables) == 1
+    seen = {
+        (None if lone else Path(table.path).name, column.name)
+        for path in more
+        if path.exists() and not is_bag(path)
+        for table in look_at_columns(path)
+        for column in table.columns
+        if column.changes
+    }
+
+    def over_all(table: TableView) -> TableView:
+        file = None if lone else Path(table.path).name
+        columns = (replace(c, changes=c.changes or (file, c.name) in seen) for c in table.columns)
+        return replace(table, columns=tuple(columns))
+
+    return [over_all(table) for table in tables]
 
 
 def _files(path: Path, table: TableView) -> dict[str, Any]:
