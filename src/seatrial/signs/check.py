@@ -10,7 +10,8 @@ import numpy as np
 from seatrial.chain import STAGES
 from seatrial.frames import AXES, Array
 from seatrial.recording import Recording, Signal
-from seatrial.signs.findings import Finding, findings
+from seatrial.signs.clock import clock_offset, later
+from seatrial.signs.findings import Finding, clock_finding, findings
 from seatrial.signs.gains import Gains, block_count, enough, gains, read_run, unexplained
 from seatrial.signs.poses import (
     clearly_better,
@@ -69,13 +70,15 @@ def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
     factors = length_factors(lengths, vehicle)
     angle, read = heading_unit(runs, vehicle, factors)
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
+    offset = clock_offset(runs)
+    runs = [later(run, offset) for run in runs] if offset else runs
     mirrored = clearly_better(unexplained(runs), unexplained(runs, mirrored=True))
     found = gains(runs, mirrored=mirrored)
     search = Search(vehicle, found, mirrored, block_count(runs))
     repair = replace(search.best(), units=(*lengths, angle))
     seen = _sentences(vehicle, search, repair)
     return SignReport(
-        findings(vehicle, repair, seen, speed),
+        (*clock_finding(offset), *findings(vehicle, repair, seen, speed)),
         _table(vehicle, found),
         (*(f"{name} {does}" for name, does in seen.items()), *_untold(vehicle, search, repair)),
         repair,

@@ -21,6 +21,7 @@ SPOKEN = {
 class Wrong(str, Enum):
     """What can be wrong with units, signs and order."""
 
+    CLOCK = "clock of the commands"
     LENGTH = "unit of x and y"
     ANGLE = "unit of psi"
     MIRRORED = "sign of a pose coordinate"
@@ -36,6 +37,18 @@ class Finding:
 
     kind: Wrong
     text: str  # what was seen in the data, and the line to change
+
+
+def clock_finding(offset: float) -> list[Finding]:
+    """Of commands that act so much later than their stamps [s]; nothing for 0."""
+    if not offset:
+        return []
+    side = "after" if offset > 0 else "before"
+    text = (
+        f"commands act about {abs(offset):.1f} s {side} their stamps, by the poses' clock: were the two "
+        "stamped by one clock? Put the stamps right"
+    )
+    return [Finding(Wrong.CLOCK, text)]
 
 
 def findings(

@@ -93,7 +93,7 @@ def squared(runs: Sequence[Run]) -> float:
 
 def gains(runs: Sequence[Run], *, mirrored: bool = False) -> tuple[Gains, Gains, Gains]:
     """Gains of surge, sway and yaw (forward-left-up); mirrored: with y turned round."""
-    motion, inputs = _cleared(runs, 1.0, mirrored)
+    motion, inputs = cleared(runs, mirrored=mirrored)
     block = blocks(runs)
     surge, sway, yaw = (_gains(motion[:, axis], inputs, block) for axis in range(3))
     return surge, sway, yaw
@@ -104,7 +104,7 @@ def unexplained(runs: Sequence[Run], heading: float = 1.0, *, mirrored: bool = F
 
     heading: factor on psi.
     """
-    motion, inputs = _cleared(runs, heading, mirrored)
+    motion, inputs = cleared(runs, heading=heading, mirrored=mirrored)
     squares = np.zeros(len(motion))
     for axis in range(2):
         left = [motion[:, axis] - x @ _solve(x, motion[:, axis]) for x in inputs]
@@ -112,15 +112,31 @@ def unexplained(runs: Sequence[Run], heading: float = 1.0, *, mirrored: bool = F
     return np.asarray(np.bincount(blocks(runs, SHORT_BLOCK), weights=squares), dtype=np.float64)
 
 
-def _cleared(runs: Sequence[Run], heading: float, mirrored: bool) -> tuple[Array, Array]:
-    """Accelerations (m, 3) and inputs (delays, m, n) with all that drag explains taken out."""
+def cleared(
+    runs: Sequence[Run],
+    inputs: Array | None = None,
+    *,
+    heading: float = 1.0,
+    mirrored: bool = False,
+) -> tuple[Array, Array]:
+    """Accelerations (m, 3) and inputs (delays, m, n) with all that drag explains taken out.
+
+    inputs: by default the commands at the usual delays. heading: factor on psi.
+    """
     turned = [_body(run.smooth, heading, mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
     motion = np.concatenate([a for a, _ in turned])
-    inputs = np.concatenate([run.inputs for run in runs], axis=1)
+    if inputs is None:
+        inputs = np.concatenate([run.inputs for run in runs], axis=1)
     size = np.linalg.norm(drag, axis=0)
     basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
     return motion - basis @ (basis.T @ motion), inputs - basis @ (basis.T @ inputs)
+
+
+def left_over(motion: Array, inputs: Array) -> Array:
+    """Share (delays, 3) of the squared accelerations that gains of the inputs do not explain."""
+    left = np.array([np.sum((motion - x @ _solve(x, motion)) ** 2, axis=0) for x in inputs])
+    return np.asarray((left + FLOOR) / (np.sum(motion**2, axis=0) + FLOOR))
 
 
 def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]:
