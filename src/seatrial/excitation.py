@@ -16,6 +16,7 @@ DOMINANT = 0.75  # share of the squared commands from which on a recording belon
 FINE = 0.05  # [s] between looks at the commands
 MOST_TIMES = 1_000_000  # looks; stamps in the wrong unit make days of minutes
 EXCITED = 0.02  # RMS in command units below which an axis counts as not excited
+FULL = 2.0  # no command goes beyond twice the full one
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,16 @@ class Excitation:
         """The axis that has nearly all of it, if one has."""
         axis = int(np.argmax(self.share))
         return axis if self.share[axis] >= DOMINANT else None
+
+
+def beyond_full(name: str, reach: float) -> list[str]:
+    """What is to be said of an input that reaches so far: nothing, or that its units are not the file's."""
+    if reach <= FULL:
+        return []
+    return [
+        f"{name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
+        "file (of a PWM 1500 and 400)"
+    ]
 
 
 def even_times(recording: Recording) -> Array:

@@ -21,6 +21,7 @@ from seatrial.recording import Recording
 from seatrial.residuals import Correlation, in_words, residuals
 from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
+from seatrial.velocity import SLOW
 
 SCORES_FORMAT = "scores 2"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
@@ -201,6 +202,11 @@ def _further(
         for horizon, name, ahead in every
     ]
     left = [] if filtered is None else residuals(model, recording, filtered)
+    if recording.period > SLOW:
+        notes.append(
+            f"poses are {recording.period:.2g} s apart: velocities by the stencil, which errors are taken "
+            "against, miss what the boat does within four of them; excess is theirs, too"
+        )
     return {"horizons": found, "correlations": left, "notes": notes}
 
 

@@ -9,6 +9,7 @@ from seatrial.frames import Array, Mask, body_velocity, frozen_array
 from seatrial.recording import Recording
 
 UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated
+SLOW = 0.55  # [s] between poses, from which on the stencil misses what the boat does within four of them
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
 STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
 

@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from seatrial.errors import IdentificationError, RecordingError
-from seatrial.excitation import excitation, find_roles
+from seatrial.excitation import beyond_full, excitation, find_roles
 from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
 from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
 from seatrial.identify.output_error import OutputErrorSettings, output_error
@@ -85,9 +87,9 @@ def identify(
         try:
             model = _output_error(recordings, vehicle, prior, prior_spread, effects)
         except IdentificationError as error:
-            wrong = []
+            wrong = _beyond(recordings, vehicle)
             with suppress(RecordingError):
-                wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+                wrong += [finding.text for finding in check_signs(recordings, vehicle).findings]
             raise IdentificationError("; ".join([*wrong, str(error)])) from None
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
@@ -96,7 +98,8 @@ def identify(
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
-    wrong = [finding.text for finding in check_signs(recordings, vehicle).findings]
+    wrong = _beyond(recordings, vehicle)
+    wrong += [finding.text for finding in check_signs(recordings, vehicle).findings]
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -107,6 +110,16 @@ def identify(
         if r.usable < SPOILT
     ]
     return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+
+
+def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """Inputs whose numbers can't be commands in the file's units."""
+    reach = np.max([np.abs(r.commands.values).max(axis=0, initial=0.0) for r in recordings], axis=0)
+    return [
+        text
+        for name, far in zip(vehicle.inputs, reach, strict=True)
+        for text in beyond_full(name, far)
+    ]
 
 
 def _output_error(

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.errors import RecordingError
-from seatrial.excitation import EXCITED, Excitation
+from seatrial.excitation import EXCITED, Excitation, beyond_full
 from seatrial.frames import AXES
 from seatrial.inspect.coverage import InputUse
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
-from seatrial.velocity import STENCIL_NOISE, motion
+from seatrial.velocity import SLOW, STENCIL_NOISE, motion
 
 SHORT = 30.0  # [s] a recording below it says little
 UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
@@ -20,7 +20,6 @@ SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
 ABSURD_TURN = 6.0  # [rad/s]
 STILL = 0.002  # [m/s], [rad/s]
 AT_REST = 5.0  # standard deviations of the pose noise that 90 % of the poses are within: white noise's are 3.3
-FULL = 2.0  # no command goes beyond twice the full one
 FEW = 5  # different values; one size each way and rest are three
 COARSE = 0.1  # resolution of a command, as a share of its range
 AT_LIMIT = 0.5  # share of the driven time
@@ -43,6 +42,11 @@ def verdicts(
                 if timeout is not None and rhythm > timeout
                 else "see the faults"
             )
+        )
+    if SLOW < recording.period <= 1.0 / SLOWEST_RATE:
+        said.append(
+            f"poses at {1.0 / recording.period:.2g} Hz are few: velocities and pose noise shown here are "
+            "rough; 10 Hz tell more"
         )
     off = jitter(recording)
     if off > UNEVEN_STAMPS * recording.period:
@@ -75,13 +79,7 @@ def _drive(found: Excitation) -> list[str]:
 def _input(use: InputUse) -> list[str]:
     if use.never_moves:
         return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
-    said = []
-    reach = max(abs(use.least), abs(use.most))
-    if reach > FULL:
-        said.append(
-            f"{use.name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
-            "file (of a PWM 1500 and 400)"
-        )
+    said = beyond_full(use.name, max(abs(use.least), abs(use.most)))
     if use.levels <= FEW:
         said.append(
             f"{use.name} has only {use.levels} different values: drive at more than one size of command"

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Sentences about what is not wrong with a recording or a boat, and about what is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from survey_boat import TRUTH, boat, driven
+
+import seatrial
+from seatrial.errors import SeatrialError
+from seatrial.inspect import implausible
+from seatrial.recording import Signal
+from seatrial.sanity import sanity, sanity_line
+from seatrial.schema import EnvelopeEntry
+from seatrial.validate import validate
+
+
+def both(rng):
+    return rng.uniform(-1.0, 1.0)
+
+
+def test_noisy_fast_poses_are_not_in_other_units():
+    noise = np.array([0.1, 0.1, 0.05])
+    _, recording = driven({}, [both, both], seconds=60.0, rate=50.0, noise=noise)
+    assert not [s for s in implausible(recording) if "mm or cm" in s or "degrees" in s]
+    in_mm = replace(recording, eta=recording.eta * [1000.0, 1000.0, 1.0])
+    assert [s for s in implausible(in_mm) if "mm or cm" in s]
+
+
+def test_slow_poses_are_said_where_their_velocities_are_used():
+    _, recording = driven({}, [both, both], rate=1.0)
+    model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)
+    model = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 1.0)}, {}))
+    (row,) = validate(model, [recording]).recordings
+    assert any("poses are 1 s apart: velocities by the stencil" in note for note in row.notes)
+    _, usual = driven({}, [both, both], seconds=100.0)
+    (row,) = validate(model, [usual]).recordings
+    assert not [note for note in row.notes if "apart" in note]
+
+
+def test_commands_in_other_units_are_named_by_identify():
+    vehicle, recording = driven({}, [both, both])
+    c = recording.commands
+    pulses = replace(recording, commands=Signal(c.names, c.stamps, 1500.0 + 400.0 * c.values))
+    for method in ("output-error", "weak-form"):
+        try:
+            said = seatrial.identify([pulses], vehicle, method=method).warnings
+        except SeatrialError as error:
+            said = (str(error),)
+        text = "; ".join(said)
+        for name in ("left", "right"):
+            assert f"{name} reaches 1" in text and "but full command is 1: give offset" in text, (
+                method
+            )
+
+
+def test_a_fast_boat_is_not_unstable(mp):
+    values = {**TABLE_II["AF"], "X_F": 3.0, "X_u": -0.1, "X_uu": -0.012, "N_ud": 0.0, "N_uu": 0.0}
+    model = make_model(mp, values)
+    with pytest.raises(SeatrialError, match="surge passes 10 m/s"):
+        sanity(model)
+    recorded = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 9.0)}, {}))
+    assert sanity(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
+
+
+def test_the_top_speed_is_said_with_its_command_where_that_is_not_a_full_one(mp):
+    model = make_model(mp, TABLE_II["AF"])
+    assert "full command" not in sanity_line(model)
+    gentle = replace(model, envelope=EnvelopeEntry({}, {"F_u": (-0.5, 0.4)}))
+    assert "m/s in surge by 50 % of full command, " in sanity_line(gentle)
