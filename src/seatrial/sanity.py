@@ -20,7 +20,7 @@ ABSURD_SPEED = (
     10.0  # [m/s], [rad/s] small boats are not faster, but for those that were recorded so
 )
 FASTER = 3.0  # times the recorded speed from which on a model runs away
-PART = 0.9  # of full command: what was driven with less is said with its command
+PART = 0.75  # of full command: what was driven with less is said with its command
 
 
 @dataclass(frozen=True)
