@@ -17,7 +17,9 @@ from seatrial.advice.words import seconds_said
 from seatrial.errors import ModelError
 from seatrial.identifiability import identifiability
 from seatrial.plan import load_plan
+from seatrial.schema import EnvelopeEntry
 from seatrial.simulate import simulate
+from seatrial.vehicle import vehicle_from
 
 NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
 
@@ -164,3 +166,20 @@ def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(mode
 )  # fmt: skip
 def test_times_are_rounded_up_to_what_people_drive(seconds, expected):
     assert seconds_said(seconds) == expected
+
+
+def test_direct_thrusters_are_driven_to_the_largest_force_that_was_recorded(mp):
+    """Half of every thruster makes a whole force of four at 45 degrees: its command is half, not full."""
+    inputs = {name: {"column": name} for name in mp.file.thrusters}
+    content = {**mp.to_mapping(), "commands": {"inputs": inputs}, "allocation": {}}
+    vehicle = vehicle_from(content, "direct")
+    forces = {"F_u": (-0.9, 0.8), "F_v": (-0.5, 0.5), "F_r": (-0.3, 0.3)}
+    model = make_model(vehicle, TABLE_II["AF"])
+    found = manoeuvres(replace(model, envelope=EnvelopeEntry({}, forces)))
+    for name, label in (("F_u", "surge"), ("F_v", "sway"), ("F_r", "yaw")):
+        made = [m for m in found if m.text.startswith(f"{label} pulses to both sides")]
+        j = [f.name for f in vehicle.forces].index(name)
+        largest = max(float(np.abs(m.commands @ vehicle.mix[j]).max()) for m in made)
+        assert largest == pytest.approx(max(map(abs, forces[name])))
+        command = max(float(np.abs(m.commands).max()) for m in made)
+        assert any(f"at {100 * command:.0f} % command" in m.text for m in made)

@@ -77,9 +77,9 @@ def _directions(model: Model) -> Iterator[tuple[int, str, Array]]:
             push = np.linalg.pinv(vehicle.mix)[:, force]
         else:
             continue
-        push = push / np.abs(push).max()
         low, high = model.envelope.forces.get(names[force], (-1.0, 1.0))
-        yield axis, label, push * min(1.0, max(abs(low), abs(high)))
+        push = push * max(abs(low), abs(high))  # of thrusters: those that make the force
+        yield axis, label, push / max(1.0, float(np.abs(push).max()))
 
 
 def _made(text: str, effort: int, t: Array, wave: Array, push: Array) -> Manoeuvre:
