@@ -8,7 +8,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from init_tools import NAMES, one_table, same_boat, tables
+from init_tools import NAMES, one_table, refused, same_boat, tables
 from logs import JOY, drive, half, nanoseconds
 
 import seatrial
@@ -239,3 +239,15 @@ def test_an_input_that_rests_in_the_first_of_several_tables_is_an_input(log, tmp
         both.append(own)
     assert set(init(*both).sources.channels) == {"F_u", "F_v", "F_r"}
     assert set(init(both[0]).sources.channels) == {"F_u"}
+
+
+def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsys):
+    """Three sticks drive four thrusters: what one of them does alone is nowhere to be seen."""
+    mix = np.array([[1, 1, 1], [1, -1, -1], [1, 1, -1], [1, -1, 1]]) / 3.0
+    path = tables(log, tmp_path / "pool") / "commands.csv"
+    rows = np.loadtxt(path, delimiter=",", skiprows=1)
+    thrusters = np.column_stack([rows[:, 0], 1500.0 + 400.0 * rows[:, 1:] @ mix.T])
+    np.savetxt(path, thrusters, delimiter=",", header="t,fl,fr,rl,rr", comments="")
+    said = refused(capsys, path.parent, "-o", tmp_path / "vehicle.yaml")
+    assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
+    assert "thrusters: and where they are" in said

@@ -25,6 +25,7 @@ PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us]
 NEARLY_ONE = 1.05
 FULL = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)  # usual values of full command
 USED = 0.5  # share of it that is reached, if it is one of them
+ALONE = 0.01  # of the largest combination of inputs: what is driven less is driven with others only
 NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
     "F_v": "F_v|sway|force_y|linear_y",
@@ -217,6 +218,13 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
     if not inputs:
         names = ", ".join(recording.name for recording in recordings)
         length = sum(recording.duration for recording in recordings)
+        count = _combinations(recordings)
+        if 0 < count < len(found.names):
+            raise RecordingError(
+                f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations, as an "
+                "allocation does: what one of them does alone can't be seen. Write the vehicle file with "
+                "thrusters: and where they are (docs/vehicle.md)"
+            )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
             "some minutes in which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
@@ -224,6 +232,13 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
     remarks = dict.fromkeys(inputs, "check: by its name; nothing was seen to move")
     axes = dict(zip(WRENCH, AXES, strict=True))
     return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
+
+
+def _combinations(recordings: Sequence[Recording]) -> int:
+    """How many independent combinations of the inputs are driven."""
+    values = np.concatenate([r.commands.values for r in recordings])
+    size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
+    return int((size > ALONE * size[0]).sum()) if size[0] > 0 else 0
 
 
 def _seen(t: Array) -> str:
