@@ -52,14 +52,22 @@ def pulses(rng, seconds, size, idle):
     return out
 
 
-def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, rate=10.0, noise=NOISE):
+def even(rate):
+    """Stamps of poses, so many a second."""
+    return lambda rng, seconds: np.arange(0.0, seconds, 1.0 / rate)
+
+
+TEN_HZ = even(10.0)
+
+
+def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, stamps=TEN_HZ, noise=NOISE):
     """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag."""
     rng = np.random.default_rng(seed)
     stages = {"latency": LATENCY, "lag": LAG}
     groups = [{**stages, **curve}] if isinstance(curve, dict) else [stages, *curve]
     truth = make_model(boat(groups, bow=bow), TRUTH)
     values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
-    t = np.arange(0.0, seconds, 1.0 / rate)
+    t = 1e-9 * np.round(1e9 * stamps(rng, seconds))
     begin = np.arange(len(values)) / 20.0
     trace = _core.Trace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
 
 import seatrial
 from seatrial.causal import causal
@@ -22,7 +22,9 @@ def both(rng):
 def test_a_start_velocity_from_noisy_poses_is_as_uncertain_as_they_are(seed):
     """0.1 m at 20 Hz: the stencil's velocity is off by 1.9 m/s, three times what the boat can go."""
     noise = np.array([0.1, 0.1, 0.05])
-    vehicle, recording = driven({}, [both, both], seconds=200.0, seed=seed, rate=20.0, noise=noise)
+    vehicle, recording = driven(
+        {}, [both, both], seconds=200.0, seed=seed, stamps=even(20.0), noise=noise
+    )
     model = output_error([recording], vehicle)
     assert not as_stated(model, {**KNOWN, **CHAIN}, 4.0)
     assert model.standard_errors["X_u"] < 0.03

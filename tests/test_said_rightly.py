@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
-from survey_boat import TRUTH, boat, driven
+from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
 from seatrial.errors import SeatrialError
@@ -23,14 +23,14 @@ def both(rng):
 
 def test_noisy_fast_poses_are_not_in_other_units():
     noise = np.array([0.1, 0.1, 0.05])
-    _, recording = driven({}, [both, both], seconds=60.0, rate=50.0, noise=noise)
+    _, recording = driven({}, [both, both], seconds=60.0, stamps=even(50.0), noise=noise)
     assert not [s for s in implausible(recording) if "mm or cm" in s or "degrees" in s]
     in_mm = replace(recording, eta=recording.eta * [1000.0, 1000.0, 1.0])
     assert [s for s in implausible(in_mm) if "mm or cm" in s]
 
 
 def test_slow_poses_are_said_where_their_velocities_are_used():
-    _, recording = driven({}, [both, both], rate=1.0)
+    _, recording = driven({}, [both, both], stamps=even(1.0))
     model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)
     model = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 1.0)}, {}))
     (row,) = validate(model, [recording]).recordings

@@ -17,7 +17,8 @@ TWO_PLACES_STEPS = 20.0  # by this many usual steps,
 TWO_PLACES_BACK = 0.7  # each opposite to the one before (cosine),
 TWO_PLACES_APART = 0.05  # [m] and by this much
 DAYS_AWAY = 86400.0  # [s] stamps that far from the others are of an unset clock
-GAP_FACTOR = 2.5  # a gap is longer than this many median periods
+GAP_FACTOR = 2.5  # a gap is longer than this many usual periods,
+USUAL = 90.0  # [%] of the steps are no longer than which: uneven stamps are no gaps
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
 JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
@@ -172,9 +173,14 @@ def _at(n: int, index: NDArray[np.int64]) -> Mask:
 def _stretches(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
     """Number of the stretch that each sample is in, and the gaps between them."""
     steps = np.diff(t)
-    gap = steps > GAP_FACTOR * float(np.median(steps))
+    gap = steps > GAP_FACTOR * usual_step(steps)
     ends = gap | np.isin(t[1:], breaks)
     return np.concatenate([[0], np.cumsum(ends)]), list(zip(t[:-1][gap], t[1:][gap], strict=True))
+
+
+def usual_step(steps: Array) -> float:
+    """The step [s] between poses (n - 1,) that most do not exceed: the period of even stamps."""
+    return float(np.percentile(steps, USUAL, method="lower")) if len(steps) else 0.0
 
 
 def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> tuple[Mask, Array]:
@@ -245,7 +251,7 @@ def _jumps(t: Array, eta: Array) -> list[int]:
         return []
     steps = np.diff(t)
     rate = np.diff(eta, axis=0) / steps[:, None]
-    gap = steps > GAP_FACTOR * np.median(steps)
+    gap = steps > GAP_FACTOR * usual_step(steps)
     usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
     # an axis that rests is measured by the other: a point of the hull moves by both
     least = JUMP_SPEED * np.array(
@@ -258,7 +264,12 @@ def _jumps(t: Array, eta: Array) -> list[int]:
         apart[gap] = 0.0  # a gap is a fault of its own
         spread = 1.4826 * float(np.median(apart))
         limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(apart, 90)), floor)
-        found |= set(np.flatnonzero(apart > limit).tolist()) if limit > 0 else set()
+        way = apart * steps  # of stamps that are close together the rate is noise
+        far = way > max(
+            JUMP_SPREADS * 1.4826 * float(np.median(way)),
+            JUMP_USUAL * float(np.percentile(way, 90)),
+        )
+        found |= set(np.flatnonzero((apart > limit) & far).tolist()) if limit > 0 else set()
     return sorted(found)
 
 

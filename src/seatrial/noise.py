@@ -4,9 +4,11 @@
 import numpy as np
 
 from seatrial.errors import RecordingError
+from seatrial.frames import Array
 from seatrial.recording import Recording
 from seatrial.schema import NoiseEntry
 
+EVEN = 0.5  # share of windows at even stamps, below which all are taken as uneven as they are
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # kills cubics: smooth motion leaves no trace
 
 
@@ -16,16 +18,19 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
     The median keeps pulses and jumps out. Noise that is correlated over several poses is not seen.
     `first`: of each recording's first so many usable poses; of all by default.
     """
-    parts = []
+    parts = [np.zeros((0, 3))]
     for recording in recordings:
         index = np.flatnonzero(recording.valid)[:first]
         if len(index) < 5:
             continue
         windows = np.lib.stride_tricks.sliding_window_view(index, 5)
+        windows = windows[np.ptp(recording.segment[windows], axis=1) == 0]
         even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < 0.5 * recording.period
-        even &= np.ptp(recording.segment[windows], axis=1) == 0
-        parts.append(np.einsum("k,nki->ni", _DIFFERENCE, recording.eta[windows[even]]))
-    differences = np.concatenate(parts) if parts else np.zeros((0, 3))
+        if even.sum() > EVEN * len(even):
+            parts.append(np.einsum("k,nki->ni", _DIFFERENCE, recording.eta[windows[even]]))
+        else:
+            parts.append(_divided(recording.t[windows], recording.eta[windows]))
+    differences = np.concatenate(parts)
     if len(differences) == 0:
         names = ", ".join(r.name for r in recordings)
         raise RecordingError(
@@ -33,6 +38,14 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
         )
     spread = np.median(np.abs(differences), axis=0) / 0.6745 / np.sqrt(np.sum(_DIFFERENCE**2))
     return NoiseEntry(float(np.sqrt(np.mean(spread[:2] ** 2))), float(spread[2]))
+
+
+def _divided(t: Array, eta: Array) -> Array:
+    """Divided differences (n, 3) of poses (n, 5, 3) at t (n, 5), as noisy as fourth differences are."""
+    apart = t[:, :, None] - t[:, None, :] + np.eye(5)
+    weights = 1.0 / np.prod(apart, axis=2)
+    weights *= np.sqrt(np.sum(_DIFFERENCE**2) / np.sum(weights**2, axis=1))[:, None]
+    return np.asarray(np.einsum("nk,nki->ni", weights, eta))
 
 
 def hanging(period: float, memory: float) -> float:

@@ -29,6 +29,7 @@ LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
 EDGES = (0.0, 0.08, 0.16, 0.3)
 STEPS = 2  # of Gauss-Newton
 LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
+CLOSE = 0.5  # a tenth of the steps between poses is shorter than this share of the median: uneven stamps
 SETTLED = 1e-4  # share of the cost that a step is worth
 
 
@@ -138,7 +139,7 @@ def start_values(
     edges are. Lag and latency are hardly told apart, their sum is sharp.
     Raises IdentificationError where no recording has a stretch without drop-outs.
     """
-    rows = gathered(pieces(recordings), vehicle, FINEST)
+    rows = gathered([evened(r) for r in pieces(recordings)], vehicle, FINEST)
     found = search(rows, changes(vehicle, free), STEPS)
     return found.theta, found.constants
 
@@ -155,6 +156,22 @@ def pieces(recordings: Sequence[Recording]) -> list[Recording]:
             with suppress(RecordingError):  # a piece without poses
                 found.append(r.cut(float(t), float(t) + PIECE))
     return found or list(recordings)
+
+
+def evened(recording: Recording) -> Recording:
+    """A recording whose poses often come close together, at even stamps between them: for a start."""
+    t, good = recording.t, recording.valid
+    steps = np.diff(t[good])
+    if np.percentile(steps, 10) > CLOSE * np.median(steps):
+        return recording
+    even = np.arange(0.0, t[good][-1], float(np.mean(steps)))
+    place = np.maximum(np.searchsorted(t[good], even, side="right") - 1, 0)
+    segment = recording.segment[good]
+    inside = segment[place] == segment[np.minimum(place + 1, len(segment) - 1)]
+    inside &= even >= t[good][0]
+    eta = np.column_stack([np.interp(even, t[good], column) for column in recording.eta[good].T])
+    stamps = recording.origin + np.round(1e9 * even).astype(np.int64)
+    return replace(recording, stamps=stamps, eta=eta, raw=eta, valid=inside, segment=segment[place])
 
 
 def gathered(
