@@ -11,9 +11,7 @@ from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
-FEW = (
-    2.0  # blocks a parameter, below which scatter that is less than the information says is chance
-)
+FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance
 SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
 TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
