@@ -12,6 +12,7 @@ from seatrial.signs.gains import DELAYS, Run, cleared, left_over
 from seatrial.signs.smooth import smooth_signals
 
 OFFSETS = np.arange(-33, 34) * 0.15  # [s] 5 s to either side
+PARTS = 9  # one after the other: all at once would be large
 POOR = 0.1  # share of the accelerations that is left in every axis: then it is looked further
 CLEAR = 2.0  # fall of the sum of its logarithms over the axes from which on another delay is right
 
@@ -22,8 +23,7 @@ def clock_offset(runs: Sequence[Run]) -> float:
     near = left_over(motion, inputs)
     if near.min() < POOR:
         return 0.0
-    wide = np.concatenate([_averaged(run) for run in runs], axis=1)
-    far = np.log(left_over(*cleared(runs, wide))).sum(axis=1)
+    far = np.concatenate([_explained(runs, part) for part in np.array_split(OFFSETS, PARTS)])
     best = int(np.argmin(far))
     inside = (DELAYS[0] - 0.2 < OFFSETS) & (DELAYS[-1] + 0.2 > OFFSETS)
     if inside[best] or far[best] > np.log(near).sum(axis=1).min() - CLEAR:
@@ -31,9 +31,15 @@ def clock_offset(runs: Sequence[Run]) -> float:
     return float(OFFSETS[best])
 
 
-def _averaged(run: Run) -> Array:
-    s = run.smooth
-    return smooth_signals(run.commands, run.recording.origin, s.t, s.half, OFFSETS.tolist())
+def _explained(runs: Sequence[Run], offsets: Array) -> Array:
+    """Sums (offsets,) over the axes of the logarithm of what is left."""
+    averaged = [
+        smooth_signals(r.commands, r.recording.origin, r.smooth.t, r.smooth.half, offsets.tolist())
+        for r in runs
+    ]
+    return np.asarray(
+        np.log(left_over(*cleared(runs, np.concatenate(averaged, axis=1)))).sum(axis=1)
+    )
 
 
 def later(run: Run, offset: float) -> Run:
