@@ -222,7 +222,7 @@ def test_a_boat_without_drag_is_refused_as_unstable(mp):
         euler_trial(make_model(mp, TABLE_II["AF"], "forward-euler", 1 / RATE), a)[0] for a in (0, 1)
     ]
     records.append(euler_trial(model, 2, 8.0)[0])
-    with pytest.raises(ModelError, match=r"unstable: driven in .*, yaw passes 10 rad/s"):
+    with pytest.raises(ModelError, match=r"unstable: driven in .*, yaw passes \d+[.\d]* rad/s"):
         seatrial.identify(records, mp, method="equation-error")
 
 

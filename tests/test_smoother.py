@@ -122,7 +122,7 @@ def test_at_4_mm_it_is_biased_by_5_to_30_per_cent_and_the_weak_form_is_not(vehic
 
 def test_recordings_in_shreds_are_refused_in_words():
     r = driven("paper-like", "mallard-mp", 1)[1][0]
-    kept = np.arange(len(r.t)) % 8 < 5
+    kept = np.arange(len(r.t)) % 20 < 5
     shreds = make_recording("shreds", r.stamps[kept], r.raw[kept], r.commands)
     with pytest.raises(IdentificationError, match=r"shreds: no 7 usable poses in a row"):
         smoothed([shreds])

@@ -18,7 +18,8 @@ TWO_PLACES_BACK = 0.7  # each opposite to the one before (cosine),
 TWO_PLACES_APART = 0.05  # [m] and by this much
 DAYS_AWAY = 86400.0  # [s] stamps that far from the others are of an unset clock
 GAP_FACTOR = 2.5  # a gap is longer than this many usual periods,
-USUAL = 90.0  # [%] of the steps are no longer than which: uneven stamps are no gaps
+USUAL = 90.0  # [%] of the steps are no longer than which: uneven stamps are no gaps,
+MOST_UNEVEN = 4.0  # but bursts of poses are no stretch: a usual period is this many median ones at most
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
 JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
@@ -180,7 +181,10 @@ def _stretches(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[f
 
 def usual_step(steps: Array) -> float:
     """The step [s] between poses (n - 1,) that most do not exceed: the period of even stamps."""
-    return float(np.percentile(steps, USUAL, method="lower")) if len(steps) else 0.0
+    if not len(steps):
+        return 0.0
+    usual = float(np.percentile(steps, USUAL, method="lower"))
+    return min(usual, MOST_UNEVEN * float(np.median(steps)))
 
 
 def _islands(t: Array, stretch: NDArray[np.int64], breaks: Array) -> tuple[Mask, Array]:
