@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
 
+import seatrial
+from seatrial.compare import compare
 from seatrial.errors import SeatrialError
 from seatrial.identify.output_error import output_error
 from seatrial.model import load, save
@@ -105,3 +107,16 @@ def test_a_stage_is_told_in_a_short_recording_too(seed):
     found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
     assert found["power"] == pytest.approx(2.0, abs=0.02)
     assert not as_stated(model, {**KNOWN, "edge_forward": EDGE, "edge_reverse": EDGE})
+
+
+def test_what_was_one_edge_before_is_two_where_the_new_data_show_both():
+    zone = {"dead_zone": {"forward": EDGE, "reverse": 2 * EDGE}}
+    vehicle, one_sided = driven(zone, [ahead, ahead], seconds=150.0)
+    before = output_error([one_sided], vehicle)
+    _, new = driven(zone, [lambda rng: rng.uniform(-1, 1)] * 2, seconds=150.0, seed=9)
+    model = seatrial.identify([new], vehicle, prior=before)
+    assert not as_stated(model, {**KNOWN, "edge_forward": EDGE, "edge_reverse": 2 * EDGE})
+    assert not [note for note in model.estimator.notes if "one edge for both sides" in note]
+    assert any(
+        "A has one dead-zone edge for both sides" in note for note in compare(before, model).notes
+    )

@@ -94,7 +94,7 @@ def _afresh(
     if first > 0:
         use[first], velocity[first] = _core.USE_BEGINNING, begin
     for fault in recording.faults:
-        if fault.kind in UNKNOWN and fault.end > t[first]:
+        if fault.kind in UNKNOWN and fault.end + LASTING > t[first]:
             use[(t >= fault.start) & (t < fault.end + LASTING)] = 0
             after = np.flatnonzero((use > 0) & (t >= fault.end))[:1]
             known = np.flatnonzero(moving.valid & (t >= fault.end + LASTING))[:1]

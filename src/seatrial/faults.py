@@ -19,7 +19,7 @@ TWO_PLACES_APART = 0.05  # [m] and by this much
 DAYS_AWAY = 86400.0  # [s] stamps that far from the others are of an unset clock
 GAP_FACTOR = 2.5  # a gap is longer than this many usual periods,
 USUAL = 90.0  # [%] of the steps are no longer than which: uneven stamps are no gaps,
-MOST_UNEVEN = 4.0  # but bursts of poses are no stretch: a usual period is this many median ones at most
+MOST_UNEVEN = 4.0  # but bursts of poses are no stretch: it is this many median steps at most
 JUMP_SPREADS = 5.0  # a jump's rate is off its neighbours by this many robust spreads,
 JUMP_USUAL = 4.0  # by this many times the 90th percentile of all steps,
 JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
@@ -262,18 +262,17 @@ def _jumps(t: Array, eta: Array) -> list[int]:
         [max(usual[0], usual[1] * LEVER), max(usual[1], usual[0] / LEVER)]
     )
     found: set[int] = set()
+    period = float(np.median(steps))
     for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
         change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
         apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
         apart[gap] = 0.0  # a gap is a fault of its own
-        spread = 1.4826 * float(np.median(apart))
-        limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(apart, 90)), floor)
-        way = apart * steps  # of stamps that are close together the rate is noise
-        far = way > max(
-            JUMP_SPREADS * 1.4826 * float(np.median(way)),
-            JUMP_USUAL * float(np.percentile(way, 90)),
-        )
-        found |= set(np.flatnonzero((apart > limit) & far).tolist()) if limit > 0 else set()
+        # of stamps that are close together the rate is noise, of those far apart the way is the boat's
+        way = apart * np.minimum(steps, period)
+        spread = 1.4826 * float(np.median(way))
+        limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(way, 90)))
+        far = (way > limit) & (apart > floor)
+        found |= set(np.flatnonzero(far).tolist()) if max(limit, floor) > 0 else set()
     return sorted(found)
 
 

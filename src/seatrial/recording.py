@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import Fault, FaultKind, examine, in_order, silences
+from seatrial.faults import Fault, FaultKind, examine, in_order, silences, usual_step
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
 from seatrial.streams import Stream, only_changes
@@ -115,6 +115,11 @@ class Recording:
     def period(self) -> float:
         """Median time between poses [s]."""
         return float(np.median(np.diff(self.t)))
+
+    @cached_property
+    def usual_step(self) -> float:
+        """Time [s] between poses that most do not exceed: the period, where stamps are even."""
+        return usual_step(np.diff(self.t))
 
     @property
     def duration(self) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from seatrial.frames import Array, Mask, body_velocity, frozen_array
 from seatrial.recording import Recording
 
-UNEVEN = 1.5  # a window with a step longer than this many median periods is not differentiated
+UNEVEN = 1.5  # a window with a step longer than this many usual ones is not differentiated
 NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either
 SLOW = 0.55  # [s] between poses, from which on the stencil misses what the boat does within four of them
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
@@ -54,10 +54,10 @@ def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
         return eta_dot, valid
     windows = np.lib.stride_tricks.sliding_window_view(index, 5)
     t = recording.t[windows]
-    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.period
+    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.usual_step
     usable &= np.ptp(recording.segment[windows], axis=1) == 0
     windows, weights = windows[usable], stencil_weights(t[usable])
-    quiet = np.linalg.norm(weights, axis=1) < NOISIER * STENCIL_NOISE / recording.period
+    quiet = np.linalg.norm(weights, axis=1) < NOISIER * STENCIL_NOISE / recording.usual_step
     windows, weights = windows[quiet], weights[quiet]
     eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, recording.eta[windows])
     valid[windows[:, 2]] = True

@@ -11,7 +11,7 @@ from seatrial.frames import AXES, SYMBOLS, Axes
 from seatrial.identify.equation_error import METHOD as EQUATION_ERROR
 from seatrial.model import Model
 from seatrial.sanity import AxisSanity, sanity
-from seatrial.schema import EnvelopeEntry, RecordingEntry
+from seatrial.schema import DeadZone, EnvelopeEntry, RecordingEntry
 from seatrial.vehicle import Vehicle, as_column
 
 WIDER = 1.3  # ratio of speeds from which on an envelope is another
@@ -174,7 +174,7 @@ def _allocation_said(model: Model) -> str:
 def _dead_zones(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     has = [any(n.partition(".")[0] in EDGES for n in m.parameters) for m in (a, b)]
     if has[0] == has[1]:
-        return []
+        return _one_edge(a, b)
     whose, other = ("A", "B") if has[0] else ("B", "A")
     converted = seen[0].converted or seen[1].converted
     if converted:
@@ -185,6 +185,21 @@ def _dead_zones(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     return [
         f"{whose} has a dead zone, {other} has none: {other}'s thrust gains are an average over it, "
         f"{whose}'s hold past its edge"
+    ]
+
+
+def _one_edge(a: Model, b: Model) -> list[str]:
+    """Of models of which one has one edge for both sides, and the other two."""
+    single = [
+        any(isinstance(z := g.dead_zone, DeadZone) and z.symmetric for g in m.vehicle.file.chain)
+        for m in (a, b)
+    ]
+    if single[0] == single[1]:
+        return []
+    whose, other = ("A", "B") if single[0] else ("B", "A")
+    return [
+        f"{whose} has one dead-zone edge for both sides, as its thrusters hardly pushed to one of them; "
+        f"{other}'s edge on that side is not compared"
     ]
 
 

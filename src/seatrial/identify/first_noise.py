@@ -6,9 +6,11 @@ make as large ones as larger errors do that fade over several poses.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
+from seatrial.errors import RecordingError
 from seatrial.filter_noise import (
     COLOUR,
     COLOUR_MEMORY,
@@ -29,7 +31,11 @@ BARE = 0.1  # of the white errors that is left where all are said to hang togeth
 
 def first_noise(recordings: Sequence[Recording]) -> Array:
     """White errors of the poses as fourth differences show them, and half as large ones that hang together."""
-    own = [pose_noise(r) for r in recordings]
+    own = []
+    for recording in recordings:
+        with suppress(RecordingError):  # the others may do
+            own.append(pose_noise(recording))
+    own = own or [pose_noise(*recordings)]
     position, heading = (
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
     )

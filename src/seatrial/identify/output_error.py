@@ -13,6 +13,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from seatrial import _core
@@ -28,10 +29,11 @@ from seatrial.identify.kinks import as_likely
 from seatrial.identify.problem import KINDS, Prior, Problem
 from seatrial.identify.search import Point, astray, search
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
-from seatrial.identify.stages import staged, with_free_stages
+from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
+from seatrial.schema import ChainGroup, DeadZone
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -134,6 +136,12 @@ def _step(problem: Problem, theta: Array) -> float:
     """As long as asked for, but short beside the boat's quickest motion at the speeds that occur."""
     vehicle, n = problem.vehicle, problem.size
     nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
+    if not len(nu):
+        names = ", ".join(r.name for r in problem.recordings)
+        raise IdentificationError(
+            f"{names}: nowhere five usable poses in a row at stamps that are at all alike; if they "
+            "come from two trackers, take one"
+        )
     fast = np.percentile(np.abs(nu), 99, axis=0)
     corners = fast * np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))
     small = 1e-4 * np.eye(3)
@@ -161,8 +169,26 @@ def _whole(
                 for note in start.estimator.notes
                 if not (note.endswith(AT_BOUND) or note.startswith(LEVER_ERRORS))
             ]
-            return vehicle.with_chain(start.vehicle.file.chain), kept
+            chain = list(start.vehicle.file.chain)
+            fresh, _ = staged(vehicle, recordings)
+            apart = [g.name for g in fresh.file.chain if _two_edges(g)]
+            both = [_parted(g) if g.name in apart else g for g in chain]
+            if both != chain:
+                kept = [note for note in kept if ONE_EDGE not in note]
+            return vehicle.with_chain(both), kept
     return staged(vehicle, recordings)
+
+
+def _two_edges(group: ChainGroup) -> bool:
+    return isinstance(group.dead_zone, DeadZone) and not group.dead_zone.symmetric
+
+
+def _parted(group: ChainGroup) -> ChainGroup:
+    """The group with an edge of its own for reverse, where one stands for both: now data show it."""
+    zone = group.dead_zone
+    if not isinstance(zone, DeadZone) or not zone.symmetric or isinstance(zone.forward, str):
+        return group
+    return msgspec.structs.replace(group, dead_zone=DeadZone(zone.forward, zone.forward))
 
 
 def _with_prior(problem: Problem, prior: Model | None) -> Problem:

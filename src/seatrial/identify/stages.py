@@ -22,6 +22,7 @@ from seatrial.vehicle import WRENCH, Vehicle
 MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
+ONE_EDGE = "one edge for both sides"
 ROWS = 4000  # of commands that are looked at for it
 
 
@@ -206,9 +207,7 @@ def _dead_zone(
         return DeadZone(start, STARTS["edge_reverse"]), None
     if ahead or astern:
         side = "astern" if ahead else "ahead"
-        return DeadZone(start, "forward"), (
-            f"one edge for both sides, as {names} hardly push {side}"
-        )
+        return DeadZone(start, "forward"), (f"{ONE_EDGE}, as {names} hardly push {side}")
     return None, (
         f"not identifiable, as with commands like these of {names} it takes the same share of each "
         "force at all times; the force coefficients include it"

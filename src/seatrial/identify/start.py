@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from seatrial.errors import IdentificationError, RecordingError
+from seatrial.faults import usual_step
 from seatrial.frames import Array, Mask
 from seatrial.identify.weak_rows import Weighed, Widths, choose_widths, weighed
 from seatrial.recording import Recording
@@ -29,7 +30,9 @@ LAGS = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
 EDGES = (0.0, 0.08, 0.16, 0.3)
 STEPS = 2  # of Gauss-Newton
 LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
-CLOSE = 0.5  # a tenth of the steps between poses is shorter than this share of the median: uneven stamps
+CLOSE = (
+    0.5  # a tenth of the steps between poses is shorter than this share of the usual: uneven stamps
+)
 SETTLED = 1e-4  # share of the cost that a step is worth
 
 
@@ -162,7 +165,7 @@ def evened(recording: Recording) -> Recording:
     """A recording whose poses often come close together, at even stamps between them: for a start."""
     t, good = recording.t, recording.valid
     steps = np.diff(t[good])
-    if np.percentile(steps, 10) > CLOSE * np.median(steps):
+    if np.percentile(steps, 10) > CLOSE * usual_step(steps):
         return recording
     even = np.arange(0.0, t[good][-1], float(np.mean(steps)))
     place = np.maximum(np.searchsorted(t[good], even, side="right") - 1, 0)

@@ -23,11 +23,14 @@ MEMBERS = 8  # curves of one plot at most
 
 def static(model: Model) -> Figure:
     """Thrust against command, with 95 % bands and the edges of the dead zones."""
-    shapes = [
-        upright((1.0 if kind == "edge_forward" else -1.0) * value, ORANGE)
-        for kind, value in _constants(model)
-        if kind in ("edge_forward", "edge_reverse")
-    ]
+    each = model.vehicle.constants.of_each
+    edges = {
+        sign * float(edge)
+        for sign, kind in ((1.0, "edge_forward"), (-1.0, "edge_reverse"))
+        for edge in each(kind, model.constants)
+        if edge
+    }
+    shapes = [upright(edge, ORANGE) for edge in sorted(edges)]
     traces = _drawn(curves(model))
     return figure(
         traces, "command [command units]", "thrust [share of full]",
