@@ -157,7 +157,7 @@ def test_a_real_ship_has_the_delay_that_others_measured():
 def test_recordings_in_shreds_are_refused_in_words():
     vehicle, recordings = driven("paper-like", "mallard-mp", 1)
     r = recordings[0]
-    kept = np.arange(len(r.t)) % 30 < 8
+    kept = np.arange(len(r.t)) % 32 < 12
     shreds = changed(r, r.raw[kept], r.stamps[kept])
     with pytest.raises(
         IdentificationError, match=r"no stretch of .* without drop-outs; record longer"
