@@ -24,7 +24,7 @@ from seatrial.parallel import spread
 from seatrial.recording import Recording
 from seatrial.structure import Row
 from seatrial.vehicle import Vehicle
-from seatrial.velocity import STENCIL_NOISE, Motion, motion
+from seatrial.velocity import Motion, motion, stencil_deviation
 
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
 ROUNDS = 4  # of filter and noise in turns
@@ -63,22 +63,14 @@ def series(recording: Recording) -> _core.Series:
     start[:3] = recording.eta[first]
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
-        spread = np.hypot(spread, _stencil_noise(recording))
+        with suppress(RecordingError):  # what comes later changes nothing
+            noise = pose_noise(recording, first=START)
+            spread = np.hypot(spread, stencil_deviation(noise, recording))
     afresh = _afresh(recording, use, moving, start[3:])
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
     )
-
-
-def _stencil_noise(recording: Recording) -> Array:
-    """Standard deviations (3,) of velocities by the stencil; 0 where no five poses stand in a row."""
-    try:
-        noise = pose_noise(recording, first=START)  # what comes later changes nothing
-    except RecordingError:
-        return np.zeros(3)
-    sigma = np.array([noise.position, noise.position, noise.heading])
-    return STENCIL_NOISE / recording.period * sigma
 
 
 def _afresh(

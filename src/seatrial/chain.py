@@ -3,7 +3,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.errors import VehicleError
 from seatrial.frames import Array
-from seatrial.schema import ChainGroup, DeadZone, PairEntry
+from seatrial.schema import ChainGroup, DeadZone, Estimate, PairEntry
 
-ESTIMATE = "estimate"
+ESTIMATE: Final = "estimate"
 STAGES = (
     "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
     "pair_offset_along", "pair_offset_across", "pair_dead_zone",
@@ -223,8 +223,8 @@ def _put(
     return {key: values[stage] for key, stage in given.items() if stage in values}
 
 
-def _edges(given: DeadZone | Literal["estimate"]) -> DeadZone:
-    return DeadZone("estimate", "estimate") if isinstance(given, str) else given
+def _edges(given: DeadZone | Estimate) -> DeadZone:
+    return DeadZone(ESTIMATE, ESTIMATE) if isinstance(given, str) else given
 
 
 def _also(group: ChainGroup, stage: str) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import NoiseEntry
-from seatrial.velocity import STENCIL_CORRELATION, STENCIL_NOISE, Motion, motion
+from seatrial.velocity import STENCIL_CORRELATION, Motion, motion, stencil_deviation
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
@@ -89,9 +89,7 @@ class Lookahead:
     @cached_property
     def stencil(self) -> Array:
         """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s]."""
-        own = _own_noise(self.model, self.recording)
-        sigma = np.array([own.position, own.position, own.heading])
-        return STENCIL_NOISE / self.recording.period * sigma
+        return stencil_deviation(_own_noise(self.model, self.recording), self.recording)
 
     def predict(self, horizon: float, every: int = 1) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses."""

@@ -16,9 +16,7 @@ from seatrial.vehicle import WRENCH
 RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
 STILL = 0.02  # share of the top speed at which a boat counts as stopped
 TOLD_APART = 2.0  # standard errors that a value must be away from 0 to count as not 0
-ABSURD_SPEED = (
-    10.0  # [m/s], [rad/s] small boats are not faster, but for those that were recorded so
-)
+ABSURD_SPEED = 10.0  # [m/s], [rad/s] boats are not faster, but those that were recorded so
 FASTER = 3.0  # times the recorded speed from which on a model runs away
 PART = 0.75  # of full command: what was driven with less is said with its command
 

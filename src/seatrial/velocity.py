@@ -7,6 +7,7 @@ import numpy as np
 
 from seatrial.frames import Array, Mask, body_velocity, frozen_array
 from seatrial.recording import Recording
+from seatrial.schema import NoiseEntry
 
 UNEVEN = 1.5  # a window with a step longer than this many usual ones is not differentiated
 NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either
@@ -62,6 +63,12 @@ def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
     eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, recording.eta[windows])
     valid[windows[:, 2]] = True
     return eta_dot, valid
+
+
+def stencil_deviation(noise: NoiseEntry, recording: Recording) -> Array:
+    """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s] for white pose noise."""
+    sigma = np.array([noise.position, noise.position, noise.heading])
+    return STENCIL_NOISE / recording.period * sigma
 
 
 def stencil_weights(t: Array) -> Array:

@@ -83,7 +83,7 @@ def _seen(recording: Recording, t: Array) -> Array:
     """The times [s] that usable poses stand around."""
     good = recording.t[recording.valid]
     after = np.searchsorted(good, t, side="right").clip(1, len(good) - 1)
-    inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.period)
+    inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.usual_step)
     return np.asarray(t[inside])
 
 

@@ -12,7 +12,7 @@ from seatrial.inspect.coverage import InputUse
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
-from seatrial.velocity import SLOW, STENCIL_NOISE, motion
+from seatrial.velocity import SLOW, motion, stencil_deviation
 
 SHORT = 30.0  # [s] a recording below it says little
 UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
@@ -100,8 +100,8 @@ def _speeds_of_noise(recording: Recording) -> tuple[float, float]:
         noise = pose_noise(recording)
     except RecordingError:
         return 0.0, 0.0
-    each = STENCIL_NOISE / recording.period
-    return 2.15 * each * noise.position, 1.65 * each * noise.heading  # of Rayleigh, of a normal
+    plane, _, turn = stencil_deviation(noise, recording).tolist()
+    return 2.15 * plane, 1.65 * turn  # of Rayleigh's distribution, of the normal one
 
 
 def implausible(recording: Recording) -> list[str]:

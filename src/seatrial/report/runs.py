@@ -160,7 +160,7 @@ def _run(
 def time_base(recording: Recording) -> tuple[Array, NDArray[np.intp]]:
     """Pose times [s] with a row more in the middle of each gap and jump; the row of each pose."""
     t, valid, segment = recording.t, recording.valid, recording.segment
-    breaks = np.diff(t) > GAP_FACTOR * recording.period
+    breaks = np.diff(t) > GAP_FACTOR * recording.usual_step
     breaks |= valid[1:] & valid[:-1] & (np.diff(segment) != 0)
     before = np.flatnonzero(breaks)
     row = np.arange(len(t)) + np.searchsorted(before, np.arange(len(t)))

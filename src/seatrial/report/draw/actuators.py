@@ -64,8 +64,3 @@ def _drawn(found: Sequence[Curve]) -> list[Figure]:
             traces.append(band | {"showlegend": False})
         traces.append(line(one.label, one.x, one.y, colour, dash=dash, width=2.0))
     return traces
-
-
-def _constants(model: Model) -> list[tuple[str, float]]:
-    names = [name.partition(".")[0] for name in model.vehicle.constants.names]
-    return list(zip(names, model.constants.tolist(), strict=True))
