@@ -4,12 +4,8 @@
 from pathlib import Path
 
 import pytest
-from bag_tools import (
-    Sent,
-    mcap,
-    ros1,
-    vehicle,
-)
+from bag_tools import Sent, ros1, vehicle
+from mcap_writer import mcap
 
 import seatrial
 from seatrial.errors import SeatrialError

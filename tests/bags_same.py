@@ -2,14 +2,8 @@
 """What tests of bags share: the same content in two formats."""
 
 import numpy as np
-from bag_tools import (
-    START,
-    Sent,
-    mcap,
-    poses_sent,
-    ros1,
-    vehicle,
-)
+from bag_tools import START, Sent, poses_sent, ros1, vehicle
+from mcap_writer import mcap
 
 import seatrial
 

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import yaml
 from bad_bag_tools import LENGTH, both, made, messages, refused
+from bag_shapes import WRITERS
 from bag_tools import (
     SECOND,
     START,
-    WRITERS,
     Sent,
     header,
     joy_sent,
-    mcap,
     old_db3,
     pose,
     poses_sent,
@@ -27,6 +26,7 @@ from bag_tools import (
     store,
     vehicle,
 )
+from mcap_writer import mcap
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 import seatrial

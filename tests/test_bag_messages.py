@@ -10,7 +10,6 @@ from bag_tools import (
     drive,
     header,
     joy_sent,
-    mcap,
     pose,
     poses_sent,
     quaternion,
@@ -19,6 +18,7 @@ from bag_tools import (
     vehicle,
 )
 from bags_same import LENGTH, through
+from mcap_writer import mcap
 
 import seatrial
 from seatrial.frames import POSE_SIGNS

@@ -6,15 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bag_shapes import WRITERS
 from bag_tools import (
     SECOND,
     START,
-    WRITERS,
     Sent,
     drive,
     header,
     joy_sent,
-    mcap,
     other_sent,
     pose,
     poses_sent,
@@ -27,6 +26,7 @@ from bag_tools import (
     vehicle,
 )
 from bags_same import JOY, LENGTH, assert_same
+from mcap_writer import mcap
 from rosbags.highlevel import AnyReader
 
 import seatrial

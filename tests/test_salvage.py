@@ -8,13 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from bad_bag_tools import LENGTH, both, made, messages, refused
+from bag_shapes import WRITERS
 from bag_tools import (
-    WRITERS,
     Sent,
     bag_records,
     drive,
     joy_sent,
-    mcap,
     mcap_records,
     poses_sent,
     raw,
@@ -23,6 +22,7 @@ from bag_tools import (
     split2,
     vehicle,
 )
+from mcap_writer import mcap
 
 import seatrial
 from seatrial.io.bags import open_bag

@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from bag_tools import SECOND, START, Sent, header, joy_sent, mcap, poses_sent, ros1, vehicle
+from bag_tools import SECOND, START, Sent, header, joy_sent, poses_sent, ros1, vehicle
+from mcap_writer import mcap
 from scipy.spatial.transform import Rotation, Slerp
 
 import seatrial

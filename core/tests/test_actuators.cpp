@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
+#include "chain_by_hand.hpp"
 #include "seatrial/actuators.hpp"
 
 using namespace seatrial;

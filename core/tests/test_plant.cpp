@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "boats.hpp"
+#include "chain_by_hand.hpp"
 #include "heap.hpp"
 #include "seatrial/plant.hpp"
 #include "seatrial/rollout.hpp"
