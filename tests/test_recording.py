@@ -7,8 +7,11 @@ from conftest import trials
 
 from seatrial.errors import RecordingError
 from seatrial.faults import FaultKind
+from seatrial.model import thrust_trace
 from seatrial.noise import pose_noise
+from seatrial.plan import load_plan
 from seatrial.recording import Signal, make_recording, rising
+from seatrial.simulate import plant_model
 from seatrial.velocity import motion
 
 COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
@@ -178,18 +181,32 @@ def test_heading_is_unwrapped_also_across_masked_samples():
     np.testing.assert_allclose(record.eta[record.valid, 2], eta[record.valid, 2], atol=1e-12)
 
 
-def test_cutting_keeps_the_command_that_holds_at_the_start():
+def test_cutting_keeps_the_commands_that_still_act_at_the_start():
     stamps, eta = poses()
     commands = Signal(
         ("F_u",), np.array([0, 10 * 10**9, 20 * 10**9]), np.array([[0.1], [0.2], [0.3]])
     )
     part = make_recording("cut", stamps, eta, commands).cut(12.0, 19.0)
-    assert part.commands.values.tolist() == [[0.2]]
+    assert part.seconds(part.commands.stamps) == pytest.approx([-10.0, -2.0], abs=0.07)
+    assert part.commands.values.tolist() == [[0.1], [0.2]]
     assert part.duration == pytest.approx(7.0, abs=0.1)
     assert part.offset == pytest.approx(12.0, abs=0.07)
     assert part.cut(2.0).offset == pytest.approx(14.0, abs=0.07)
     with pytest.raises(RecordingError, match=r"it lasts 39\.9 s"):
         make_recording("cut", stamps, eta, commands).cut(100.0, None)
+
+
+def test_a_cut_in_the_middle_of_a_drive_feels_the_same_forces(af, clean_af):
+    """Latency and lag: what was commanded before the cut still acts after it."""
+    plan = load_plan("paper-like")
+    boat = plant_model(plan, af)
+    whole = clean_af["S7"].recording
+    part = whole.cut(40.3)
+    t = np.linspace(0.0, 3.0, 31)
+    forces = thrust_trace(boat.vehicle, boat.constants, part).forces(t)
+    same = thrust_trace(boat.vehicle, boat.constants, whole).forces(t + part.offset)
+    np.testing.assert_allclose(forces, same, atol=1e-6)
+    assert np.ptp(same, axis=0).min() > 0.01
 
 
 def test_rising_keeps_the_last_of_equal_stamps_and_drops_late_ones():

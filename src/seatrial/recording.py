@@ -15,6 +15,8 @@ from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
 from seatrial.streams import Stream, only_changes
 
+BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag
+
 
 @dataclass(frozen=True)
 class Signal:
@@ -36,7 +38,10 @@ class Signal:
             raise RecordingError(f"signal {', '.join(self.names)}: stamps must rise")
 
     def cut(self, start: int, end: int) -> "Signal":
-        """Rows in [start, end) [ns], with the row that holds at the start moved to it."""
+        """Rows in [start, end) [ns] and those `BEFORE` it, which still act at the start; the row that
+        holds where they begin is moved there.
+        """
+        start -= round(BEFORE * 1e9)
         first = int(np.searchsorted(self.stamps, start, side="right")) - 1
         keep = (self.stamps >= start) & (self.stamps < end)
         stamps, values = self.stamps[keep], self.values[keep]
