@@ -15,7 +15,7 @@ from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
+NOISE_MOST = np.array([100.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 100.0, 1.0, 1.0])
 # where what was at its least is tried
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
 PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise

@@ -7,6 +7,18 @@ from numpy.typing import NDArray
 from seatrial.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
+TIED = 1e-9  # least eigenvalue of a scaled information, 0 where a sum alone is known
+
+
+def inverse_of(matrix: Array) -> Array:
+    """Inverse (p, p) of an information or a covariance, whose entries may be of very different sizes.
+
+    Of what is not informed of at all the variance is large, not 0, and never negative.
+    """
+    scale = 1.0 / np.sqrt(np.diag(matrix) + 1e-12)
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    root = vectors * scale[:, None] / np.sqrt(np.maximum(values, TIED))
+    return np.asarray(root @ root.T)
 
 
 def kurtosis(errors: Array) -> float:

@@ -11,10 +11,12 @@ from seatrial.chain import STAGES
 from seatrial.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.frames import AXES, Array
 from seatrial.model import Model
+from seatrial.statistics import inverse_of
 from seatrial.structure import Term
 from seatrial.vehicle import WRENCH, Vehicle
 
 SIGNIFICANT = 0.05
+UNKNOWN = 10.0  # times its value a standard error that says nothing of it
 RANK = 1e-12  # share of the largest eigenvalue, of scaled covariance, below which there is none
 EDGES = ("edge_forward", "edge_reverse")
 
@@ -262,7 +264,7 @@ def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor
     it was. Acceleration terms are left out: they tell of where the mass is.
     """
     out = []
-    known = {pair.name for pair in found if pair.error_a > 0 and pair.error_b > 0}
+    known = {pair.name for pair in found if _tells(pair)}
     for axis, word in enumerate(AXES):
         own = [t for t in a.structure.terms if t.axis == axis and t.coefficient in known]
         still = {t.coefficient for t in own if t.acceleration is not None}
@@ -272,11 +274,17 @@ def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor
     return out
 
 
+def _tells(pair: Pair) -> bool:
+    """Whether both were estimated, and known at all: what was never used may be anything."""
+    errors = (pair.error_a, pair.error_b)
+    return min(errors) > 0.0 and max(errors) < UNKNOWN * max(abs(pair.a), abs(pair.b))
+
+
 def _factor(axis: str, names: list[str], seen: tuple[View, View]) -> Factor:
     (first, own), (second, other) = (view.of(names) for view in seen)
     k = 1.0
     for _ in range(30):  # the weights depend on the factor: it settles in a few rounds
-        weight = np.linalg.pinv(other + k**2 * own, hermitian=True)
+        weight = inverse_of(other + k**2 * own)
         # b = k a* with both in error: a* by least squares, too (Deming's regression)
         best = first + k * own @ weight @ (second - k * first)
         before, k = k, float(best @ weight @ second / (best @ weight @ first))

@@ -9,16 +9,19 @@ from seatrial.errors import IdentificationError
 from seatrial.frames import Array, Mask
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
+from seatrial.statistics import TIED, inverse_of
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance
 SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
-TIED = 1e-9  # least eigenvalue of the scaled information, 0 where a sum alone is known
 
 
-def sandwich(at: Point) -> Array:
+def sandwich(at: Point, inside: Mask | None = None) -> Array:
     """Of the information and the scatter of scores over blocks, since errors may hang together.
+
+    inside: (p,) free parameters that may move, the others stay, with 0; by default all that did not
+    end at a bound.
 
     The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
     it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
@@ -29,21 +32,22 @@ def sandwich(at: Point) -> Array:
     prior, free = problem.prior, list(problem.free)
     if prior is None:
         _told_apart(at)
-    inside = ~at_bounds(at)
+    inside = ~at_bounds(at) if inside is None else inside
     scores = at.passes.scores[:, inside]
     information = at.passes.information[np.ix_(inside, inside)]
     blocks, p = scores.shape
     known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
         np.ix_(inside, inside)
     ]  # fmt: skip
-    inverse = _inverse(information)
+    inverse = inverse_of(information)
+    told = float(np.sum(inverse * (information - known)))  # parameters, as far as by the recordings
     scores = scores - scores.mean(axis=0)
-    scores *= np.sqrt(blocks / max(blocks - p / 2, blocks / 4))  # some was fitted away
+    scores *= np.sqrt(blocks / max(blocks - told / 2, blocks / 4))  # some was fitted away
     moves = scores @ inverse  # by a block
-    factor = float(np.sum(moves * scores)) / p
-    if blocks < FEW * p:
+    factor = float(np.sum(moves * scores)) / max(told, TIED)
+    if blocks < FEW * told:
         factor = max(factor, 1.0)
-    share = blocks / (blocks + SHRINKAGE * p)
+    share = blocks / (blocks + SHRINKAGE * told)
     said = inverse @ known @ inverse
     drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)
     out = np.zeros((len(free), len(free)))
@@ -99,11 +103,3 @@ def at_bounds(at: Point) -> Mask:
     low, high = problem.bounds
     theta = at.theta[list(problem.free)]
     return np.asarray((theta <= low) | (theta >= high))
-
-
-def _inverse(information: Array) -> Array:
-    """Of what is not informed of at all the variance is large, not 0, and never negative."""
-    scale = 1.0 / np.sqrt(np.diag(information) + 1e-12)
-    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-    root = vectors * scale[:, None] / np.sqrt(np.maximum(values, TIED))
-    return np.asarray(root @ root.T)

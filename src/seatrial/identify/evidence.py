@@ -96,8 +96,15 @@ def bootstrap_text(whole: Fit, replicates: int) -> str:
 def profile_text(found: Sequence[Profile]) -> str:
     """Intervals by profile likelihood beside the estimates."""
     head = ["profile likelihood", "estimate", "95 % from", "to"]
-    rows = [[p.name, plus_minus(p.value, p.error), _end(p.low), _end(p.high)] for p in found]
+    rows = [[p.name, _estimate(p), _end(p.low), _end(p.high)] for p in found]
     return table(head, rows)
+
+
+def _estimate(found: Profile) -> str:
+    """With its standard error, where it has one."""
+    if found.error == 0.0:
+        return f"{found.value:.5g} at its bound"
+    return plus_minus(found.value, found.error)
 
 
 def _end(value: float) -> str:

@@ -34,6 +34,7 @@ from seatrial.identify.start import start_values
 from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
+from seatrial.statistics import inverse_of
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -192,7 +193,10 @@ def _parted(group: ChainGroup) -> ChainGroup:
 
 
 def _with_prior(problem: Problem, prior: Model | None) -> Problem:
-    """The problem with what a model says of parameters of the same name."""
+    """The problem with what a model says of parameters of the same name.
+
+    Of those without a variance it says nothing.
+    """
     if prior is None:
         return problem
     names = dict(zip(prior.parameters, range(len(prior.parameters)), strict=True))
@@ -210,9 +214,7 @@ def _with_prior(problem: Problem, prior: Model | None) -> Problem:
     at = np.zeros(len(problem.names))
     at[mine] = np.concatenate([prior.coefficients, prior.constants])[theirs]
     precision = np.zeros((len(at), len(at)))
-    precision[np.ix_(mine, mine)] = np.linalg.pinv(
-        prior.covariance[np.ix_(theirs, theirs)], hermitian=True
-    )
+    precision[np.ix_(mine, mine)] = inverse_of(prior.covariance[np.ix_(theirs, theirs)])
     return replace(problem, prior=Prior(at, precision))
 
 

@@ -56,7 +56,8 @@ def widened(prior: Model, spread: float = SPREAD) -> Model:
 
     Half of it is common to an axis, as with its mass. A coefficient near 0 may change as if its term
     were `SLIGHT` of its axis' largest at the speeds that the prior was identified at; latency by
-    `CLOCK` [s]. Raises IdentificationError.
+    `CLOCK` [s]. Of parameters at a bound it is not known how well they are known: their variance
+    stays 0. Raises IdentificationError.
     """
     if not 0.0 < spread < np.inf:
         raise IdentificationError(
@@ -69,9 +70,10 @@ def widened(prior: Model, spread: float = SPREAD) -> Model:
     for name, value in zip(names, prior.constants.tolist(), strict=True):
         size = max(abs(value), EDGE) if name.startswith("edge") else abs(value)
         more.append(CLOCK if name == "latency" else spread * size)
-    added = np.diag(np.square(more))
+    said = np.array([name not in prior.at_bounds for name in prior.parameters])
+    added = np.diag(np.square(more) * said)
     for axis in range(3):
-        together = _of_axis(prior, axis)
+        together = [i for i in _of_axis(prior, axis) if said[i]]
         for i in together:
             for j in set(together) - {i}:
                 added[i, j] = COMMON * spread**2 * prior.coefficients[i] * prior.coefficients[j]

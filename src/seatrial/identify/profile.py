@@ -14,15 +14,15 @@ import numpy as np
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
-from seatrial.identify.covariance import sandwich
+from seatrial.identify.covariance import at_bounds, sandwich
 from seatrial.identify.search import Point, search
 from seatrial.identify.solution import Fit
 from seatrial.parallel import spread
-from seatrial.statistics import NORMAL_95
+from seatrial.statistics import NORMAL_95, inverse_of
 
 CLOSE = 0.02  # of a standard deviation: the end is found
-LOOKS = 12  # at most, to either side
-FARTHEST = 50.0  # [standard errors] an interval that reaches so far is open
+LOOKS = 16  # at most, to either side
+FARTHEST = 300.0  # [standard errors] an interval that reaches so far is open
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,36 @@ def profile(fit: Fit, name: str) -> Profile:
     if name not in fit.names:
         raise IdentificationError(f"--profile {name}: sought were {', '.join(fit.names)}")
     k = fit.names.index(name)
-    low, high = spread(lambda side: _end(fit, k, side), (-1.0, 1.0))
+    scale = _scale(fit, k)
+    low, high = spread(lambda side: _end(fit, k, scale, side), (-1.0, 1.0))
     value = float(fit.theta[fit.problem.free[k]])
     return Profile(name, value, float(np.sqrt(fit.covariance[k, k])), low, high)
 
 
-def _end(fit: Fit, k: int, side: float) -> float:
+@dataclass(frozen=True)
+class _Scale:
+    """How far one parameter and those that follow it go, and what the cost's rise is worth."""
+
+    along: Array  # (p,) of all free parameters, while the one goes a standard error
+    error: float  # standard error; of one that ended at its bound, as if it might pass it
+    excess: float  # sandwich's variance over that of independent errors
+
+
+def _scale(fit: Fit, k: int) -> _Scale:
+    """What ended at a bound stays there in both variances, but for the parameter itself."""
+    at = Point(fit.theta, fit.noise, fit.passes)
+    inside = ~at_bounds(at)
+    inside[k] = True
+    covariance = sandwich(at, inside)
+    own = inverse_of(fit.passes.information[np.ix_(inside, inside)])
+    error = float(np.sqrt(covariance[k, k]))
+    place = int(np.sum(inside[:k]))
+    return _Scale(covariance[:, k] / error, error, float(error**2 / own[place, place]))
+
+
+def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
     """Where the cost has risen as far as at 1.96 standard errors of a normal likelihood."""
-    place, error = fit.problem.free[k], float(np.sqrt(fit.covariance[k, k]))
+    place, error = fit.problem.free[k], scale.error
     lowest, highest = (float(bound[k]) for bound in fit.problem.bounds)
     best = float(fit.theta[place])
     room = (highest - best if side > 0 else best - lowest) / error
@@ -59,7 +81,7 @@ def _end(fit: Fit, k: int, side: float) -> float:
     distance = NORMAL_95
     for look in range(LOOKS):
         distance = min(distance, room, FARTHEST)
-        rise = _rise(fit, k, side * distance)
+        rise = _rise(fit, k, scale, side * distance)
         if abs(rise - NORMAL_95) < CLOSE:
             return best + side * distance * error
         if rise < NORMAL_95:
@@ -81,13 +103,11 @@ def _end(fit: Fit, k: int, side: float) -> float:
     return best + side * distance * error
 
 
-def _rise(fit: Fit, k: int, distance: float) -> float:
+def _rise(fit: Fit, k: int, scale: _Scale, distance: float) -> float:
     """Root of the cost's rise, scaled, with the parameter held so many standard errors away."""
     place, free = fit.problem.free[k], list(fit.problem.free)
-    covariance = fit.covariance
-    move = distance * covariance[:, k] / np.sqrt(covariance[k, k])
     theta = fit.theta.copy()
-    theta[free] += move
+    theta[free] += distance * scale.along
     held = theta[place]
     problem = replace(fit.problem, free=tuple(i for i in free if i != place))
     theta = problem.bounded(theta)
@@ -96,11 +116,4 @@ def _rise(fit: Fit, k: int, distance: float) -> float:
         found = search(problem, theta, fit.noise, least=least_noise(problem, fit.share))
     except IdentificationError:
         return np.inf
-    return float(np.sqrt(max(0.0, found.passes.cost - fit.passes.cost) / _excess(fit)[k]))
-
-
-def _excess(fit: Fit) -> Array:
-    """Sandwich's variance (p,) over that of independent errors."""
-    own = np.diag(np.linalg.pinv(fit.passes.information, hermitian=True))
-    at = Point(fit.theta, fit.noise, fit.passes)
-    return np.asarray(np.diag(sandwich(at)) / own)
+    return float(np.sqrt(max(0.0, found.passes.cost - fit.passes.cost) / scale.excess))

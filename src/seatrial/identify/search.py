@@ -67,7 +67,8 @@ def search(
     Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
-    begin = _point(problem, theta, np.maximum(noise, least))
+    theta = problem.bounded(theta)
+    begin = _point(problem, theta, np.clip(noise, least, NOISE_MOST))
     if astray(begin):
         begin = _loosely(begin, hold, least)
     if hold:
