@@ -15,7 +15,9 @@ from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
-NOISE_MOST = np.array([100.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 100.0, 1.0, 1.0])
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
+MORE = 3.0  # times what a search begins with pose noise may come to, where that is larger
+LONGEST = 60.0  # [s] memory of errors of the poses where they last for more than a second: GNSS
 # where what was at its least is tried
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
 PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
@@ -23,6 +25,7 @@ WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of the same motion
 COLOUR, COLOUR_MEMORY = [7, 8], 9
 NOISE_STEP = 2.5  # the largest of a logarithm
 FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
+CREEPING, LITTLE = 0.05, 100.0  # the same where a step gains less of the cost: slow ways down
 CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
 NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
 NOISE_TRIALS = 6
@@ -49,6 +52,19 @@ def noise_entry(noise: Array) -> NoiseEntry:
     hangs = max(colour[:2]) > _core.NO_COLOUR
     correlated = CorrelatedEntry(*colour) if hangs else None
     return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
+
+
+def most_noise(noise: Array) -> Array:
+    """The most that noise may come to from here (10,).
+
+    Errors of the poses that last look like motion as long as parameters are far off; so what begins
+    with short ones keeps to them. And positions may be metres off, but only where a search begins so.
+    """
+    most = NOISE_MOST.copy()
+    most[0] = most[COLOUR[0]] = max(most[0], MORE * noise[0])
+    if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9):
+        most[COLOUR_MEMORY] = LONGEST
+    return most
 
 
 def folded(noise: Array, period: float) -> Array:
@@ -97,16 +113,18 @@ def likelier_noise(
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float = OUTLIER,
+    *,
     least: Array = NOISE_LEAST,
+    most: Array | None = None,
 ) -> tuple[Array, float]:
     """Noise (10,) under which the errors are more likely, the model as it is; the fall of the cost.
 
     One step of Fisher's scoring on the logarithms, over linearised repetitions of the passes. What
     falls is tried at its least, too: there the way down is endless and ever flatter; what is at its
-    least is tried higher up again.
+    least is tried higher up again. Not beyond `most` (10,), by default `most_noise`.
     """
     pairs = list(zip(passes, poses, strict=True))
-    low, high = np.log(least), np.log(NOISE_MOST)
+    low, high = np.log(least), np.log(most_noise(noise) if most is None else most)
 
     def cost(phi: Array) -> float:
         return repeated_cost(passes, poses, np.exp(phi), outlier)
@@ -136,7 +154,7 @@ def likelier_noise(
             break
         damping = max(10.0 * damping, 1e-2)
     for i in range(*PROCESS.indices(len(phi))):
-        fell = active[i] and move[i] > FALLING
+        fell = active[i] and move[i] > (CREEPING if first - here < LITTLE else FALLING)
         raised = not active[i] and first - here < NOISE_SETTLED
         if fell or raised:
             phi, here = likelier(i, low[i] if fell else np.log(RAISED[i]), phi, here)

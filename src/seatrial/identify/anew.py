@@ -1,25 +1,28 @@
 # SPDX-License-Identifier: MIT
 """Searches that ended in a corner of the noise begin anew.
 
-Two corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
+Three corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
 errors of its poses hang together. Such errors that were let go, since they looked like motion as long as
-parameters were far off, have no states any more to come back by. And where a random walk of the velocity
-stands for a push that comes and goes, a little of the latter beside it explains nothing more. So where there
-are signs of it the search begins anew from the corner opposite, and the likelier solution is kept.
+parameters were far off, have no states any more to come back by. Where they last for seconds, as those of
+GNSS do, a wandering velocity stands for them, and coefficients that follow it. And where a random walk of the
+velocity stands for a push that comes and goes, a little of the latter beside it explains nothing more. So
+where there are signs of it the search begins anew from the corner opposite, and the likelier solution is kept.
 """
 
 import numpy as np
 
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import (
+    COLOUR,
     MEMORY,
     NOISE_LEAST,
+    NOISE_START,
     RAISED,
     WALKS_AND_DISTURBANCES,
     fitted_noise,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import all_hanging, half_hanging
+from seatrial.identify.first_noise import all_hanging, half_hanging, lasting
 from seatrial.identify.search import NOTHING, Point, descend, hangs
 from seatrial.identify.whiteness import white
 
@@ -38,7 +41,26 @@ def anew(at: Point, theta: Array) -> Point:
         other = exchanged(at.noise, walk, disturbance)
         if other is not None and _promises(at, other):
             at = _likelier(at, at.theta, other)
+    if not white(at):
+        at = _likelier(at, theta, lasting(at.passes.problem.recordings))
+    if not white(at) and (other := pushed(at.noise)) is not None:
+        at = _likelier(at, at.theta, other)
     return at
+
+
+def pushed(noise: Array) -> Array | None:
+    """The noise (10,) with disturbances for all walks, and white errors; None where nothing walks."""
+    walks = [walk for walk, _ in WALKS_AND_DISTURBANCES]
+    if (noise[walks] < NOTHING * RAISED[walks]).all():
+        return None
+    other = noise.copy()
+    other[MEMORY] = NOISE_START[MEMORY]
+    for walk, disturbance in WALKS_AND_DISTURBANCES:
+        made = other[walk] / np.sqrt(2.0 * other[MEMORY])
+        other[disturbance] = max(other[disturbance], made, RAISED[disturbance])
+        other[walk] = NOISE_LEAST[walk]
+    other[COLOUR[0] :] = NOISE_START[COLOUR[0] :]
+    return other
 
 
 def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:

@@ -18,12 +18,12 @@ from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.filter_noise import NOISE_LEAST, fitted_noise, likelier_noise
 from seatrial.frames import AXES, Array
 from seatrial.identify.anew import WORTH
+from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained, white
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
-from seatrial.recording import Recording
 from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.velocity import motion
 
@@ -151,10 +151,9 @@ def _ahead(problem: Problem, theta: Array) -> Ahead | None:
     )  # fmt: skip
     squares, floors, stays, moves, count = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0
     for i, recording in enumerate(problem.recordings):
+        lever, current = np.split(theta[problem.effects(i)][:4], 2)
         try:
-            found = predict(
-                model, _of_origin(recording, theta[problem.effects(i)]), DEFAULT_HORIZON
-            )
+            found = predict(model, of_origin(recording, lever, current), DEFAULT_HORIZON)
         except RecordingError:  # too short for that
             continue
         except ModelError:
@@ -174,15 +173,3 @@ def _comparable(problem: Problem) -> bool:
     """Whether predictions a second ahead know all effects: what pushes the boat is not among theirs."""
     pushes = ("trim", "wind")
     return not any(problem.names[i].startswith(pushes) for i in problem.sought)
-
-
-def _of_origin(recording: Recording, effects: Array) -> Recording:
-    """The poses of the boat's origin in the water, less lever arm and current."""
-    if not effects.any():
-        return recording
-    (ahead, left), current = effects[:2], effects[2:4]
-    eta = recording.eta.copy()
-    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
-    eta[:, :2] -= np.column_stack([c * ahead - s * left, s * ahead + c * left])
-    eta[:, :2] -= recording.t[:, None] * current
-    return replace(recording, eta=eta)

@@ -26,7 +26,8 @@ from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.first_noise import first_noise
 from seatrial.identify.freeing import freed, problem_of
 from seatrial.identify.kinks import as_likely
-from seatrial.identify.problem import KINDS, Prior, Problem
+from seatrial.identify.lever import first_lever, of_origin
+from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
 from seatrial.identify.search import Point, astray, search
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
@@ -231,6 +232,10 @@ def _first(
     missing = [name for name in problem.names[:n] if name not in given]
     if start is None or len(missing) == n:
         sought = [i - n for i in problem.free if n <= i < n + m]
+        lever = [i for i in problem.free if problem.names[i] in LEVER]
+        if lever:
+            theta[lever] = first_lever(recordings, problem.vehicle, sought)
+            recordings = [of_origin(r, theta[lever]) for r in recordings]
         theta[:n], theta[n : n + m] = start_values(recordings, problem.vehicle, sought)
     else:
         theta[n : n + m] = problem.vehicle.constants.values

@@ -16,12 +16,12 @@ from seatrial.filter_noise import (
     COLOUR,
     COLOUR_MEMORY,
     NOISE_LEAST,
-    NOISE_MOST,
     NOISE_SETTLED,
     NOISE_STEP,
     PROCESS,
     RAISED,
     likelier_noise,
+    most_noise,
     repeated_cost,
 )
 from seatrial.frames import Array
@@ -68,7 +68,7 @@ def search(
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     theta = problem.bounded(theta)
-    begin = _point(problem, theta, np.clip(noise, least, NOISE_MOST))
+    begin = _point(problem, theta, np.clip(noise, least, most_noise(noise)))
     if astray(begin):
         begin = _loosely(begin, hold, least)
     if hold:
@@ -107,8 +107,10 @@ def _loosely(at: Point, hold: bool, least: Array) -> Point:
 
 
 def descend(problem: Problem, theta: Array, noise: Array) -> Point:
-    """`search` that does not start anew without errors that hang together where they drift."""
-    return _needed(_descent(_point(problem, theta, noise), False, NOISE_LEAST), NOISE_LEAST)
+    """`search` that does not start anew without errors that hang together where they drift; those
+    that begin as ones that last may do so all the way."""
+    begin, most = _point(problem, theta, noise), most_noise(noise)
+    return _needed(_descent(begin, False, NOISE_LEAST, most=most), NOISE_LEAST)
 
 
 def _needed(at: Point, least: Array) -> Point:
@@ -123,9 +125,9 @@ def hangs(noise: Array) -> bool:
     return bool((noise[COLOUR] > _core.NO_COLOUR).any())
 
 
-def _drifting(noise: Array) -> bool:
+def _drifting(noise: Array, most: Array) -> bool:
     """Whether errors of the poses last as long as they may, beside a boat that is pushed, too."""
-    longest = noise[COLOUR_MEMORY] > 0.99 * NOISE_MOST[COLOUR_MEMORY]
+    longest = noise[COLOUR_MEMORY] > 0.99 * most[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
     pushed = (noise[PROCESS] > NOTHING * RAISED[PROCESS]).any()
     return bool(longest and larger and pushed)
@@ -145,8 +147,11 @@ def _whiter(at: Point, least: Array) -> Array | None:
     return None
 
 
-def _descent(at: Point, hold: bool, least: Array, settled: float = SETTLED) -> Point:
+def _descent(
+    at: Point, hold: bool, least: Array, settled: float = SETTLED, most: Array | None = None
+) -> Point:
     """Down from a point, until the next step promises less than `settled`."""
+    most = most_noise(at.noise) if most is None else most
     problem = at.passes.problem
     if not np.isfinite(at.passes.cost):
         raise IdentificationError(
@@ -157,9 +162,11 @@ def _descent(at: Point, hold: bool, least: Array, settled: float = SETTLED) -> P
         better, gain = (
             (at.noise, 0.0)
             if hold
-            else likelier_noise(at.passes.each, problem.series, at.noise, problem.outlier, least)
+            else likelier_noise(
+                at.passes.each, problem.series, at.noise, problem.outlier, least=least, most=most
+            )
         )
-        drifts = drifts + 1 if _drifting(better) else 0
+        drifts = drifts + 1 if _drifting(better, most) else 0
         if drifts == DRIFTS:
             raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):

@@ -182,14 +182,16 @@ def gathered(
     vehicle: Vehicle,
     finest: float,
     serves: Sequence[Sequence[bool]] = (),
+    *,
+    widths: Widths | None = None,
 ) -> Rows:
-    """The windows of all recordings that have one.
+    """The windows of all recordings that have one, by default as wide as suits them.
 
     `serves`: for every recording, whether it serves surge, sway and yaw; all by default.
     """
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
-    widths = choose_widths(recordings)
+    widths = choose_widths(recordings) if widths is None else widths
     each, use, why = [], [], ""
     for i, recording in enumerate(recordings):
         try:
