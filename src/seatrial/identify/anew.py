@@ -88,7 +88,7 @@ def _promises(at: Point, noise: Array) -> bool:
 def _likelier(at: Point, theta: Array, noise: Array) -> Point:
     """The more likely of `at` and what is found from other parameters and noise."""
     try:
-        other = descend(at.passes.problem, theta, noise)
+        other = descend(at.passes.problem, theta, noise, at.passes.cost)
     except IdentificationError:
         return at
     return other if other.passes.cost < at.passes.cost - WORTH else at

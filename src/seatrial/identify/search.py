@@ -42,6 +42,9 @@ NEAR = 100.0  # the cost's fall that the next step promises: enough for less of 
 STUCK = 1000.0  # the same, or that of other noise, where no step is a step down: no solution
 BOX_STEPS = 4  # for each parameter, at most
 ITERATIONS = 40
+PATIENCE = (
+    8  # steps, after which a search must have found what is likelier than what was found before
+)
 TRIALS = 6
 
 
@@ -106,11 +109,13 @@ def _loosely(at: Point, hold: bool, least: Array) -> Point:
     return _point(problem, theta, at.noise)
 
 
-def descend(problem: Problem, theta: Array, noise: Array) -> Point:
+def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) -> Point:
     """`search` that does not start anew without errors that hang together where they drift; those
-    that begin as ones that last may do so all the way."""
+    that begin as ones that last may do so all the way. Given up where it is not below the cost to
+    `beat` after a few steps."""
     begin, most = _point(problem, theta, noise), most_noise(noise)
-    return _needed(_descent(begin, False, NOISE_LEAST, most=most), NOISE_LEAST)
+    at = _descent(begin, False, NOISE_LEAST, most=most, beat=beat)
+    return _needed(at, NOISE_LEAST)
 
 
 def _needed(at: Point, least: Array) -> Point:
@@ -148,7 +153,13 @@ def _whiter(at: Point, least: Array) -> Array | None:
 
 
 def _descent(
-    at: Point, hold: bool, least: Array, settled: float = SETTLED, most: Array | None = None
+    at: Point,
+    hold: bool,
+    least: Array,
+    settled: float = SETTLED,
+    *,
+    most: Array | None = None,
+    beat: float = np.inf,
 ) -> Point:
     """Down from a point, until the next step promises less than `settled`."""
     most = most_noise(at.noise) if most is None else most
@@ -158,7 +169,9 @@ def _descent(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
     damping, hope, flat, drifts = 1e-4, 0.0, 0, 0
-    for _ in range(ITERATIONS):
+    for step in range(ITERATIONS):
+        if step == PATIENCE and at.passes.cost > beat:
+            raise IdentificationError("what was found before is likelier")
         better, gain = (
             (at.noise, 0.0)
             if hold
