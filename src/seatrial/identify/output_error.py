@@ -25,6 +25,7 @@ from seatrial.identify.belief import believed, worth
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.first_noise import first_noise
 from seatrial.identify.freeing import freed, problem_of
+from seatrial.identify.hints import hints
 from seatrial.identify.kinks import as_likely
 from seatrial.identify.lever import first_lever, of_origin
 from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
@@ -93,7 +94,7 @@ def fit(
     at.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
-        notes += found
+        notes += [*found, *hints(at)]
     notes += [*_rejected(at), *worth(at)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):

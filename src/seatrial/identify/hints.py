@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Effects that nobody asked for but the data do: a score test of each kind."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from seatrial.frames import Array
+from seatrial.identify.problem import KINDS, Problem
+from seatrial.identify.score_test import score_test
+from seatrial.identify.search import Point
+from seatrial.identify.whiteness import explained
+
+WORTH = 100.0  # fall of -2 log likelihood from which on an effect is worth a word
+CLEAR = 5.0  # standard deviations of chi-square, then
+WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
+    "lever": lambda s: f"poses of a point about {np.hypot(*s):.2g} m off the origin, a lever arm",
+    "current": lambda s: f"a current of about {np.hypot(*s[:2]):.2g} m/s",
+    "trim": lambda _: "a steady push, as of thrusters that are not quite at rest",
+    "wind": lambda _: "wind",
+}
+
+
+def hints(at: Point) -> list[str]:
+    """The effect that the data ask for most, among those that are not sought; said in words.
+
+    It is looked for only where something acts that the model does not say.
+    """
+    problem = at.passes.problem
+    places = {kind: _places(problem, kind) for kind in KINDS}
+    new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
+    if explained(at) or not new:
+        return []
+    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
+    passes = wider.passes(at.theta, at.noise, repeatable=False)
+    asked = {}
+    for kind, own in new.items():
+        tested = [wider.free.index(i) for i in own]
+        others = set(range(len(problem.free), len(wider.free))) - set(tested)
+        test = score_test(passes, tested, neutral=sorted(others))
+        likely = test.statistic > test.freedom + CLEAR * np.sqrt(2.0 * test.freedom)
+        if likely and test.gain > WORTH:
+            asked[kind] = test
+    if not asked:
+        return []
+    kind = max(asked, key=lambda k: asked[k].gain)
+    return [
+        f"the data ask for {WORDS[kind](asked[kind].step)}: identify with --effect {kind}, before "
+        "further terms are sought"
+    ]
+
+
+def _places(problem: Problem, kind: str) -> tuple[int, ...]:
+    """Where effects of a kind stand among all parameters."""
+    first = problem.size + problem.constants
+    return tuple(
+        i for i, n in enumerate(problem.names) if i >= first and n.partition("_")[0] == kind
+    )
