@@ -212,22 +212,28 @@ def spread(p, between):
     return Repeats(np.zeros(2), np.ones(2), p, between, 1.0)
 
 
-SAME, FINE = spread(0.5, 0.0), Change(5.0, 6.0, 10.0)
+SAME, FINE = spread(0.5, 0.0), Change(5.0, 6.0, 10.0, 1.0)
 
 
 @pytest.mark.parametrize(
     ("evidence", "own", "said"),
     [
         (Evidence(told(), SAME, FINE), True, None),
-        (Evidence(told(), spread(1e-6, 0.9), Change(0.0, 0.0, 10.0)), True, "not repeatable"),
-        (Evidence(told(), spread(1e-6, 0.2), Change(0.0, 0.0, 10.0)), True, None),
+        (Evidence(told(), spread(1e-6, 0.9), Change(0.0, 0.0, 10.0, 1.0)), True, "not repeatable"),
+        (Evidence(told(), spread(1e-6, 0.2), Change(0.0, 0.0, 10.0, 1.0)), True, None),
         (Evidence(told(), spread(1e-6, 0.9), FINE), True, None),  # stays, but is said to spread
-        (Evidence(told(), SAME, Change(-4.0, -5.0, 10.0)), True, "4 % better without it"),
-        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), False, "by 0.01 % only"),
-        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01)), True, None),
+        (Evidence(told(), SAME, Change(-4.0, -5.0, 10.0, 1.0)), True, "4 % better without it"),
+        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01, 1.0)), False, "by 0.01 % only"),
+        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01, 1.0)), True, None),
         (Evidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
-        (Evidence(told(0.05, 0.6), SAME, Change(-0.2, -1.5, 9.0)), True, "0.2 % better without it"),
-        (Evidence(told(0.05, 0.6), SAME, Change(0.0, 0.0, 0.1)), True, "by 0.5 % at most"),
+        (
+            Evidence(told(0.05, 0.6), SAME, Change(-0.2, -1.5, 9.0, 0.05)),
+            True,
+            "0.2 % better without it",
+        ),
+        (Evidence(told(0.05, 0.6), SAME, Change(0.0, 0.0, 0.1, 0.05)), True, "by 0.5 % at most"),
+        # all recordings together say 0, where each half says 0.1
+        (Evidence(told(1e-9, 0.6), SAME, Change(0.0, 0.0, 0.4, 0.1)), True, "by 0.8 % at most"),
     ],
 )
 def test_why_a_term_of_the_model_goes(evidence, own, said):

@@ -12,6 +12,7 @@ from seatrial.identify.score_test import score_test
 from seatrial.identify.search import Point
 from seatrial.identify.whiteness import explained
 
+ASKED = "the data ask for"  # notes of effects begin so
 WORTH = 100.0  # fall of -2 log likelihood from which on an effect is worth a word
 CLEAR = 5.0  # standard deviations of chi-square, then
 WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
@@ -46,7 +47,7 @@ def hints(at: Point) -> list[str]:
         return []
     kind = max(asked, key=lambda k: asked[k].gain)
     return [
-        f"the data ask for {WORDS[kind](asked[kind].step)}: identify with --effect {kind}, before "
+        f"{ASKED} {WORDS[kind](asked[kind].step)}: identify with --effect {kind}, before "
         "further terms are sought"
     ]
 

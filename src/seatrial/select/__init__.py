@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from seatrial.identify import check_recordings
+from seatrial.identify.hints import ASKED
 from seatrial.identify.output_error import output_error
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
@@ -54,6 +55,7 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
+    asked = tuple(note for note in model.estimator.notes if note.startswith(ASKED))
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)
     refused: dict[str, str] = {}
@@ -73,4 +75,4 @@ def select(
         model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
     rows = rows_of(bench, own, aliased, refused)
     chosen = with_terms(vehicle, model.structure.terms)
-    return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon)
+    return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon, asked)

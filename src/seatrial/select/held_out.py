@@ -28,6 +28,7 @@ class Change:
     percent: float  # how much worse the RMS error in its axis is without; negative: better without
     z: float  # the same in standard errors of the mean square, from blocks
     moves: float  # [%] RMS by which it moves the prediction, of RMS by which the velocity changes
+    size: float  # RMS of the coefficient in the models that predicted: each fold's own
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,13 @@ class HeldOut:
 
     def without(self, name: str, axis: int) -> Change:
         """Of a term that the model has."""
-        return self._change(self._plain, self._predicted(self.model, self.slopes, name), axis)
+        gone = self._predicted(self.model, self.slopes, name)
+        return self._change(self._plain, gone, axis, self._size(self.slopes, name))
 
-    def with_it(self, model: Model, slopes: Slopes, axis: int) -> Change:
+    def with_it(self, model: Model, slopes: Slopes, name: str, axis: int) -> Change:
         """Of a term that the model has not: `model` and `slopes` are those with it."""
-        return self._change(self._predicted(model, slopes, None), self._plain, axis)
+        there = self._predicted(model, slopes, None)
+        return self._change(there, self._plain, axis, self._size(slopes, name))
 
     @cached_property
     def _aims(self) -> list["Aim"]:
@@ -68,18 +71,29 @@ class HeldOut:
     def _predicted(self, model: Model, slopes: Slopes, gone: str | None) -> Predicted:
         squares, nu = [], []
         for members in self.folds:
-            rest = [i for i in range(len(self.recordings)) if i not in members]
-            trained = _at(model, slopes, _trained(slopes, rest, gone))
+            trained = _at(model, slopes, _trained(slopes, self._rest(members), gone))
             for i in members:
                 nu.append(self._aims[i].predict(trained, self.recordings[i]))
                 squares.append(self._aims[i].squares(nu[-1]))
         return Predicted(np.concatenate(squares), np.concatenate(nu))
 
-    def _change(self, with_it: Predicted, without: Predicted, axis: int) -> Change:
+    def _size(self, slopes: Slopes, name: str) -> float:
+        """RMS over all predictions of the coefficient that each fold's rest says."""
+        k, squares, count = slopes.place(name), 0.0, 0
+        for members in self.folds:
+            there = sum(len(self._aims[i].start) for i in members)
+            squares += there * float(_trained(slopes, self._rest(members), None)[k]) ** 2
+            count += there
+        return float(np.sqrt(squares / count))
+
+    def _rest(self, members: Sequence[int]) -> list[int]:
+        return [i for i in range(len(self.recordings)) if i not in members]
+
+    def _change(self, with_it: Predicted, without: Predicted, axis: int, size: float) -> Change:
         a, b = with_it.squares[:, axis], without.squares[:, axis]
         if not (np.isfinite(a).all() and np.isfinite(b).all()):
-            size = np.inf if np.isfinite(a).all() else -np.inf
-            return Change(size, size, np.inf)
+            better = np.inf if np.isfinite(a).all() else -np.inf
+            return Change(better, better, np.inf, size)
         begin = np.concatenate([aim.x0[:, 3:] for aim in self._aims])
         moved = _rms(with_it.nu[:, axis] - without.nu[:, axis])
         changed = _rms(with_it.nu[:, axis] - begin[:, axis])
@@ -89,6 +103,7 @@ class HeldOut:
             float(100.0 * (np.sqrt(b.mean() / a.mean()) - 1.0)),
             float(apart.mean()) / spread if spread > 0 else 0.0,
             100.0 * moved / changed if changed > 0 else 0.0,
+            size,
         )
 
 

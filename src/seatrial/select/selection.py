@@ -18,3 +18,4 @@ class Selection:
     rows: tuple[Row, ...]
     folds: tuple[Fold, ...]
     horizon: float  # [s] of the held-out prediction
+    asked: tuple[str, ...] = ()  # effects that the data ask for, before any term

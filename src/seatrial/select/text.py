@@ -36,9 +36,8 @@ def selection_text(selection: Selection) -> str:
             f"  all in {Axes.FLU.value} axes; the file's are {selection.vehicle.axes.value}"
         )
     structure = selection.vehicle.structure
-    return "\n".join(
-        [*lines, "Chosen:", *(f"  {structure.equation(a)}" for a in range(3)), _sum(rows)]
-    )
+    chosen = ["Chosen:", *(f"  {structure.equation(a)}" for a in range(3)), _sum(rows)]
+    return "\n".join([*lines, *chosen, *(f"But {asked}" for asked in selection.asked)])
 
 
 def _numbers(row: Row) -> tuple[str, ...]:
@@ -82,6 +81,7 @@ def selection_json(selection: Selection) -> dict[str, object]:
         ],
         "structure": selection.vehicle.structure.lines(),
         "terms": [_entry(row) for row in selection.rows],
+        "asked": list(selection.asked),
     }
 
 

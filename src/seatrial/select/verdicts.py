@@ -56,8 +56,8 @@ class Evidence:
     @property
     def reach(self) -> float:
         """How far the prediction may move by it [%], at the end of its 95 % interval."""
-        size = abs(self.estimate.value)
-        return self.change.moves * (size + NORMAL_95 * self.estimate.error) / size
+        most = abs(self.estimate.value) + NORMAL_95 * self.estimate.error
+        return self.change.moves * most / self.change.size if self.change.size > 0 else 0.0
 
     def repeatable(self, tests: int) -> bool:
         """Whether repeats agree on it to within its own size."""
@@ -128,8 +128,9 @@ class Bench:
         """Of terms that are not in the model, each as if it alone came in."""
         found = {}
         for term, look in looks(self.search, self.model, terms):
-            change = self.held_out.with_it(with_zero(self.model, term), look, term.axis)
-            found[str(term.coefficient)] = self._evidence(look, str(term.coefficient), change)
+            name = str(term.coefficient)
+            change = self.held_out.with_it(with_zero(self.model, term), look, name, term.axis)
+            found[name] = self._evidence(look, name, change)
         return found
 
     def _evidence(self, look: Slopes, name: str, change: Change) -> Evidence:
