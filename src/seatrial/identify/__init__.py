@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From recordings to a model. One estimator a file; each has the same signature."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -30,6 +31,7 @@ from seatrial.vehicle import Vehicle
 METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
 SHORTEST = 10.0  # [s] of all recordings together
+SAME = 0.5  # of the shorter one's poses: two recordings that share so many are one
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -149,6 +151,13 @@ def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
     return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
 
 
+def _shared(a: Recording, b: Recording) -> int:
+    """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
+    _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
+    same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
+    return same if same > SAME * min(len(a.stamps), len(b.stamps)) else 0
+
+
 def check_recordings(recordings: Sequence[Recording]) -> None:
     """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
     if not recordings:
@@ -156,11 +165,19 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
     names = [r.name for r in recordings]
     files = [(s.path.resolve(), r.offset) for r in recordings for s in r.sources[:1]]
     if len(set(files)) != len(files):
-        raise IdentificationError(f"{', '.join(names)}: one of them is given twice")
+        raise IdentificationError(
+            f"{', '.join(names)}: one of them is given twice, which would count it twice; give each once"
+        )
     if len(set(names)) != len(names):
         raise IdentificationError(
             f"two recordings have the same name: {', '.join(names)}; rename one"
         )
+    for a, b in itertools.combinations(recordings, 2):
+        if shared := _shared(a, b):
+            raise IdentificationError(
+                f"{a.name} and {b.name} are one recording, {shared} poses of both are the same at the same "
+                "times: they would count twice; give one of them"
+            )
     length = sum(r.duration for r in recordings)
     if length < SHORTEST:
         raise IdentificationError(

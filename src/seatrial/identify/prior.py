@@ -193,6 +193,13 @@ def with_prior_said(found: Model, prior: Model, spread: float) -> Model:
     """The result with what its prior was: its recordings stand behind it, too."""
     notes = shift_notes(shifts(widened(prior, spread), found), spread)
     older = [entry for entry in prior.recordings if entry not in found.recordings]
+    files = {f.sha256 for entry in prior.recordings for f in entry.files}
+    again = [r.name for r in found.recordings if any(f.sha256 in files for f in r.files)]
+    if again:
+        notes.append(
+            f"The prior was identified from {', '.join(again)}, too: what is in there counts twice; "
+            "give recordings that it has not seen."
+        )
     settings = {**found.estimator.settings, "prior": prior.estimator.method, "prior_spread": spread}
     estimator = msgspec.structs.replace(
         found.estimator, settings=settings, notes=[*found.estimator.notes, *notes]
