@@ -84,12 +84,18 @@ def _odd_drag(model: Model) -> list[str]:
         own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}
         for name, kind in own.items():
             value = model.values.get(name, 0.0)
-            if value > 0:
+            error = model.standard_errors.get(name, 0.0)
+            if value > 0 and value > TOLD_APART * error:
+                turns = (
+                    " A hull that does not keep its course by itself has it, too."
+                    if axis == 2
+                    else ""
+                )
                 found.append(
-                    f"{name} = {value:.3g} ± {model.standard_errors[name]:.2g} is positive: {kind} "
+                    f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} "
                     f"{AXES[axis]} drag that drives the boat. Pose noise does that to "
                     "regressions; or these speeds don't tell the two drag terms apart: drive faster and "
-                    "slower, or drop one."
+                    f"slower, or drop one.{turns}"
                 )
     return found
 

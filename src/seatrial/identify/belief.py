@@ -15,7 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.errors import IdentificationError, ModelError, RecordingError
-from seatrial.filter_noise import NOISE_LEAST, fitted_noise, likelier_noise
+from seatrial.filter_noise import (
+    DISTURBANCES,
+    NOISE_LEAST,
+    PROCESS,
+    fitted_noise,
+    likelier_noise,
+)
 from seatrial.frames import AXES, Array
 from seatrial.identify.anew import WORTH
 from seatrial.identify.lever import of_origin
@@ -29,6 +35,7 @@ from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
 LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
+KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 
@@ -73,8 +80,12 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     return at.noise, chosen, share
 
 
-def worth(at: Point) -> list[str]:
-    """What is to be said where the model is no better one second ahead than no model."""
+def worth(at: Point, share: float = 0.0) -> list[str]:
+    """What is to be said where the model is no better one second ahead than no model.
+
+    Not where errors of the poses hide how good it is: it is believed to know the velocity better than
+    that, and rightly, unless it was believed to a `share` only.
+    """
     if explained(at) or not _comparable(at.passes.problem):
         return []
     ahead = _ahead(at.passes.problem, at.theta)
@@ -86,7 +97,9 @@ def worth(at: Point) -> list[str]:
     moves = ahead.moving**2 > NOISY * ahead.floor**2
     least = np.where(moves, np.minimum(ahead.still, ahead.moving), ahead.still)
     ratio = ahead.rms / np.maximum(least, 1e-12)
-    poor = [axis for axis, r in zip(AXES, ratio, strict=True) if r > POOR]
+    pushed = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
+    known = (pushed < KNOWN * ahead.rms) & (share == 0.0)
+    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR and not k]
     if not poor:
         return []
     return [

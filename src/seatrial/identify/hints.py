@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatrial.errors import IdentificationError
+from seatrial.filter_noise import DISTURBANCES, PROCESS, RAISED
 from seatrial.frames import Array
 from seatrial.identify.problem import KINDS, Problem
 from seatrial.identify.score_test import score_test
-from seatrial.identify.search import Point
+from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained
 
 ASKED = "the data ask for"  # notes of effects begin so
 WORTH = 100.0  # fall of -2 log likelihood from which on an effect is worth a word
+GONE = 0.5  # of what pushes the boat must be left at most
 CLEAR = 5.0  # standard deviations of chi-square, then
 WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
     "lever": lambda s: f"poses of a point about {np.hypot(*s):.2g} m off the origin, a lever arm",
@@ -26,7 +29,7 @@ WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
 def hints(at: Point) -> list[str]:
     """The effect that the data ask for most, among those that are not sought; said in words.
 
-    It is looked for only where something acts that the model does not say.
+    It is looked for only where something acts that the model does not say, and tried.
     """
     problem = at.passes.problem
     places = {kind: _places(problem, kind) for kind in KINDS}
@@ -46,10 +49,26 @@ def hints(at: Point) -> list[str]:
     if not asked:
         return []
     kind = max(asked, key=lambda k: asked[k].gain)
+    theta = at.theta.copy()
+    theta[list(new[kind])] = asked[kind].step
+    try:
+        there = search(replace(problem, free=(*problem.free, *new[kind])), theta, at.noise)
+    except IdentificationError:
+        return []
+    if not _quieter(at.noise, there.noise):
+        return []
     return [
-        f"{ASKED} {WORDS[kind](asked[kind].step)}: identify with --effect {kind}, before "
+        f"{ASKED} {WORDS[kind](there.theta[list(new[kind])])}: identify with --effect {kind}, before "
         "further terms are sought"
     ]
+
+
+def _quieter(before: Array, after: Array) -> bool:
+    """Whether what pushes the boat, of the linear or the angular motion, is half gone: an effect that
+    explains less may stand for another."""
+    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
+    there = old > RAISED[DISTURBANCES]
+    return bool((new < GONE * old)[there].any())
 
 
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:

@@ -86,16 +86,14 @@ def fit(
             notes.append(
                 f"standard errors: from blocks of {problem.block:.1f} s, as the recordings are short"
             )
-    theta, noise = _first(problem, recordings, start)
-    problem = replace(problem, step=_step(problem, theta))
-    at = search(problem, theta, noise, hold=chosen.hold_noise)
+    at, theta = _searched(problem, recordings, start, hold=chosen.hold_noise)
     at = at if chosen.hold_noise else anew(at, theta)
     likely, at, share = believed(at, hold=chosen.hold_noise)
     at.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
         notes += [*found, *hints(at)]
-    notes += [*_rejected(at), *worth(at)]
+    notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):
         if held:
@@ -117,6 +115,23 @@ def fit(
         share,
         likely,
     )
+
+
+def _searched(
+    problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
+) -> tuple[Point, Array]:
+    """The solution and the parameters where its search began.
+
+    Where a start model leads nowhere, as the boat is another now, it begins without one.
+    """
+    theta, noise = _first(problem, recordings, start)
+    own = replace(problem, step=_step(problem, theta))
+    try:
+        return search(own, theta, noise, hold=hold), theta
+    except IdentificationError:
+        if start is None or hold:
+            raise
+        return _searched(problem, recordings, None, hold=False)
 
 
 def _rejected(at: Point) -> list[str]:
