@@ -9,27 +9,29 @@ import numpy as np
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import DISTURBANCES, PROCESS, RAISED
 from seatrial.frames import Array
+from seatrial.identify.belief import least_noise
 from seatrial.identify.problem import KINDS, Problem
 from seatrial.identify.score_test import score_test
 from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained
 
-ASKED = "the data ask for"  # notes of effects begin so
+ASKED = "less than half of the unmodelled force is left with"  # notes of effects begin so
 WORTH = 100.0  # fall of -2 log likelihood from which on an effect is worth a word
 GONE = 0.5  # of what pushes the boat must be left at most
 CLEAR = 5.0  # standard deviations of chi-square, then
 WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
     "lever": lambda s: f"poses of a point about {np.hypot(*s):.2g} m off the origin, a lever arm",
-    "current": lambda s: f"a current of about {np.hypot(*s[:2]):.2g} m/s",
+    "current": lambda s: f"a current of up to {np.hypot(*s.reshape(-1, 2).T).max():.2g} m/s",
     "trim": lambda _: "a steady push, as of thrusters that are not quite at rest",
     "wind": lambda _: "wind",
 }
 
 
-def hints(at: Point) -> list[str]:
+def hints(at: Point, share: float) -> list[str]:
     """The effect that the data ask for most, among those that are not sought; said in words.
 
-    It is looked for only where something acts that the model does not say, and tried.
+    It is looked for only where something acts that the model does not say, and tried. `share`: how
+    closely the model is believed.
     """
     problem = at.passes.problem
     places = {kind: _places(problem, kind) for kind in KINDS}
@@ -51,15 +53,16 @@ def hints(at: Point) -> list[str]:
     kind = max(asked, key=lambda k: asked[k].gain)
     theta = at.theta.copy()
     theta[list(new[kind])] = asked[kind].step
+    asked_for = replace(problem, free=(*problem.free, *new[kind]))
     try:
-        there = search(replace(problem, free=(*problem.free, *new[kind])), theta, at.noise)
+        there = search(asked_for, theta, at.noise, least=least_noise(asked_for, share))
     except IdentificationError:
         return []
     if not _quieter(at.noise, there.noise):
         return []
     return [
-        f"{ASKED} {WORDS[kind](there.theta[list(new[kind])])}: identify with --effect {kind}, before "
-        "further terms are sought"
+        f"{ASKED} {WORDS[kind](there.theta[list(new[kind])])}: if that may be, identify with "
+        f"--effect {kind}, before further terms are sought"
     ]
 
 

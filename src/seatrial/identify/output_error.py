@@ -92,7 +92,7 @@ def fit(
     at.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
-        notes += [*found, *hints(at)]
+        notes += [*found, *hints(at, share)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):
@@ -128,10 +128,27 @@ def _searched(
     own = replace(problem, step=_step(problem, theta))
     try:
         return search(own, theta, noise, hold=hold), theta
+    except IdentificationError as error:
+        if start is not None and not hold:
+            return _searched(problem, recordings, None, hold=False)
+        raise IdentificationError(f"{error}{_lever_tried(problem, recordings)}") from error
+
+
+def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
+    """What is to be said where there is no solution, but one with a lever arm."""
+    lever = tuple(i for i, name in enumerate(problem.names) if name in LEVER)
+    if set(lever) & set(problem.free):
+        return ""
+    wider = replace(problem, free=(*problem.free, *lever))
+    theta, noise = _first(wider, recordings, None)
+    try:
+        found = search(replace(wider, step=_step(wider, theta)), theta, noise).theta[list(lever)]
     except IdentificationError:
-        if start is None or hold:
-            raise
-        return _searched(problem, recordings, None, hold=False)
+        return ""
+    return (
+        f". With poses of a point about {np.hypot(*found):.2g} m off the origin, a lever arm, there is a "
+        "solution: if that may be, identify with --effect lever"
+    )
 
 
 def _rejected(at: Point) -> list[str]:

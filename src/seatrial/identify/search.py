@@ -41,6 +41,8 @@ LOOSE = (10.0, 1.0)  # times the process noise of a first one, that it is believ
 NEAR = 100.0  # the cost's fall that the next step promises: enough for less of it
 STUCK = 1000.0  # the same, or that of other noise, where no step is a step down: no solution
 BOX_STEPS = 4  # for each parameter, at most
+ALONG = 0.9  # cosine of two moves of the noise that go the same way
+CREEPS, LEAP = 3, 5.0  # after so many of them it goes so many times as far again
 ITERATIONS = 40
 PATIENCE = (
     8  # steps, after which a search must have found what is likelier than what was found before
@@ -168,7 +170,8 @@ def _descent(
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping, hope, flat, drifts = 1e-4, 0.0, 0, 0
+    damping, hope, flat, drifts, creeps = 1e-4, 0.0, 0, 0, 0
+    way = np.zeros(len(at.noise))
     for step in range(ITERATIONS):
         if step == PATIENCE and at.passes.cost > beat:
             raise IdentificationError("what was found before is likelier")
@@ -179,6 +182,9 @@ def _descent(
                 at.passes.each, problem.series, at.noise, problem.outlier, least=least, most=most
             )
         )
+        before, way = way, np.log(better / at.noise)
+        along = way @ before > ALONG * np.linalg.norm(way) * np.linalg.norm(before)
+        creeps = creeps + 1 if along else 0
         drifts = drifts + 1 if _drifting(better, most) else 0
         if drifts == DRIFTS:
             raise IdentificationError("errors of the poses that drift can't be told from motion")
@@ -190,7 +196,11 @@ def _descent(
             at.passes.forget_poses()  # those of long recordings need not be there twice
             last = trial == TRIALS - 1  # then the noise alone
             there = at.theta if last else at.theta + move
-            believed = _further(at.noise, better) if trial == 0 and gain > FAR else better
+            believed = better
+            if trial == 0 and creeps >= CREEPS:
+                believed = np.clip(better * np.exp(LEAP * way), least, most)
+            elif trial == 0 and gain > FAR:
+                believed = _further(at.noise, better)
             found = problem.passes(there, believed)
             if found.cost < at.passes.cost:
                 flat = flat + 1 if at.passes.cost - found.cost < NOISE_SETTLED else 0

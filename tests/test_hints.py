@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""Effects that nobody asked for: named where they act, and only there."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from survey_boat import TRUTH, driven
+
+from seatrial.errors import IdentificationError
+from seatrial.identify.hints import ASKED
+from seatrial.identify.lever import first_lever, of_origin
+from seatrial.identify.output_error import OutputErrorSettings, output_error
+from seatrial.recording import make_recording
+from seatrial.select import select, selection_text
+
+
+def both(rng):
+    return rng.uniform(-1.0, 1.0)
+
+
+def drives(change=None, seeds=(1, 2), **keys):
+    """The vehicle, and recordings of 150 s each; change: (recording, eta) -> eta."""
+    found = []
+    for seed in seeds:
+        vehicle, drive = driven(
+            {"dead_zone": {"forward": 0.0, "reverse": 0.0}},
+            [both, both, both],
+            bow=True,
+            seconds=150.0,
+            seed=seed,
+            **keys,
+        )
+        eta = drive.raw if change is None else change(drive, drive.raw.copy())
+        found.append(make_recording(f"drive {seed}", drive.stamps, eta, drive.commands))
+    return vehicle, found
+
+
+def off_by(lever):
+    """Poses of a point off the origin."""
+
+    def change(drive, eta):
+        c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
+        eta[:, 0] += c * lever[0] - s * lever[1]
+        eta[:, 1] += s * lever[0] + c * lever[1]
+        return eta
+
+    return change
+
+
+def carried(velocity):
+    """Poses in water that moves."""
+
+    def change(drive, eta):
+        eta[:, :2] += drive.t[:, None] * velocity
+        return eta
+
+    return change
+
+
+def pushed(sd, memory):
+    """Poses pushed about by velocities that come and go."""
+
+    def change(drive, eta):
+        rng = np.random.default_rng(7)
+        keep = np.exp(-np.diff(drive.t) / memory)
+        off = np.zeros((len(drive.t), 2))
+        for i, k in enumerate(keep):
+            off[i + 1] = k * off[i] + np.sqrt(1 - k * k) * sd * rng.normal(size=2)
+        eta[:, :2] += np.cumsum(off * np.diff(drive.t, prepend=0.0)[:, None], axis=0)
+        return eta
+
+    return change
+
+
+def told(recordings, vehicle):
+    """What is said of effects, be it in a refusal."""
+    try:
+        return " ".join(asked(output_error(recordings, vehicle)))
+    except IdentificationError as error:
+        return str(error)
+
+
+def asked(model):
+    return [note for note in model.estimator.notes if note.startswith(ASKED)]
+
+
+@pytest.mark.parametrize("lever", [(0.3, 0.0), (-0.05, 0.1), (0.5, 0.2)])
+def test_a_lever_arm_is_named_with_its_length(lever):
+    vehicle, recordings = drives(off_by(lever))
+    note = told(recordings, vehicle)
+    found = float(re.search(r"about ([\d.]+) m off the origin", note)[1])
+    assert found == pytest.approx(np.hypot(*lever), rel=0.1)
+    assert "--effect lever" in note
+
+
+def test_a_current_is_named_with_its_speed():
+    vehicle, recordings = drives(carried(np.array([0.08, -0.06])))
+    (note,) = asked(output_error(recordings, vehicle))
+    assert float(re.search(r"up to ([\d.]+) m/s", note)[1]) == pytest.approx(0.1, rel=0.1)
+    assert "--effect current" in note
+
+
+def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():
+    vehicle, recordings = drives()
+    assert asked(output_error(recordings, vehicle)) == []
+    vehicle, recordings = drives(pushed(0.03, 3.0))
+    model = output_error(recordings, vehicle)
+    assert max(model.noise.process.walk_linear, model.noise.process.disturbance_linear) > 1e-3
+    assert asked(model) == []
+
+
+def test_what_is_sought_is_not_named():
+    vehicle, recordings = drives(off_by((0.3, 0.0)))
+    model = output_error(recordings, vehicle, settings=OutputErrorSettings(effects=("lever",)))
+    assert asked(model) == []
+    assert model.vehicle.file.pose.lever == pytest.approx((0.3, 0.0), abs=0.01)
+
+
+def test_select_says_it_beside_the_terms_that_stand_for_it():
+    vehicle, recordings = drives(off_by((-0.05, 0.1)))
+    found = select(recordings, vehicle, candidates=[])
+    assert len(found.asked) == 1
+    assert "--effect lever" in selection_text(found).splitlines()[-1]
+
+
+@pytest.mark.parametrize("lever", [(0.2, -0.1), (1.5, 0.8), (-4.0, 2.0)])
+def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
+    vehicle, recordings = drives(off_by(lever))
+    assert first_lever(recordings, vehicle) == pytest.approx(
+        lever, abs=0.05 + 0.02 * np.hypot(*lever)
+    )
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5])
+def test_a_long_lever_arm_is_found(seed):
+    vehicle, recordings = drives(off_by((1.5, 0.8)), seeds=(seed, seed + 10))
+    settings = OutputErrorSettings(effects=("lever",))
+    model = output_error(recordings, vehicle, settings=settings)
+    assert model.vehicle.lever == pytest.approx((1.5, 0.8), abs=0.01)
+    for name, value in TRUTH.items():
+        assert model.values[name] == pytest.approx(value, abs=4.5 * model.standard_errors[name])
+
+
+def test_poses_of_the_origin_are_less_lever_and_current():
+    _, (drive,) = drives(seeds=(3,))
+    lever, current = np.array([0.4, -0.2]), np.array([0.05, 0.02])
+    moved = off_by(lever)(drive, drive.eta.copy())
+    moved[:, :2] += drive.t[:, None] * current
+    back = of_origin(replace(drive, eta=moved), lever, current)
+    np.testing.assert_allclose(back.eta, drive.eta, atol=1e-9)
+    assert of_origin(drive, np.zeros(2)) is drive
