@@ -73,6 +73,20 @@ def test_more_mass_is_one_factor_in_every_axis(mp):
     assert "20 % more mass" in comparison_text(compare(estimated(mp, TRUTH), estimated(mp, LOADED)))
 
 
+def test_what_one_model_never_knew_takes_no_part_in_the_factor(mp):
+    rng = np.random.default_rng(3)
+    a, b = estimated(mp, TRUTH, rng, 0.01), estimated(mp, LOADED, rng, 0.01)
+    k = a.structure.coefficients.index("N_uu")
+    covariance = a.covariance.copy()
+    covariance[k, :] = covariance[:, k] = 0.0
+    covariance[k, k] = 1e21
+    found = compare(replace(a, covariance=covariance), b)
+    yaw = found.factors[2]
+    assert "N_uu" not in yaw.coefficients
+    assert yaw.factor == pytest.approx(1 / MORE, abs=3 * yaw.error)
+    assert yaw.error < 0.03
+
+
 def test_more_drag_alone_is_no_change_of_mass(mp):
     found = compare(estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_u": -0.4, "X_uu": -2.6}))
     assert names_of(found) == ["X_u", "X_uu"]

@@ -7,17 +7,19 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
+import survey_boat
 
 import seatrial
 from seatrial.errors import IdentificationError
 from seatrial.identify import minutes as minutes_module
 from seatrial.identify import profile as profile_module
 from seatrial.identify.bootstrap import bootstrap, intervals
-from seatrial.identify.covariance import sandwich
-from seatrial.identify.evidence import evidence
+from seatrial.identify.covariance import at_bounds, sandwich
+from seatrial.identify.evidence import evidence, profile_text
 from seatrial.identify.minutes import minutes, minutes_text
 from seatrial.identify.output_error import OutputErrorSettings, fit
 from seatrial.identify.profile import profile
+from seatrial.identify.search import Point
 from seatrial.plan import load_plan
 from seatrial.simulate import simulate
 
@@ -102,7 +104,7 @@ def test_a_nearly_quadratic_profile_is_the_normal_interval(whole):
 def test_a_lopsided_profile_gives_a_lopsided_interval(whole, monkeypatch):
     """Root of the cost's rise d / (1 + d / 4) upwards, 1.96 at 3.84; downwards it stays below 1.5."""
 
-    def rise(fit, k, distance):
+    def rise(fit, k, scale, distance):
         far = abs(distance)
         return far / (1 + far / 4) if distance > 0 else 1.5 * np.tanh(far)
 
@@ -114,10 +116,55 @@ def test_a_lopsided_profile_gives_a_lopsided_interval(whole, monkeypatch):
 
 
 def test_a_profile_ends_at_the_bound_within_which_is_sought(whole, monkeypatch):
-    monkeypatch.setattr(profile_module, "_rise", lambda fit, k, distance: 0.001 * abs(distance))
+    monkeypatch.setattr(
+        profile_module, "_rise", lambda fit, k, scale, distance: 0.001 * abs(distance)
+    )
     found = profile(whole, "lag")
     assert found.low == pytest.approx(0.002)
     assert found.high == np.inf or found.high == pytest.approx(3.0)
+
+
+@pytest.fixture(scope="module")
+def quick():
+    """A boat without lag: it ends at its bound."""
+    return [
+        f
+        for seed in (6, 8, 14)
+        if "lag" in at_bound(f := fit([without_lag(seed)], survey_boat.boat(NO_EDGES, bow=True)))
+    ]
+
+
+NO_EDGES = [{"dead_zone": {"forward": 0.0, "reverse": 0.0}}]
+
+
+def without_lag(seed):
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(survey_boat, "LAG", 0.002)
+        return survey_boat.driven({}, [both, both, both], bow=True, seconds=120.0, seed=seed)[1]
+
+
+def at_bound(found):
+    held = at_bounds(Point(found.theta, found.noise, found.passes))
+    return [name for name, there in zip(found.names, held, strict=True) if there]
+
+
+def test_a_profile_beside_a_bound_is_as_wide_as_the_others_let_it_be(quick):
+    """Latency may fall as far as the lag may rise, though that ended at its least."""
+    assert quick
+    for found in quick:
+        latency = profile(found, "latency")
+        assert latency.low < 0.04 < survey_boat.LATENCY < latency.high
+        assert latency.high - latency.value == pytest.approx(1.96 * latency.error, rel=0.25)
+
+
+def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):
+    for found in quick:
+        lag = profile(found, "lag")
+        assert lag.error == 0.0
+        assert lag.low == lag.value == pytest.approx(0.002)
+        assert 0.005 < lag.high < 0.05
+        assert "at its bound" in profile_text([lag])
 
 
 def test_accuracy_against_length_is_that_of_a_shorter_recording(boat, whole):

@@ -14,7 +14,9 @@ from seatrial.errors import IdentificationError
 from seatrial.identify import identify
 from seatrial.identify.output_error import OutputErrorSettings, output_error
 from seatrial.identify.prior import Shift, check_prior, conflicts, shift_notes, widened
+from seatrial.identify.provenance import recording_entry
 from seatrial.io.write import write_trial
+from seatrial.model import AT_BOUND
 from seatrial.plan import Unmodelled, load_plan, with_seed
 from seatrial.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.simulate import plant_model, simulate
@@ -210,3 +212,56 @@ def test_the_command_line(before, after, tmp_path, capsys):
     assert "leave --prior out" in capsys.readouterr().err
     assert main([*line[:-4], "-o", str(tmp_path / "old.yaml"), *line[-2:]]) == 1
     assert "is an input of this command" in capsys.readouterr().err
+
+
+def with_covariance(model, errors):
+    """The model with these standard errors by name, the others as they are."""
+    covariance = model.covariance.copy()
+    for name, error in errors.items():
+        k = model.parameters.index(name)
+        covariance[k, :] = covariance[:, k] = 0.0
+        covariance[k, k] = error**2
+    return replace(model, covariance=covariance)
+
+
+def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, after):
+    """A thruster that was never used has an error without end: the others are known as before."""
+    _, (trial, *_) = after
+    unknown = with_covariance(before, {"N_F": 1e10})
+    found = identify([trial.recording], mp, prior=unknown)
+    whole = identify([trial.recording], mp, prior=before)
+    for name in ("X_u", "Y_vv", "Y_F", "lag"):
+        assert found.standard_errors[name] == pytest.approx(whole.standard_errors[name], rel=0.1)
+        assert found.standard_errors[name] < 1.2 * widened(before).standard_errors[name]
+        assert found.values.get(name, 0.0) == pytest.approx(
+            whole.values.get(name, 0.0), abs=whole.standard_errors[name]
+        )
+
+
+def test_a_bound_is_no_knowledge(mp, before, after):
+    """At a bound it is not known how well a parameter is known: the recording alone says what it is."""
+    _, (trial, *_) = after
+    k = before.structure.coefficients.index("Y_vv")
+    stuck = with_covariance(before, {"Y_vv": 0.0})
+    coefficients = stuck.coefficients.copy()
+    coefficients[k] = 0.0
+    estimator = EstimatorEntry("output-error", notes=[f"Y_vv: 0 {AT_BOUND}"])
+    stuck = replace(stuck, coefficients=coefficients, estimator=estimator)
+    assert stuck.at_bounds == {"Y_vv"}
+    assert widened(stuck).standard_errors["Y_vv"] == 0.0
+    found = identify([trial.recording], mp, prior=stuck)
+    right = load_plan("hard").plant.coefficients["Y_vv"] / MORE
+    assert found.values["Y_vv"] == pytest.approx(right, abs=4 * found.standard_errors["Y_vv"])
+    assert found.values["Y_vv"] < 0.5 * right
+
+
+def test_a_prior_that_has_seen_the_recording_is_said(before, mp, tmp_path):
+    plan = load_plan("hard")
+    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
+    (trial,) = simulate(msgspec.structs.replace(plan, trials=trials), mp)
+    recording = seatrial.read(write_trial(trial, tmp_path), mp)
+    seen = replace(before, recordings=(recording_entry(recording),))
+    said = identify([recording], mp, prior=seen).estimator.notes
+    assert any("counts twice" in note for note in said)
+    said = identify([recording], mp, prior=before).estimator.notes
+    assert not any("counts twice" in note for note in said)

@@ -44,9 +44,7 @@ BOX_STEPS = 4  # for each parameter, at most
 ALONG = 0.9  # cosine of two moves of the noise that go the same way
 CREEPS, LEAP = 3, 5.0  # after so many of them it goes so many times as far again
 ITERATIONS = 40
-PATIENCE = (
-    8  # steps, after which a search must have found what is likelier than what was found before
-)
+PATIENCE, FALLS = 5, 10.0  # steps, then so many falls like the last two must reach its aim
 TRIALS = 6
 
 
@@ -113,8 +111,8 @@ def _loosely(at: Point, hold: bool, least: Array) -> Point:
 
 def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) -> Point:
     """`search` that does not start anew without errors that hang together where they drift; those
-    that begin as ones that last may do so all the way. Given up where it is not below the cost to
-    `beat` after a few steps."""
+    that begin as ones that last may do so all the way. Given up where it does not fall
+    fast enough to get below the cost to `beat`."""
     begin, most = _point(problem, theta, noise), most_noise(noise)
     at = _descent(begin, False, NOISE_LEAST, most=most, beat=beat)
     return _needed(at, NOISE_LEAST)
@@ -172,8 +170,10 @@ def _descent(
         )
     damping, hope, flat, drifts, creeps = 1e-4, 0.0, 0, 0, 0
     way = np.zeros(len(at.noise))
-    for step in range(ITERATIONS):
-        if step == PATIENCE and at.passes.cost > beat:
+    costs: list[float] = []
+    for _ in range(ITERATIONS):
+        costs.append(at.passes.cost)
+        if len(costs) > PATIENCE and costs[-1] - beat > FALLS * (costs[-3] - costs[-1]):
             raise IdentificationError("what was found before is likelier")
         better, gain = (
             (at.noise, 0.0)

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT
+"""Pose errors that last, and strong pushes: told from motion, and from velocities that wander."""
+
+import numpy as np
+import pytest
+from conftest import make_model
+from survey_boat import pulses
+
+from seatrial import _core
+from seatrial.identify.output_error import output_error
+from seatrial.recording import Signal, make_recording
+from seatrial.vehicle import vehicle_from
+
+SURGE = {
+    "X_u": -0.2, "X_uu": -1.7, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -1.3, "Y_F": 0.3, "N_r": -0.7, "N_rr": -0.3, "N_F": 1.4,
+}  # fmt: skip
+
+
+def tug(chain=()):
+    content = {
+        "seatrial": "vehicle 1", "name": "tug", "axes": "forward-left-up",
+        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
+        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in ("F_u", "F_v", "F_r")}},
+        "structure": {
+            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+            "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+            "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+        },
+        "chain": list(chain),
+    }  # fmt: skip
+    return vehicle_from(content, "tug")
+
+
+def come_and_go(rng, t, memory):
+    """What is 1 on average of its square, and forgotten after `memory` [s]."""
+    keep = np.exp(-np.diff(t, prepend=t[0]) / memory)
+    out = rng.normal(size=len(t))
+    for i in range(1, len(t)):
+        out[i] = keep[i] * out[i - 1] + np.sqrt(1.0 - keep[i] ** 2) * out[i]
+    return out
+
+
+def under_gnss(seed, sd, memory, seconds=200.0):
+    """Poses at 10 Hz whose position errs by `sd` [m] for `memory` [s], and by 1 cm from pose to pose."""
+    rng = np.random.default_rng(seed)
+    truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
+    begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
+    trace = _core.Trace(
+        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
+    )
+    eta = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, :3]
+    eta += rng.normal(size=eta.shape) * [0.01, 0.01, 2e-3]
+    for i in range(2):
+        eta[:, i] += sd * come_and_go(rng, t, memory)
+    commands = Signal(truth.vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
+    return make_recording(f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, commands)
+
+
+@pytest.mark.parametrize(("sd", "memory"), [(0.05, 1.5), (0.05, 3.0), (0.3, 20.0)])
+def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
+    """As those of GNSS do: a velocity that wanders would stand for them, and thrust that follows it."""
+    recordings = [under_gnss(seed, sd, memory) for seed in (11, 12, 13)]
+    model = output_error(recordings, tug())
+    for name, value in SURGE.items():
+        assert model.values[name] == pytest.approx(value, abs=4.5 * model.standard_errors[name]), (
+            name
+        )
+    assert model.standard_errors["X_F"] < 0.02
+    hangs = model.noise.correlated
+    assert hangs is not None
+    assert 0.5 * memory < hangs.memory < 4.0 * memory
+    assert not [note for note in model.estimator.notes if "hardly better" in note]
+
+
+def test_a_strong_push_is_not_taken_for_a_velocity_that_wanders():
+    """A sixth of full thrust, and commands that answer it: the boat goes from place to place by itself."""
+    truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
+    recordings = [going(truth, seed) for seed in (10, 11)]
+    model = output_error(recordings, tug())
+    for name, value in SURGE.items():
+        assert model.values[name] == pytest.approx(value, abs=4.5 * model.standard_errors[name]), (
+            name
+        )
+    assert model.noise.process.disturbance_linear == pytest.approx(0.05, rel=0.2)
+    assert model.noise.process.disturbance_yaw == pytest.approx(0.2, rel=0.2)
+
+
+def going(truth, seed, seconds=200.0, rate=20.0):
+    """From place to place by a controller, pushed by 0.05 m/s^2 and 0.2 rad/s^2 that last 5 s."""
+    rng = np.random.default_rng(seed)
+    pushed = _pushed_tug()
+    model = make_model(pushed, SURGE)
+    plant = _core.Plant(
+        _core.Boat(pushed.structure.compiled, model.coefficients, 0, 1 / 240),
+        pushed.chain,
+        model.constants,
+    )
+    t = np.arange(round(seconds * rate)) / rate
+    push = np.column_stack([s * come_and_go(rng, t, 5.0) for s in (0.05, 0.05, 0.2)])
+    commands, states, seen = np.zeros((len(t), 3)), np.zeros((len(t), 6)), np.zeros((len(t), 3))
+    aim, until, force, rate_seen, last = np.zeros(3), 0.0, np.zeros(3), np.zeros(3), None
+    for i, now in enumerate(t):
+        if i:
+            plant.advance_to(now)
+        states[i] = plant.state
+        if now >= until:
+            aim, until = rng.uniform(-1.0, 1.0, 3) * [1.0, 1.0, 3.0], now + rng.uniform(4.0, 15.0)
+        if i % 2 == 0:
+            seen[i] = states[i, :3] + rng.normal(size=3) * [2e-3, 2e-3, 3e-3]
+            if last is not None:
+                rate_seen = 0.7 * rate_seen + 0.3 * (seen[i] - last) * rate / 2
+            last, off = seen[i], aim - seen[i]
+            off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
+            pull = np.array([2.0, 2.0, 1.0]) * off - np.array([2.5, 2.5, 0.8]) * rate_seen
+            c, s = np.cos(seen[i, 2]), np.sin(seen[i, 2])
+            force = np.clip(
+                [c * pull[0] + s * pull[1], c * pull[1] - s * pull[0], pull[2]], -1.0, 1.0
+            )
+        commands[i] = force
+        plant.command(now, np.concatenate([force, push[i]]))
+    stamps = np.round(1e9 * t).astype(np.int64)
+    signal = Signal(truth.vehicle.inputs, stamps, commands)
+    return make_recording(f"drive {seed}", stamps[::2], seen[::2], signal)
+
+
+def _pushed_tug():
+    """The same with inputs of its own for what pushes it, without latency and lag."""
+    content = tug(
+        [{"name": "own", "actuators": ["F_u", "F_v", "F_r"], "latency": 0.05, "lag": 0.1}]
+    ).to_mapping()
+    pushes = {"surge": "F_du", "sway": "F_dv", "yaw": "F_dr"}
+    names = ["F_u", "F_v", "F_r", *pushes.values()]
+    content["commands"]["inputs"] = {n: {"column": n} for n in names}
+    axes = [*pushes, *pushes]
+    content["forces"] = {n: {"axis": a, "of": {n: 1.0}} for n, a in zip(names, axes, strict=True)}
+    for axis, name in pushes.items():
+        content["structure"][axis].append(f"1 * {name}")
+    return vehicle_from(content, "pushed tug")
