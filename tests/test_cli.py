@@ -264,6 +264,10 @@ BAD = {
     "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}", "--method", "equation-error"], "no such recording"),
     "role of the other method": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S7-AF", "-o", "{o}"], "uses every recording for all axes; for roles, --method equation-error"),
     "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "given twice"),
+    "copied": (
+        ["identify", "{p}/S7-AF", "{p}/copied", "--vehicle", "{v}", "-o", "{o}"],
+        "are one recording",
+    ),
     "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
     "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says .seatrial: vehicle 1.; expected"),
     "unstable": (["validate", "{p}/wild.yaml", "{p}/S7-AF", "--json", "{o}"], "unstable"),
@@ -283,6 +287,7 @@ def spoiled(pool):
     """The pool with things in it that are wrong."""
     for name in ("surge", "mute", "nan"):
         shutil.copytree(pool / "S1-AF", pool / name)
+    shutil.copytree(pool / "S7-AF", pool / "copied")
     for name, factor in (("degrees", [1, 1, 1, 57.3]), ("mm", [1, 1000, 1000, 1])):
         shutil.copytree(pool / "S7-AF", pool / name)
         poses = np.loadtxt(pool / name / "poses.csv", delimiter=",", skiprows=1) * factor

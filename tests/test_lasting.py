@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from conftest import make_model
-from survey_boat import pulses
+from survey_boat import driven, pulses
 
 from seatrial import _core
 from seatrial.identify.output_error import output_error
@@ -77,7 +77,7 @@ def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
 def test_a_strong_push_is_not_taken_for_a_velocity_that_wanders():
     """A sixth of full thrust, and commands that answer it: the boat goes from place to place by itself."""
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
-    recordings = [going(truth, seed) for seed in (10, 11)]
+    recordings = [going(truth, seed) for seed in (20, 21)]
     model = output_error(recordings, tug())
     for name, value in SURGE.items():
         assert model.values[name] == pytest.approx(value, abs=4.5 * model.standard_errors[name]), (
@@ -138,3 +138,19 @@ def _pushed_tug():
     for axis, name in pushes.items():
         content["structure"][axis].append(f"1 * {name}")
     return vehicle_from(content, "pushed tug")
+
+
+def test_metres_of_pose_noise_are_as_centimetres_of_a_smaller_boat():
+    """Lengths times 40: the same poses, the same numbers."""
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    noise = np.array([0.05, 0.05, 0.02])
+    vehicle, drive = driven({}, [both, both, both], bow=True, seconds=600.0, noise=noise)
+    eta = drive.raw.copy()
+    eta[:, :2] *= 40.0
+    large = make_recording("large", drive.stamps, eta, drive.commands)
+    small, large = (output_error([r], vehicle) for r in (drive, large))
+    assert large.noise.position == pytest.approx(40.0 * small.noise.position, rel=0.01)
+    for name, times in (("X_F", 40.0), ("Y_F", 40.0), ("X_uu", 1 / 40.0), ("N_r", 1.0)):
+        error = small.standard_errors[name]
+        assert large.values[name] / times == pytest.approx(small.values[name], abs=0.05 * error)
+        assert large.standard_errors[name] / times == pytest.approx(error, rel=0.02)

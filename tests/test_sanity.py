@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Top speed and coasting against closed forms; what a physicist would doubt."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -45,6 +47,15 @@ def test_drag_that_drives_the_boat_is_a_doubt(mp):
     assert doubt.startswith("X_u = 0.02")
     assert "linear surge drag that drives the boat" in doubt
     assert doubts(make_model(mp, TABLE_II["AF"])) == []
+
+
+def test_drag_that_is_positive_within_its_error_is_none(mp):
+    model = make_model(mp, TABLE_II["AF"] | {"X_u": 0.02})
+    k = model.structure.coefficients.index("X_u")
+    for error, said in ((0.015, 0), (0.005, 1)):
+        covariance = np.zeros_like(model.covariance)
+        covariance[k, k] = error**2
+        assert len(doubts(replace(model, covariance=covariance))) == said
 
 
 def test_a_model_that_runs_away_is_refused_with_the_coefficients_at_fault(mp):
