@@ -49,7 +49,8 @@ def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
     if np.linalg.matrix_rank(geometry, tol=1e-9) < 3:
         raise VehicleError(
             f"thrusters: these {len(thrusters)} can't push in surge, sway and yaw independently "
-            "(rank of the geometry below 3); check their positions and angles"
+            "(rank of the geometry below 3); check their positions and angles, or, where the boat can't be "
+            "pushed sideways, write forces: (docs/vehicle.md)"
         )
     return geometry / scale[:, None], scale
 

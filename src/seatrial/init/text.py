@@ -113,10 +113,12 @@ def _forces(drive: Drive) -> list[str]:
             "#   F_4: {x: -0.2, y: -0.2, angle_deg: -45}",
             "# allocation: {scheme: moore-penrose, limit: 1.0}",
         ]
-    said = (
-        "# check: each force as a weighted sum of the inputs, by what was seen; if you know where the",
-        "# thrusters are, write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
-    )
+    said = ["# check: each force as a weighted sum of the inputs, by what was seen"]
+    if not drive.undriven:  # `thrusters` are of boats that are pushed in every axis
+        said = [
+            f"{said[0]}; if you know where the",
+            "# thrusters are, write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
+        ]
     lines = [*(said if drive.thrusters else ()), "forces:"]
     lines += [f"  {_line(name, force)}" for name, force in drive.forces.items()]
     for axis in drive.undriven:
