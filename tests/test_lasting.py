@@ -7,7 +7,9 @@ from conftest import make_model
 from survey_boat import driven, pulses
 
 from seatrial import _core
-from seatrial.identify.output_error import output_error
+from seatrial.identify.first_noise import first_noise
+from seatrial.identify.output_error import fit, output_error
+from seatrial.identify.search import search
 from seatrial.recording import Signal, make_recording
 from seatrial.vehicle import vehicle_from
 
@@ -154,3 +156,17 @@ def test_metres_of_pose_noise_are_as_centimetres_of_a_smaller_boat():
         error = small.standard_errors[name]
         assert large.values[name] / times == pytest.approx(small.values[name], abs=0.05 * error)
         assert large.standard_errors[name] / times == pytest.approx(error, rel=0.02)
+
+
+def test_a_start_outside_the_bounds_is_moved_into_them_with_the_others():
+    """Quadratic drag that drives, and linear drag that makes up for it: none of both is where it is."""
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    vehicle, drive = driven({}, [both, both, both], bow=True, seconds=200.0)
+    found = fit([drive], vehicle)
+    theta = found.theta.copy()
+    quadratic, linear = (found.problem.names.index(n) for n in ("X_uu", "X_u"))
+    theta[quadratic], theta[linear] = 0.9, -0.6
+    assert found.problem.bounded(theta)[quadratic] == 0.0
+    again = search(found.problem, theta, first_noise([drive]))
+    assert again.passes.cost == pytest.approx(found.passes.cost, abs=0.5)
+    assert again.theta[quadratic] == pytest.approx(found.theta[quadratic], abs=0.1)

@@ -15,7 +15,7 @@ from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 1.0, 1.0])
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0])
 MORE = 3.0  # times what a search begins with pose noise may come to, where that is larger
 LONGEST = 60.0  # [s] memory of errors of the poses where they last for more than a second: GNSS
 # where what was at its least is tried

@@ -22,7 +22,7 @@ from seatrial.filter_noise import (
     fitted_noise,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import all_hanging, half_hanging, lasting
+from seatrial.identify.first_noise import LASTING, all_hanging, half_hanging, lasting
 from seatrial.identify.search import NOTHING, Point, descend, hangs
 from seatrial.identify.whiteness import white
 
@@ -41,8 +41,9 @@ def anew(at: Point, theta: Array) -> Point:
         other = exchanged(at.noise, walk, disturbance)
         if other is not None and _promises(at, other):
             at = _likelier(at, at.theta, other)
-    if not white(at):
-        at = _likelier(at, theta, lasting(at.passes.problem.recordings))
+    for times, memory in LASTING:
+        if not white(at):
+            at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
     if not white(at) and (other := pushed(at.noise)) is not None:
         at = _likelier(at, at.theta, other)
     return at

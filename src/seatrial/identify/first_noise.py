@@ -27,7 +27,7 @@ from seatrial.recording import Recording
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
-LASTING = (3.0, 3.0)  # times the white errors, [s]: errors of the poses that last
+LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
 BARE = 0.1  # of the white errors that is left where all are said to hang together
 
 
@@ -62,12 +62,12 @@ def half_hanging(noise: Array) -> Array:
     return other
 
 
-def lasting(recordings: Sequence[Recording]) -> Array:
+def lasting(recordings: Sequence[Recording], times: float, memory: float) -> Array:
     """Nothing that pushes the boat: all that the model does not say are errors of the poses that last."""
     noise = first_noise(recordings)
     noise[PROCESS] = NOISE_LEAST[PROCESS]
-    noise[COLOUR] = LASTING[0] * noise[:2]
-    noise[COLOUR_MEMORY] = LASTING[1]
+    noise[COLOUR] = times * noise[:2]
+    noise[COLOUR_MEMORY] = memory
     return noise
 
 

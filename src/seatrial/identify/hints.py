@@ -16,7 +16,7 @@ from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained
 
 ASKED = "less than half of the unmodelled force is left with"  # notes of effects begin so
-WORTH = 100.0  # fall of -2 log likelihood from which on an effect is worth a word
+WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word
 GONE = 0.5  # of what pushes the boat must be left at most
 CLEAR = 5.0  # standard deviations of chi-square, then
 WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be

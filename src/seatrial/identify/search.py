@@ -70,8 +70,7 @@ def search(
     Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
-    theta = problem.bounded(theta)
-    begin = _point(problem, theta, np.clip(noise, least, most_noise(noise)))
+    begin = _within(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
     if astray(begin):
         begin = _loosely(begin, hold, least)
     if hold:
@@ -85,6 +84,18 @@ def search(
         white[COLOUR] = least[COLOUR]
         at = _descent(_point(problem, theta, white), hold, least)
     return _needed(at, least)
+
+
+def _within(at: Point) -> Point:
+    """The same, or where that is outside bounds what is more likely: a step from there into them, which
+    moves the others as they then must, or the nearest place."""
+    problem = at.passes.problem
+    nearest = problem.bounded(at.theta)
+    if (nearest == at.theta).all():
+        return at
+    stepped = problem.bounded(at.theta + step_within(at, 0.0)[0])
+    tried = (_point(problem, theta, at.noise) for theta in (stepped, nearest))
+    return min(tried, key=lambda p: p.passes.cost if np.isfinite(p.passes.cost) else np.inf)
 
 
 def astray(at: Point) -> bool:
