@@ -29,6 +29,7 @@ from seatrial.schema import (
     EstimatorEntry,
     NoiseEntry,
     ProcessEntry,
+    RecordingEntry,
 )
 from seatrial.vehicle import Vehicle, as_column, load_vehicle, vehicle_from
 
@@ -108,6 +109,7 @@ VEHICLES = {
 NOISES = (
     NoiseEntry(0.004, 0.003),
     NoiseEntry(0.004, 0.003, ProcessEntry(0.002, 0.01, 0.01, 0.03, 4.0), CorrelatedEntry(0.002, 0.001, 0.2)),
+    NoiseEntry(0.004, 0.003, ProcessEntry(0.002, 0.01, 0.01, 0.03, 4.0), CorrelatedEntry(0.02, 0.01, 5.0, 2.1)),
 )  # fmt: skip
 
 
@@ -125,7 +127,8 @@ def identified(vehicle: Vehicle, seed: int) -> seatrial.Model:
     if seed % 3 == 0:
         speeds = {"u": (-0.4, 0.6), "v": (-0.3, 0.2), "r": (-0.5, 0.9)}
         forces = {f.name: (-0.6, 0.8) for f in vehicle.forces[:-1]}
-        model = replace(model, envelope=EnvelopeEntry(speeds, forces))
+        recording = RecordingEntry("S1", 200.0, without=[(0.0, 4.0), (60.0, 62.0)])
+        model = replace(model, envelope=EnvelopeEntry(speeds, forces), recordings=(recording,))
     estimator = EstimatorEntry("output-error", {"belief": (None, 0.0, 0.8)[seed // 3 % 3]})
     return replace(
         model, covariance=root @ root.T / len(root), noise=NOISES[seed % len(NOISES)],
@@ -339,6 +342,7 @@ BAD = [
     (lambda c: c.update(axes="sideways"), "axes: got 'sideways'; expected forward-left-up, forward-right-down"),
     (lambda c: c["integration"].update(step=0.0), "integration.step: got '0.0', expected a number above 0"),
     (lambda c: c["noise"].update(correlated={"position": 0.1, "heading": 0.1, "memory": 0.0}), "noise.correlated.memory: got '0.0', expected a number above 0"),
+    (lambda c: c["noise"].update(correlated={"position": 0.1, "heading": 0.1, "memory": 1.0, "period": 0.0}), "noise.correlated.period: got '0.0', expected a number above 0"),
     (lambda c: c["envelope"]["speeds"].update(u=[1.0]), "envelope.speeds.u: expected two numbers"),
     (lambda c: c["vehicle"]["chain"][0].update(actuators=["sail"]), "got 'sail'; the actuators are port_surge"),
     (lambda c: c["vehicle"]["chain"][0]["scale"].update(signal="wind"), "got 'wind'; scales has propeller_speed"),

@@ -167,7 +167,7 @@ def test_wind_is_found_where_the_boat_turns_between_poses():
 
 
 def test_errors_that_hang_together_for_less_than_a_pose_are_white():
-    noise = np.array([1e-5, 2e-3, 0.0, 0.0, 0.0, 0.0, 1.0, 3e-3, 1e-9, 0.03])
+    noise = np.array([1e-5, 2e-3, 0.0, 0.0, 0.0, 0.0, 1.0, 3e-3, 1e-9, 0.03, 1e-9])
     white = folded(noise, 0.2)
     assert white[0] == pytest.approx(np.hypot(1e-5, 3e-3)) and white[1] == pytest.approx(2e-3)
     assert noise_entry(white).correlated is None

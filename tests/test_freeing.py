@@ -13,7 +13,7 @@ from seatrial.identify.stages import extras, with_free_stages
 from seatrial.plan import load_plan
 from seatrial.simulate import plant_model
 
-NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3])
+NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3, 1e-9])
 
 
 def parameters(problem):

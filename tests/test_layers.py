@@ -17,7 +17,7 @@ LAYERS = [  # from the bottom; a module may import only from layers below its ow
     {"allocation", "chain", "plan", "recording", "structure"},
     {"filter_noise", "noise", "vehicle", "velocity"},
     {"model"},
-    {"allocate", "causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs"},
+    {"allocate", "causal", "doubt", "excitation", "identifiability", "operators", "predict", "residuals", "sanity", "signs", "stretches"},
     {"against", "identify", "inspect", "odometer", "predictor", "simulate", "validate"},
     {"advice", "compare", "control", "live", "mimic", "sim"},
     {"select"},

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The model file: what is written is what is read, and nothing else is read."""
 
+import itertools
+from dataclasses import replace
+
+import msgspec
 import numpy as np
 import pytest
 import yaml
 from conftest import TABLE_II, make_model
 
 import seatrial
+from seatrial import _core
 from seatrial.errors import FileError, ModelError, SeatrialError
 from seatrial.model import load, save
 from seatrial.schema import ChainGroup, DeadZone
@@ -139,6 +144,27 @@ def test_another_vehicle_keeps_the_models_actuator_chain(mp, af):
 def test_another_vehicle_must_have_the_same_terms(identified, cse1_vehicle):
     with pytest.raises(ModelError, match="the model has X_u"):
         identified.with_vehicle(cse1_vehicle)
+
+
+def test_the_order_of_a_vehicles_terms_does_not_matter(identified, mp):
+    lines = {axis: terms[::-1] for axis, terms in mp.structure.lines().items()}
+    turned = replace(mp, file=msgspec.structs.replace(mp.file, structure=lines))
+    other = identified.with_vehicle(turned)
+    assert other.structure.coefficients != identified.structure.coefficients
+    assert other.values == identified.values
+    assert other.standard_errors == identified.standard_errors
+    for one, two in itertools.product(other.parameters, repeat=2):
+        assert covered(other, one, two) == covered(identified, one, two)
+    nu, forces = np.array([[0.4, -0.2, 0.6]]), np.array([[0.5, 0.3, -0.2]])
+    now, then = (
+        _core.accelerations(m.structure.compiled, m.coefficients, nu, forces)
+        for m in (other, identified)
+    )
+    np.testing.assert_allclose(now, then, rtol=1e-12)
+
+
+def covered(model, one, two):
+    return model.covariance[model.parameters.index(one), model.parameters.index(two)]
 
 
 def test_a_missing_model_is_one_line(tmp_path):

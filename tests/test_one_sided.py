@@ -36,6 +36,29 @@ def test_thrusters_that_only_push_ahead_show_their_edge():
     )
 
 
+@pytest.mark.parametrize("power", [1.6, "estimate"])
+def test_an_edge_is_sought_beside_a_power_that_the_file_has(power):
+    """Without one the power stood for it: 1.85 instead of 1.6, and 1.27 of thrusters that are linear."""
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    true = {"power": 1.6, "dead_zone": {"forward": 0.06, "reverse": 0.1}}
+    _, recording = driven(true, [both, both], seconds=200.0)
+    model = output_error([recording], boat([{"power": power}]))
+    known = {**KNOWN, "edge_forward": 0.06, "edge_reverse": 0.1, "power": 1.6}
+    assert set(known) <= {*model.values, *model.vehicle.constants.names}
+    assert not as_stated(model, known)
+
+
+@pytest.mark.parametrize("seed", [4, 7, 8])
+def test_a_curve_is_found_in_two_minutes(seed):
+    """Of so few blocks no score is manifest; the likelihood promises hundreds."""
+    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
+    true = {"power": 1.6, "reverse_ratio": 0.75, "dead_zone": {"forward": 0.06, "reverse": 0.1}}
+    vehicle, recording = driven(true, [both, both], seconds=120.0, seed=seed)
+    model = output_error([recording], vehicle)
+    known = {**KNOWN, "edge_forward": 0.06, "edge_reverse": 0.1, "power": 1.6}
+    assert not as_stated(model, {**known, "reverse_ratio": 0.75})
+
+
 def test_an_edge_for_both_sides_stays_one_in_a_model_file(tmp_path):
     vehicle, recording = driven(ZONE, [ahead, ahead], seconds=150.0)
     model = output_error([recording], vehicle)

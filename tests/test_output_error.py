@@ -27,8 +27,10 @@ from seatrial.vehicle import vehicle_from
 
 DRAG = -0.7  # [1/s]
 # position, heading, walks, disturbances, memory; errors that hang together, their memory
-NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3])
-HANGING = np.array([*NOISE[:7], 3e-3, 0.0, 0.3])
+NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3, 0.0])
+HANGING = np.array([*NOISE[:7], 3e-3, 0.0, 0.3, 0.0])
+SWINGING = np.array([*NOISE[:7], 3e-3, 0.0, 1.0, 4.0])
+CREEPING_BACK = np.array([*NOISE[:7], 3e-3, 0.0, 0.2, 4.0])  # overdamped
 START_SPREAD = np.array([0.05, 1e-9, 1e-9])
 
 
@@ -49,7 +51,7 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
 
 def dense_square(t, x, noise):
     """e' C^-1 e of the same positions, C built whole from the state's covariances."""
-    sigma, walk, disturbance, memory, hangs, together = noise[[0, 2, 4, 6, 7, 9]]
+    sigma, walk, disturbance, memory, hangs, together, turn = noise[[0, 2, 4, 6, 7, 9, 10]]
     n = len(t)
     state = np.array([0.0, 0.2, 0.0])
     spread = np.diag([9 * (sigma**2 + hangs**2), START_SPREAD[0] ** 2, disturbance**2])
@@ -71,11 +73,16 @@ def dense_square(t, x, noise):
             C[i, j] = C[j, i] = across[0, 0]
             across = steps[j] @ across if j < n - 1 else across
     e = x - np.array([m[0] for m in means])
-    C += sigma**2 * np.eye(n) + hangs**2 * np.exp(-np.abs(t[:, None] - t) / together)
+    apart = np.abs(t[:, None] - t)
+    left = np.exp(-apart / together)
+    if turn > 0.0:  # a damped oscillation's covariance
+        rate = np.sqrt(complex(turn**2 - together**-2))
+        left *= np.real(np.cos(rate * apart) + np.sin(rate * apart) / (rate * together))
+    C += sigma**2 * np.eye(n) + hangs**2 * left
     return float(e @ np.linalg.solve(C, e))
 
 
-@pytest.mark.parametrize("noise", [NOISE, HANGING])
+@pytest.mark.parametrize("noise", [NOISE, HANGING, SWINGING, CREEPING_BACK])
 def test_the_filters_likelihood_is_the_dense_one(noise):
     """Of two recordings the likelihoods differ as those of one joint normal distribution do."""
     rng = np.random.default_rng(3)

@@ -8,7 +8,8 @@ import pytest
 from conftest import TABLE_II, make_model
 
 from seatrial.errors import ModelError
-from seatrial.sanity import doubts, sanity, sanity_line
+from seatrial.sanity import doubts, early, sanity, sanity_line
+from seatrial.schema import ChainGroup
 
 
 def top_speed(quadratic: float, linear: float, force: float) -> float:
@@ -40,6 +41,14 @@ def test_the_papers_boat_in_words(mp):
     line = sanity_line(make_model(mp, TABLE_II["AF"]))
     assert line.startswith("Top speed 0.23 m/s in surge, 0.38 m/s in sway, 1.62 rad/s in yaw;")
     assert line.endswith("is that your boat?")
+
+
+def test_a_latency_that_no_simulation_can_have_is_said(mp):
+    for latency, said in ((-0.02, 1), (-1e-4, 0), (0.1, 0)):
+        model = make_model(mp.with_chain([ChainGroup(latency=latency)]), TABLE_II["AF"])
+        assert len(early(model)) == said
+    told = make_model(mp.with_chain([ChainGroup(latency=-0.02)]), TABLE_II["AF"])
+    assert early(told)[0].startswith("latency is -0.02 s")
 
 
 def test_drag_that_drives_the_boat_is_a_doubt(mp):

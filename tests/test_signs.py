@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from itertools import combinations
+from unittest.mock import Mock
 
 import msgspec
 import numpy as np
@@ -21,6 +22,7 @@ from seatrial.plan import load_plan, with_seed
 from seatrial.recording import Recording, Signal, make_recording
 from seatrial.schema import AllocationEntry
 from seatrial.signs import Repair, Wrong, check_signs, mended, propose_inputs
+from seatrial.signs.gains import read_run
 from seatrial.signs.repair import ANGLES, LENGTHS
 from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle, as_column
@@ -397,3 +399,21 @@ def test_stamps_in_the_wrong_unit_cost_no_more_memory_than_others():
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 200e6
+
+
+def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch):
+    """As degrees the boat did not turn; sideways drift by a current fits that as well."""
+    table, vehicle = simulated("hard", "S7", "mallard-mp")
+    recording = read_all([table], vehicle)[0]
+    poses = import_module("seatrial.signs.poses")
+    found = []
+    for size, least in ((0.5, poses.RADIANS), (5.0, poses.RADIANS), (5.0, 0.0)):
+        raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]
+        moved = make_recording("drift", recording.stamps, raw, recording.commands)
+        run = read_run(moved, moved.commands)
+        with monkeypatch.context() as patch:
+            patch.setattr(poses, "RADIANS", least)
+            # degrees fit clearly better: they are not refused, then taken
+            patch.setattr(poses, "clearly_better", Mock(side_effect=[False, True]))
+            found.append(poses.heading_unit([run], vehicle, (1.0, 1.0))[0])
+    assert found == [None, None, "deg"]

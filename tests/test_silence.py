@@ -22,6 +22,15 @@ def pressed(*stretches, rate=50.0, end=40.0, steady=True):
     return Signal(("F_u", "F_v", "F_r"), np.rint(t * 1e9).astype(np.int64), values), t
 
 
+def let_go(stretches, *, last):
+    """A stick that is moved in some stretches, and whose topic falls silent `last` rows of 0 after each."""
+    signal, t = pressed(*stretches)
+    values = np.array(signal.values)
+    for _, end in stretches:
+        values[np.flatnonzero(t < end)[-last:]] = 0.0
+    return Signal(signal.names, signal.stamps, values)
+
+
 def hidden(record):
     return np.flatnonzero(~record.valid)
 
@@ -53,6 +62,25 @@ def test_without_a_timeout_silence_is_a_hole_in_a_rhythm_and_nothing_in_a_log_of
     assert hidden(record).tolist() == silent(stamps * 1e-9, held, 0.02)
     commands, _ = pressed((0.0, 12.0), (20.0, 30.0), steady=False)
     assert make_recording("still", stamps, eta, commands).valid.all()
+
+
+def test_a_stick_that_falls_silent_at_rest_is_at_rest():
+    """With or without a timeout: after nothing was asked for, nothing is."""
+    stamps, eta = poses()
+    stretches = [(0.0, 8.0), (12.0, 18.0), (24.0, 30.0), (36.0, 40.0)]
+    for timeout in (None, 0.5):
+        record = make_recording("stick", stamps, eta, let_go(stretches, last=1), timeout=timeout)
+        assert FaultKind.SILENT not in kinds(record)
+        assert record.valid.all()
+
+
+def test_silences_after_commands_or_too_few_for_a_habit_are_holes():
+    stamps, eta = poses()
+    stretches = [(0.0, 8.0), (12.0, 18.0), (24.0, 30.0), (36.0, 40.0)]
+    pushing, _ = pressed(*stretches)
+    assert FaultKind.SILENT in kinds(make_recording("lost", stamps, eta, pushing))
+    few = let_go([(0.0, 8.0), (12.0, 40.0)], last=1)
+    assert FaultKind.SILENT in kinds(make_recording("once", stamps, eta, few))
 
 
 @given(st.lists(st.tuples(st.integers(0, 1900), st.integers(1, 40)), min_size=1, max_size=4))

@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 from test_recording import COMMANDS
 
 from seatrial.recording import make_recording
-from seatrial.velocity import STENCIL_NOISE, five_point_stencil, motion, stencil_weights
+from seatrial.schema import NoiseEntry
+from seatrial.velocity import (
+    STENCIL_NOISE,
+    five_point_stencil,
+    motion,
+    stencil_deviation,
+    stencil_weights,
+)
 
 
 def test_even_stamps_give_the_textbook_weights():
@@ -45,3 +52,17 @@ def test_body_velocity_is_the_earth_velocity_turned_by_the_heading(paper_af, cle
     errors = (got.nu - true.nu)[got.valid]
     # what is left is the stencil's own truncation where thrusters switch
     assert np.sqrt(np.mean(errors**2, axis=0)) == pytest.approx([0, 0, 0], abs=2e-3)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.1, 0.25])
+def test_the_stencils_deviation_is_that_of_its_velocities_at_stamps_as_they_are(jitter):
+    """Where stamps come close together the derivative is far noisier than at even ones."""
+    rng = np.random.default_rng(8)
+    t = np.arange(0.0, 400.0, 0.1)
+    t = t + 0.1 * np.clip(rng.normal(0.0, jitter, len(t)), -0.45, 0.45)
+    noise = rng.normal(size=(len(t), 3)) * [0.003, 0.003, 0.002]
+    stamps = np.rint(1e9 * t).astype(np.int64)
+    recording = make_recording("noise", stamps, noise, COMMANDS)
+    found, valid = five_point_stencil(recording)
+    said = stencil_deviation(NoiseEntry(0.003, 0.002), recording)
+    np.testing.assert_allclose(said, found[valid].std(axis=0), rtol=0.05)

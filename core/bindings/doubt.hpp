@@ -36,9 +36,9 @@ std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q
     believe(m, own, explained, believed);
   }
   const MotionNoise& b = believed.noise;
-  const double row[10] = {b.position,           b.heading,         b.walk_linear, b.walk_yaw,
+  const double row[11] = {b.position,           b.heading,         b.walk_linear, b.walk_yaw,
                           b.disturbance_linear, b.disturbance_yaw, b.memory,      b.colour_position,
-                          b.colour_heading,     b.colour_memory};
+                          b.colour_heading,     b.colour_memory,   b.colour_turn};
   const Considered& found = believed.considered;
   double* out = nullptr;
   auto to = fresh<Out2>({n, static_cast<std::size_t>(found.n)}, &out);

@@ -47,7 +47,8 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
 
 FilterNoise make_noise(const Vector& noise, double outlier) {
   require(noise.shape(0) == kNoiseParameters,
-          "noise: position, heading, walks, disturbances, memory, coloured errors, their memory");
+          "noise: position, heading, walks, disturbances, memory, coloured errors, their memory "
+          "and turn");
   FilterNoise believed{};
   for (int i = 0; i < kNoiseParameters; ++i) {
     believed.parameter(i) = noise(static_cast<std::size_t>(i));
@@ -209,6 +210,7 @@ void bind_filter(nb::module_& m) {
            "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none());
   m.attr("EFFECTS") = kEffects;
   m.attr("NO_COLOUR") = kNoColour;
+  m.attr("NO_TURN") = kNoTurn;
   m.attr("USE_JUMPED") = static_cast<int>(kJumped);
   m.attr("USE_GAPPED") = static_cast<int>(kGapped);
   m.attr("USE_BEGINNING") = static_cast<int>(kBeginning);

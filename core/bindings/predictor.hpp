@@ -25,11 +25,12 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
   std::copy(from.data(), from.data() + std::ptrdiff_t{2} * n, &range[0][0]);
 }
 
-/// Noise (10,) in the order of MotionNoise.
+/// Noise (11,) in the order of MotionNoise.
 MotionNoise make_noise(const Vector& row) {
-  require(row.shape(0) == 10,
-          "noise: position, heading, walks, disturbances, memory; coloured errors, their memory");
-  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8), row(9)};
+  require(row.shape(0) == 11,
+          "noise: position, heading, walks, disturbances, memory; coloured errors, their memory "
+          "and turn");
+  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8), row(9), row(10)};
 }
 
 /// (coefficients and constants, causes).

@@ -62,6 +62,7 @@ inline OnboardModel model() {
 }
 
 inline constexpr double kMemory = 0.3;  // [s] of pose errors that hang together
+inline constexpr double kSwing = 2.5;   // [rad/s] of such that swing
 
 /// The same told that all but a tenth of its pose noise hangs together.
 inline OnboardModel coloured_model() {
@@ -72,6 +73,14 @@ inline OnboardModel coloured_model() {
   n.colour_position = kNoise[0];
   n.colour_heading = kNoise[2];
   n.colour_memory = kMemory;
+  return m;
+}
+
+/// The same told that what hangs together swings, as waves make it.
+inline OnboardModel swinging_model() {
+  OnboardModel m = coloured_model();
+  m.boat.noise.colour_memory = 3.0;
+  m.boat.noise.colour_turn = kSwing;
   return m;
 }
 

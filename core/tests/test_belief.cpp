@@ -12,15 +12,15 @@ using boats::Worst;
 
 namespace {
 
-constexpr int kSizes[] = {kBelieved, kMostBelieved};
+constexpr int kSizes[] = {kBelieved, kColoured, kMostBelieved};
 
 /// A boat under way, believed with a covariance that links all n states.
 Belief under_way(std::uint64_t seed, int n = kBelieved) {
   Random random(seed);
   Belief b;
   b.n = n;
-  const double x[kMostBelieved] = {0.3,  -0.2,  0.7,  0.25,  -0.15, 0.5,
-                                   0.02, -0.03, 0.05, 0.004, -0.01, 0.02};
+  const double x[kMostBelieved] = {0.3,  -0.2,  0.7,   0.25, -0.15, 0.5,   0.02, -0.03,
+                                   0.05, 0.004, -0.01, 0.02, 0.01,  -0.02, 0.03};
   std::copy(x, x + n, b.x);
   double root[kMostBelieved][kMostBelieved];
   for (auto& row : root) random.fill(row, n, -0.1, 0.1);
@@ -125,6 +125,7 @@ TEST_CASE("the covariance is carried by the derivatives of the motion") {
       DrivenBoat b = boat(frame);
       b.noise.walk_linear = b.noise.walk_yaw = 0.0;
       b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
+      b.noise.colour_turn = 2.5;
       b.considered = {};
       Belief belief = under_way(3, n);
       double f[kMostBelieved][kMostBelieved];
@@ -171,7 +172,7 @@ TEST_CASE(
   b.noise.colour_position = 0.006;
   b.noise.colour_heading = 0.003;
   b.noise.colour_memory = 0.3;
-  const Belief before = under_way(4, kMostBelieved);
+  const Belief before = under_way(4, kColoured);
   Belief renewed = before;
   Belief faded = before;
   std::fill(renewed.x + kBelieved, renewed.x + kMostBelieved, 0.0);
@@ -187,6 +188,39 @@ TEST_CASE(
           doctest::Approx(sigma * sigma * (1.0 - stays * stays)).epsilon(1e-6));
   }
   CHECK(onboard::same_bits(renewed.x, faded.x, kBelieved));
+}
+
+TEST_CASE("errors that swing keep their size, are not linked to their other sides, and turn") {
+  const double memory = 4.0;
+  const double turn = 2.5;
+  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  b.considered = {};
+  b.noise.colour_position = 0.06;
+  b.noise.colour_heading = 0.03;
+  b.noise.colour_memory = memory;
+  b.noise.colour_turn = turn;
+  Belief belief = under_way(4, kMostBelieved);
+  for (int i = kBelieved; i < kMostBelieved; ++i) {
+    belief.x[i] = i < kColoured ? 0.01 : 0.0;
+    std::fill(belief.p[i], belief.p[i] + kMostBelieved, 0.0);
+    for (auto& row : belief.p) row[i] = 0.0;
+    belief.p[i][i] = b.noise.colour_variance((i - kBelieved) % kSeen);
+  }
+  constexpr int kSteps = 60;
+  for (int i = 0; i < kSteps; ++i) REQUIRE(believe_step(b, kStep, kForce, belief));
+  const double t = kSteps * kStep;
+  const double rate = std::sqrt(turn * turn - 1.0 / (memory * memory));
+  const double left =  // of e with e' = 0 at the begin
+      std::exp(-t / memory) * (std::cos(rate * t) + std::sin(rate * t) / (rate * memory));
+  for (int i = 0; i < kSeen; ++i) {
+    const int c = kBelieved + i;
+    const int o = kColoured + i;
+    const double variance = b.noise.colour_variance(i);
+    CHECK(belief.x[c] == doctest::Approx(0.01 * left).epsilon(1e-9));
+    CHECK(belief.p[c][c] == doctest::Approx(variance).epsilon(1e-9));
+    CHECK(belief.p[o][o] == doctest::Approx(variance).epsilon(1e-9));
+    CHECK(std::abs(belief.p[c][o]) < 1e-12 * variance);
+  }
 }
 
 TEST_CASE("a correction is Bayes' rule: information adds up") {
@@ -277,14 +311,20 @@ TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth 
 
 TEST_CASE("a covariance stays one through steps and corrections of very different size") {
   const double tight[kSeen][kSeen] = {{1e-12, 0.0, 0.0}, {0.0, 1e-12, 0.0}, {0.0, 0.0, 1e-12}};
-  for (const double colour : {0.0, 1e-5, 0.1}) {
+  const double errors[][3] = {{0.0, 0.02, 0.0},  {1e-5, 0.02, 0.0}, {0.1, 0.02, 0.0},
+                              {1e-5, 60.0, 0.5}, {0.1, 60.0, 15.0}, {0.1, 0.1, 2.0}};
+  for (const auto& [colour, lasts, turn] : errors) {
     DrivenBoat b = boat(DisturbanceFrame::kEarth);
-    b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, colour, colour, 0.02};
-    Belief belief = under_way(6, b.noise.coloured() ? kMostBelieved : kBelieved);
+    b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, colour, colour, lasts, turn};
+    const MotionNoise& n = b.noise;
+    Belief belief = under_way(6, n.swinging()   ? kMostBelieved
+                                 : n.coloured() ? kColoured
+                                                : kBelieved);
     for (int i = 0; i < 3000; ++i) {
       REQUIRE(believe_step(b, kStep, kForce, belief));
       if (i % 3 == 0 && (i < 1000 || i > 2000)) {
-        const double eta[kSeen] = {belief.x[0], belief.x[1], belief.x[2]};
+        double eta[kSeen] = {belief.x[0], belief.x[1], belief.x[2]};
+        for (int k = 0; k < kSeen && n.coloured(); ++k) eta[k] += belief.x[kBelieved + k];
         correct(surprise(belief, eta, tight), tight, belief);
       }
       REQUIRE(onboard::positive(belief.p, belief.n));

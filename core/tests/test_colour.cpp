@@ -10,6 +10,7 @@
 using namespace seatrial;
 using boats::Random;
 using onboard::coloured_model;
+using onboard::swinging_model;
 
 namespace {
 
@@ -37,6 +38,8 @@ bool colour_is_new(const OnboardModel& m, const Belief& b) {
     for (int j = kSeen; j < kMostBelieved; ++j) {
       if (j != c && b.p[c][j] != 0.0) return false;
     }
+    const int other = kColoured + i;
+    if (b.swinging() && b.p[other][other] != m.boat.noise.colour_variance(i)) return false;
   }
   return true;
 }
@@ -54,60 +57,63 @@ TEST_CASE("many poses at once tell as much as their white errors; what hangs tog
     CHECK(b.p[i][i] == doctest::Approx(m.boat.noise.colour_variance(i)).epsilon(1e-3));
     CHECK(detail::predicted(b, i, i) == doctest::Approx(white / kPoses).epsilon(1e-2));
   }
-  CHECK(onboard::positive(b.p));
+  CHECK(onboard::positive(b.p, b.n));
 }
 
 TEST_CASE("the first pose is believed as far as one pose goes") {
-  const OnboardModel m = coloured_model();
-  const Belief b = begun(m).belief;
-  CHECK(b.n == kMostBelieved);
-  CHECK(colour_is_new(m, b));
-  for (int i = 0; i < kSeen; ++i) {
-    const double colour = m.boat.noise.colour_variance(i);
-    const double all = colour + m.boat.noise.white_variance(i);
-    CHECK(b.p[i][i] == doctest::Approx(9.0 * all));  // three standard deviations of one
-    CHECK(b.p[i][kBelieved + i] == -colour);         // eta = x + c + white
+  for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
+    const Belief b = begun(m).belief;
+    CHECK(b.n == (m.boat.noise.swinging() ? kMostBelieved : kColoured));
+    CHECK(colour_is_new(m, b));
+    for (int i = 0; i < kSeen; ++i) {
+      const double colour = m.boat.noise.colour_variance(i);
+      const double all = colour + m.boat.noise.white_variance(i);
+      CHECK(b.p[i][i] == doctest::Approx(9.0 * all));  // three standard deviations of one
+      CHECK(b.p[i][kBelieved + i] == -colour);         // eta = x + c + white
+    }
+    CHECK(onboard::positive(b.p, b.n));
   }
-  CHECK(onboard::positive(b.p));
 }
 
 TEST_CASE("where poses overrule the filter, their errors begin anew") {
-  OnboardModel m = coloured_model();
-  m.votes = 3;
-  m.agreement = 0.0;
-  Instant now = begun(m);
-  Random random(5);
-  for (int i = 0; i < 20; ++i) {
-    drift(m, 0.05, now);
-    use_pose(m, sample(m, 1.0 + random(-0.01, 0.01), 2.0, 0.3), now);
+  for (OnboardModel m : {coloured_model(), swinging_model()}) {
+    m.votes = 3;
+    m.agreement = 0.0;
+    Instant now = begun(m);
+    Random random(5);
+    for (int i = 0; i < 20; ++i) {
+      drift(m, 0.05, now);
+      use_pose(m, sample(m, 1.0 + random(-0.01, 0.01), 2.0, 0.3), now);
+    }
+    CHECK_FALSE(colour_is_new(m, now.belief));
+    const PoseSample far = sample(m, 3.0, 2.0, 0.3);
+    use_pose(m, far, now);
+    CHECK(now.votes == 1);
+    CHECK(colour_is_new(m, now.rival));
+    CHECK(onboard::positive(now.rival.p, now.rival.n));
+    CHECK(now.rival.x[0] == 3.0);
+    use_pose(m, far, now);
+    use_pose(m, far, now);
+    CHECK(now.reinitialised == now.time);
+    CHECK(now.belief.x[0] == doctest::Approx(3.0));
+    CHECK(onboard::positive(now.belief.p, now.belief.n));
   }
-  CHECK_FALSE(colour_is_new(m, now.belief));
-  const PoseSample far = sample(m, 3.0, 2.0, 0.3);
-  use_pose(m, far, now);
-  CHECK(now.votes == 1);
-  CHECK(colour_is_new(m, now.rival));
-  CHECK(onboard::positive(now.rival.p));
-  CHECK(now.rival.x[0] == 3.0);
-  use_pose(m, far, now);
-  use_pose(m, far, now);
-  CHECK(now.reinitialised == now.time);
-  CHECK(now.belief.x[0] == doctest::Approx(3.0));
-  CHECK(onboard::positive(now.belief.p));
 }
 
 TEST_CASE("a heading that is lost, and a model that ran away, begin them anew, too") {
-  const OnboardModel m = coloured_model();
-  Instant lost = begun(m);
-  use_pose(m, sample(m, 1.01, 2.0, 0.3), lost);
-  lost.belief.p[2][2] = 4.0;
-  use_pose(m, sample(m, 5.0, 2.0, 2.0), lost);
-  CHECK(lost.reinitialised == lost.time);
-  CHECK(colour_is_new(m, lost.belief));
-  Instant gone = begun(m);
-  use_pose(m, sample(m, 1.01, 2.0, 0.3), gone);
-  give_up(m, gone.belief, gone);
-  CHECK(colour_is_new(m, gone.belief));
-  CHECK(gone.belief.n == kMostBelieved);
+  for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
+    Instant lost = begun(m);
+    use_pose(m, sample(m, 1.01, 2.0, 0.3), lost);
+    lost.belief.p[2][2] = 4.0;
+    use_pose(m, sample(m, 5.0, 2.0, 2.0), lost);
+    CHECK(lost.reinitialised == lost.time);
+    CHECK(colour_is_new(m, lost.belief));
+    Instant gone = begun(m);
+    use_pose(m, sample(m, 1.01, 2.0, 0.3), gone);
+    give_up(m, gone.belief, gone);
+    CHECK(colour_is_new(m, gone.belief));
+    CHECK(gone.belief.n == (m.boat.noise.swinging() ? kMostBelieved : kColoured));
+  }
 }
 
 TEST_CASE("of a pose's own covariance the white part is what the model leaves; correlations stay") {

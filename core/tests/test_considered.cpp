@@ -87,8 +87,9 @@ TEST_CASE("the covariance is what the causes make, where nothing else is unknown
 
 TEST_CASE(
     "a pose corrects the state by Schmidt's gain, and what it has in common with the causes") {
-  for (const bool coloured : {false, true}) {
-    OnboardModel m = coloured ? onboard::coloured_model() : onboard::model();
+  for (const OnboardModel& m :
+       {onboard::model(), onboard::coloured_model(), onboard::swinging_model()}) {
+    const bool coloured = m.boat.noise.coloured();
     Belief belief;
     detail::know_nothing(m, belief);
     PoseSample at;

@@ -12,14 +12,16 @@ using problems::Problem;
 
 namespace {
 
-constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 1e9};
+constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0, 1e9};
 /// With errors of the poses that hang together.
-constexpr FilterNoise kHanging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 1e9};
+constexpr FilterNoise kHanging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0, 1e9};
+/// And swing.
+constexpr FilterNoise kSwinging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 1.5, 4.0, 1e9};
 constexpr double kNever = 1e9;  // [sigma] of an outlier
 /// The same where the heading is known, so that the spread does not depend on the way gone.
-constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 1e9};
+constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 0.0, 1e9};
 constexpr FilterNoise kStraightHanging{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
-                                       2.0,  3e-3, 1e-6, 0.3,  1e9};
+                                       2.0,  3e-3, 1e-6, 0.3,  0.0,  1e9};
 
 /// The three disturbances that the filter adds, as the last coefficients.
 Structure disturbed(Structure s) {
@@ -113,7 +115,7 @@ TEST_CASE("errors that hang together by next to nothing cost what none do") {
 }
 
 TEST_CASE("the gradient is the sum of its terms, pose by pose") {
-  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
     const FilterPass pass = mallard_run().pass(noise);
     const auto p = static_cast<std::size_t>(pass.parameters);
     std::vector<double> sum(p, 0.0);
@@ -146,7 +148,7 @@ TEST_CASE("the score of a block is the sum of its poses'") {
 
 TEST_CASE("a pass that is repeated with the same noise is the same") {
   const Run run = mallard_run();
-  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
     const FilterPass first = run.pass(noise);
     const double again = repeated(first, run.poses(), noise, run.start);
     CHECK(again == doctest::Approx(first.cost).epsilon(1e-9));  // its slopes are stored short
@@ -167,7 +169,7 @@ TEST_CASE("with other noise the repeated pass is a full one's where all is linea
 
 TEST_CASE("slopes to the noise are the cost's differences") {
   const Run run = mallard_run();
-  for (const FilterNoise& noise : {kBelieved, kHanging}) {
+  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
     const FilterPass first = run.pass(noise);
     const NoisePass slopes = noise_slopes(first, run.poses(), noise, run.start);
     const auto cost = [&](int i, double logarithm) {
@@ -178,9 +180,11 @@ TEST_CASE("slopes to the noise are the cost's differences") {
     const double here = cost(0, 0.0);
     for (int i = 0; i < kNoiseParameters; ++i) {
       const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
-      const double bend = (cost(i, 0.05) - 2.0 * here + cost(i, -0.05)) / (0.05 * 0.05);
-      // a forward quotient over 0.05 with its second-order share taken off as it is expected to be
-      const double want = 0.5 * slope + 0.5 * 0.05 * (0.5 * bend - slopes.information[i][i]);
+      const bool sharp = i == kTurnParameter;  // a resonance is
+      const double step = sharp ? 0.05 / (1.0 + noise.colour_turn * noise.colour_memory) : 0.05;
+      const double bend = (cost(i, step) - 2.0 * here + cost(i, -step)) / (step * step);
+      // a forward quotient with its second-order share taken off as it is expected to be
+      const double want = 0.5 * slope + 0.5 * step * (0.5 * bend - slopes.information[i][i]);
       CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
       CHECK(slopes.information[i][i] >= 0.0);
     }

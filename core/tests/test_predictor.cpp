@@ -117,6 +117,7 @@ TEST_CASE(
 TEST_CASE("and where pose errors hang together") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CHECK(arrival_does_not_matter(onboard::coloured_model(), seed, 9.0, 0.5));
+    CHECK(arrival_does_not_matter(onboard::swinging_model(), seed, 9.0, 0.5));
   }
 }
 

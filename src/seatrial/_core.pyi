@@ -116,6 +116,8 @@ EFFECTS: int = 9
 
 NO_COLOUR: float = 1e-08
 
+NO_TURN: float = 0.001
+
 USE_JUMPED: int = 2
 
 USE_GAPPED: int = 3

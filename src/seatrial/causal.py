@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import FaultKind
+from seatrial.faults import UNKNOWN, FaultKind
 from seatrial.filter_noise import NOISE_FIRST, NOISE_START, OUTLIER, fitted_noise, noise_vector
 from seatrial.frames import Array, body_velocity
 from seatrial.model import INTEGRATORS, Model
@@ -27,12 +27,14 @@ from seatrial.vehicle import Vehicle
 from seatrial.velocity import Motion, motion, stencil_deviation
 
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
+NOISY = 0.3  # of it, from which on a stencil's noise matters where the filter begins afresh;
+AROUND = 0.75  # [s] then poses so far to either side tell,
+AROUND_POSES = 7  # these at the least
 ROUNDS = 4  # of filter and noise in turns
 SETTLED = 3.0  # of the cost: a step that gains less is the last
 SETTLING = 2.0  # [s] in which the filter forgets how it started
 # the first pose after it
 AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
-UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER)  # what drove the boat there
 LASTING = 1.0  # [s] after the next command what came before it still acts: latency and lag
 START = 200  # usable poses that the noise at the start is found from
 STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
@@ -45,7 +47,7 @@ class Causal:
 
     motion: Motion  # state after each pose, with the filter's own standard deviations
     residual: Array  # (n, 3) pose less its prediction, in body axes, in standard deviations
-    noise: Array  # (10,) what the filter believed
+    noise: Array  # (11,) what the filter believed
 
 
 def series(recording: Recording) -> _core.Series:
@@ -65,8 +67,8 @@ def series(recording: Recording) -> _core.Series:
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
         with suppress(RecordingError):  # what comes later changes nothing
             noise = pose_noise(recording, first=START)
-            spread = np.hypot(spread, stencil_deviation(noise, recording))
-    afresh = _afresh(recording, use, moving, start[3:])
+            spread = np.hypot(spread, stencil_deviation(noise, recording, first=START))
+    afresh = _afresh(recording, use, moving, start[3:], spread)
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
@@ -74,14 +76,15 @@ def series(recording: Recording) -> _core.Series:
 
 
 def _afresh(
-    recording: Recording, use: NDArray[np.int8], moving: Motion, begin: Array
+    recording: Recording, use: NDArray[np.int8], moving: Motion, begin: Array, spread: Array
 ) -> Array | None:
     """Marks in `use` (n,) where the filter begins afresh; velocities (n, 3) there.
 
     After commands were lost, and where the first poses are not usable: what is before says nothing.
-    begin: (3,) velocity at the first usable pose. None where it never does.
+    begin: (3,) velocity at the first usable pose; spread: (3,) what it is worth. None where it never does.
     """
     t, velocity = recording.t, np.zeros((len(recording.t), 3))
+    noisy = bool((spread > np.hypot(1.0, NOISY) * VELOCITY_SPREAD).any())
     first = int(np.flatnonzero(use > 0)[0])
     if first > 0:
         use[first], velocity[first] = _core.USE_BEGINNING, begin
@@ -93,7 +96,24 @@ def _afresh(
             use[after] = _core.USE_BEGINNING
             if len(known):
                 velocity[after] = moving.nu[known]
+            if len(after) and noisy and (wider := _around(recording, int(after[0]))) is not None:
+                velocity[after] = wider
     return velocity if _core.USE_BEGINNING in use else None
+
+
+def _around(recording: Recording, at: int) -> Array | None:
+    """Velocity (3,) at a pose by a parabola through those around it; None where they are few.
+
+    The filter is linear about it: where a stencil's noise is as large as the boat's speed, drag is not.
+    """
+    near = recording.valid & (np.abs(recording.t - recording.t[at]) <= AROUND)
+    near &= recording.segment == recording.segment[at]
+    if near.sum() < AROUND_POSES:
+        return None
+    rate = np.polynomial.polynomial.polyfit(
+        recording.t[near] - recording.t[at], recording.eta[near], 2
+    )[1]
+    return np.asarray(body_velocity(recording.eta[[at], 2], rate[None, :])[0])
 
 
 def disturbed(vehicle: Vehicle) -> _core.Structure:
@@ -125,7 +145,7 @@ def filter_pass(
 
 
 def believed_noise(model: Model, recordings: Sequence[Recording]) -> Array:
-    """What the model's filter is to believe (10,): the model's own noise, as it was identified.
+    """What the model's filter is to believe (11,): the model's own noise, as it was identified.
 
     A model without process noise (the paper's method finds none) is given that under which these
     recordings are most likely, so that its filter is as good as it can be.
@@ -173,7 +193,7 @@ def _start(recordings: Sequence[Recording]) -> Array:
 
 
 def causal(model: Model, recording: Recording, noise: Array | None = None) -> Causal:
-    """Velocities by the model's filter, with `noise` (10,) or what `believed_noise` gives.
+    """Velocities by the model's filter, with `noise` (11,) or what `believed_noise` gives.
 
     Raises ModelError where the model diverges.
     """

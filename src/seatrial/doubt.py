@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.filter_noise import COLOUR, MEMORY, NOISE_START
+from seatrial.filter_noise import COLOUR, COLOUR_TURN, MEMORY, NOISE_START, correlated_vector
 from seatrial.frames import SYMBOLS, Array
 from seatrial.model import Model
 from seatrial.schema import NoiseEntry
@@ -19,7 +19,7 @@ from seatrial.schema import NoiseEntry
 class Believed:
     """What is believed of a model on board."""
 
-    noise: Array  # (10,) of poses and motion, in the order of the filter's noise
+    noise: Array  # (11,) of poses and motion, in the order of the filter's noise
     errors: Array  # (n + m, k) of coefficients and constants by each of k causes of variance 1
 
 
@@ -44,12 +44,12 @@ def believed_on_board(model: Model) -> Believed:
 
 
 def _own(noise: NoiseEntry) -> Array:
-    """Noise (10,) as the model file states it."""
+    """Noise (11,) as the model file states it."""
     own = NOISE_START.copy()
     own[:2] = noise.position, noise.heading
-    own[COLOUR] = 0.0
-    if (c := noise.correlated) is not None:
-        own[COLOUR[0] :] = c.position, c.heading, c.memory
+    own[[*COLOUR, COLOUR_TURN]] = 0.0
+    if noise.correlated is not None:
+        own[COLOUR[0] :] = correlated_vector(noise.correlated)
     if noise.process is not None:
         p = noise.process
         own[2:6] = p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw

@@ -26,6 +26,7 @@ JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
+HABIT = 3  # silences from which on they may be one, of a joystick that is let go
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
 
@@ -41,6 +42,11 @@ class FaultKind(str, Enum):
     GAP = "no poses: not bridged"
     SILENT = "no commands: left out"
     NO_NUMBER = "command not a number: left out"
+    UNWANTED = "left out as was asked for"
+
+
+# what drove the boat there is not known
+UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER, FaultKind.UNWANTED)
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,9 @@ def silences(
 
     Before the first command; in holes of a steady log, and after its end. A log that is written
     only on changes has no holes: silence means that nothing changed. With a `timeout` [s] a command
-    is in force for so long, and then none is known, in any log. values (n, inputs): of the commands.
+    is in force for so long, and then none is known, in any log. A topic that falls silent again and
+    again, each time after a command of nothing at all, does so where the boat is at rest: that stays.
+    values (n, inputs): of the commands.
     Raises RecordingError where poses and commands do not overlap.
     """
     steps = np.diff(commands)
@@ -123,7 +131,9 @@ def silences(
             "units of both stamps, and that both were recorded together"
         )
     found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
-    found += [(commands[i] + period, commands[i + 1]) for i in np.flatnonzero(steps > hole)]
+    holes = np.flatnonzero(steps > hole)
+    if len(holes) < HABIT or values[holes].any():
+        found += [(commands[i] + period, commands[i + 1]) for i in holes]
     if commands[-1] + hole < poses.max():
         found.append((commands[-1] + period, np.inf))
     return found

@@ -11,19 +11,21 @@ from seatrial.parallel import spread
 from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 
 # position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory
-# [s]; errors of the poses that hang together [m], [rad], their memory [s]
-NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3])
-NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02])
+# [s]; errors of the poses that hang together [m], [rad], their memory [s], how fast they swing [rad/s]
+NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3, 1e-9])
+NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0])
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0, 1e-9])
 MORE = 3.0  # times what a search begins with pose noise may come to, where that is larger
 LONGEST = 60.0  # [s] memory of errors of the poses where they last for more than a second: GNSS
+PERIODS = (0.4, 20.0)  # [s] of errors of the poses that swing: waves
 # where what was at its least is tried
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
 PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
 WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of the same motion
-COLOUR, COLOUR_MEMORY = [7, 8], 9
+COLOUR, COLOUR_MEMORY, COLOUR_TURN = [7, 8], 9, 10
 NOISE_STEP = 2.5  # the largest of a logarithm
+TURN_STEP = 0.15  # the same of how fast errors swing: a resonance is sharp
 FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
 CREEPING, LITTLE = 0.01, 100.0  # the same where a step gains less of the cost: slow ways down
 CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
@@ -35,27 +37,39 @@ OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
 
 
 def noise_vector(entry: NoiseEntry) -> Array | None:
-    """Noise (10,) as the core's filter takes it; None where no process noise was estimated."""
+    """Noise (11,) as the core's filter takes it; None where no process noise was estimated."""
     p, c = entry.process, entry.correlated
     if p is None:
         return None
     walks = [p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw]
-    colour = NOISE_LEAST[COLOUR[0] :] if c is None else [c.position, c.heading, c.memory]
+    colour = NOISE_LEAST[COLOUR[0] :] if c is None else correlated_vector(c)
     found = np.array([entry.position, entry.heading, *walks, p.memory, *colour])
     return np.asarray(np.clip(found, NOISE_LEAST, None))
 
 
+def correlated_vector(entry: CorrelatedEntry) -> list[float]:
+    """Errors of the poses that hang together as they stand in the noise."""
+    turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)
+    return [entry.position, entry.heading, entry.memory, turn]
+
+
+def swings(noise: Array) -> bool:
+    """Whether errors of the poses are believed to swing while they hang together."""
+    return bool(noise[COLOUR_TURN] > _core.NO_TURN)
+
+
 def noise_entry(noise: Array) -> NoiseEntry:
-    """The filter's noise (10,) as a model file has it."""
+    """The filter's noise (11,) as a model file has it."""
     position, heading, *rest = noise.tolist()
     process, colour = rest[:5], rest[5:]
     hangs = max(colour[:2]) > _core.NO_COLOUR
-    correlated = CorrelatedEntry(*colour) if hangs else None
+    period = float(2.0 * np.pi / noise[COLOUR_TURN]) if swings(noise) else None
+    correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if hangs else None
     return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
 
 
 def most_noise(noise: Array) -> Array:
-    """The most that noise may come to from here (10,).
+    """The most that noise may come to from here (11,).
 
     Errors of the poses that last look like motion as long as parameters are far off; so what begins
     with short ones keeps to them. And positions may be metres off, but only where a search begins so.
@@ -64,11 +78,14 @@ def most_noise(noise: Array) -> Array:
     most[0] = most[COLOUR[0]] = max(most[0], MORE * noise[0])
     if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9):
         most[COLOUR_MEMORY] = LONGEST
+    if swings(noise):
+        most[COLOUR_TURN] = 2.0 * np.pi / PERIODS[0]
+        most[COLOUR_MEMORY] = LONGEST
     return most
 
 
 def folded(noise: Array, period: float) -> Array:
-    """The noise (10,), errors that hang together for less than `period` [s] counted as the white ones they are.
+    """The noise (11,), errors that hang together for less than `period` [s] counted as the white ones they are.
 
     From one pose to the next exp(-period / memory) is left of them.
     """
@@ -77,6 +94,7 @@ def folded(noise: Array, period: float) -> Array:
     out = noise.copy()
     out[:2] = np.hypot(noise[:2], noise[COLOUR])
     out[COLOUR] = NOISE_LEAST[COLOUR]
+    out[COLOUR_TURN] = NOISE_LEAST[COLOUR_TURN]
     return out
 
 
@@ -86,7 +104,7 @@ def fitted_noise(
     noise: Array,
     settled: float = NOISE_SETTLED,
 ) -> tuple[Array, float]:
-    """The noise (10,) under which the errors are most likely, the model as it is; -2 log likelihood.
+    """The noise (11,) under which the errors are most likely, the model as it is; -2 log likelihood.
 
     No constant in the likelihood. A step that gains less than `settled` of it is the last.
     """
@@ -103,7 +121,7 @@ def repeated_cost(
     noise: Array,
     outlier: float,
 ) -> float:
-    """-2 log likelihood, but for a constant, of passes that are repeated with other noise (10,)."""
+    """-2 log likelihood, but for a constant, of passes that are repeated with other noise (11,)."""
     pairs = list(zip(passes, poses, strict=True))
     return sum(spread(lambda pair: _core.repeated(*pair, noise, outlier), pairs))
 
@@ -117,11 +135,11 @@ def likelier_noise(
     least: Array = NOISE_LEAST,
     most: Array | None = None,
 ) -> tuple[Array, float]:
-    """Noise (10,) under which the errors are more likely, the model as it is; the fall of the cost.
+    """Noise (11,) under which the errors are more likely, the model as it is; the fall of the cost.
 
     One step of Fisher's scoring on the logarithms, over linearised repetitions of the passes. What
     falls is tried at its least, too: there the way down is endless and ever flatter; what is at its
-    least is tried higher up again. Not beyond `most` (10,), by default `most_noise`.
+    least is tried higher up again. Not beyond `most` (11,), by default `most_noise`.
     """
     pairs = list(zip(passes, poses, strict=True))
     low, high = np.log(least), np.log(most_noise(noise) if most is None else most)
@@ -139,14 +157,19 @@ def likelier_noise(
     active = phi > low
     active[MEMORY] = active[DISTURBANCES].any()
     active[COLOUR_MEMORY] = active[COLOUR].any()
+    active[COLOUR_TURN] = active[COLOUR].any() and swings(noise)
+    if active[COLOUR_TURN]:
+        low[COLOUR_TURN] = np.log(2.0 * np.pi / PERIODS[1])
     mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
     parts = spread(lambda pair: _core.noise_slopes(*pair, np.exp(phi), outlier, mask), pairs)
     first = here = sum(p[0] for p in parts)
     gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
+    reach = np.full(len(phi), NOISE_STEP)
+    reach[COLOUR_TURN] = TURN_STEP
     damping = 1e-3
     for _ in range(NOISE_TRIALS):
         matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
-        move = np.clip(np.linalg.solve(matrix, gradient), -NOISE_STEP, NOISE_STEP)
+        move = np.clip(np.linalg.solve(matrix, gradient), -reach, reach)
         trial = np.clip(phi - move, low, high)
         found = cost(trial)
         if found < here:

@@ -127,13 +127,20 @@ class Model:
 
     def with_vehicle(self, vehicle: Vehicle) -> "Model":
         """The same boat and actuator chain with another vehicle's signals and allocation."""
-        if vehicle.structure.terms != self.structure.terms:
+        own, new = self.structure, vehicle.structure
+        if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
             raise ModelError(
                 f"vehicle {vehicle.name} has other terms than the model: its coefficients are "
-                f"{', '.join(vehicle.structure.coefficients)}; "
-                f"the model has {', '.join(self.structure.coefficients)}"
+                f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}"
             )
-        return replace(self, vehicle=vehicle.with_chain(self.vehicle.file.chain))
+        order = [own.coefficients.index(name) for name in new.coefficients]
+        places = [*order, *range(len(order), len(self.covariance))]
+        return replace(
+            self,
+            vehicle=vehicle.with_chain(self.vehicle.file.chain),
+            coefficients=self.coefficients[order],
+            covariance=self.covariance[np.ix_(places, places)],
+        )
 
     def same_signals(self, other: "Model") -> None:
         """Raises ModelError where another model has other inputs or scales."""

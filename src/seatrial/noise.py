@@ -9,6 +9,7 @@ from seatrial.recording import Recording
 from seatrial.schema import NoiseEntry
 
 EVEN = 0.5  # share of windows at even stamps, below which all are taken as uneven as they are
+EVENLY = 0.06  # periods by which the steps of such a window may differ: more, times a speed, looks like noise
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # kills cubics: smooth motion leaves no trace
 
 
@@ -25,7 +26,7 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
             continue
         windows = np.lib.stride_tricks.sliding_window_view(index, 5)
         windows = windows[np.ptp(recording.segment[windows], axis=1) == 0]
-        even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < 0.5 * recording.period
+        even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVENLY * recording.period
         if even.sum() > EVEN * len(even):
             parts.append(np.einsum("k,nki->ni", _DIFFERENCE, recording.eta[windows[even]]))
         else:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import FaultKind
+from seatrial.faults import UNKNOWN
 from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
 from seatrial.noise import pose_noise
@@ -161,7 +161,7 @@ def _starts(
     usable = begins[start] & ends[end]
     usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period
     for fault in recording.faults:
-        if fault.kind is FaultKind.SILENT:  # what drove the boat there is not known
+        if fault.kind in UNKNOWN:
             usable &= (recording.t[end] < fault.start) | (recording.t[start] > fault.end)
     if not usable.any():
         raise RecordingError(

@@ -133,9 +133,16 @@ class Recording:
 
     @cached_property
     def usable(self) -> float:
-        """Share of the recorded poses that may be used; those with bad stamps count, too."""
+        """Share of the recorded poses that may be used; those with bad stamps count, too.
+
+        Not those that were left out as was asked for.
+        """
         late = sum(f.samples for f in self.faults if f.kind is FaultKind.STAMP)
-        return float(self.valid.sum()) / (len(self.stamps) + late)
+        asked = np.zeros(len(self.t), dtype=bool)
+        for fault in self.faults:
+            if fault.kind is FaultKind.UNWANTED:
+                asked |= (self.t >= fault.start) & (self.t <= fault.end)
+        return float(self.valid.sum()) / (int((~asked).sum()) + late)
 
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""
@@ -175,6 +182,31 @@ class Recording:
             streams=tuple(replace(s, cut=True) for s in self.streams),
             offset=self.offset + float(shift),
         )
+
+    def without(self, start: float, end: float) -> "Recording":
+        """Without the poses from `start` to `end` [s] from the recording's start.
+
+        For when something else than its thrusters moved the boat: what it did there says nothing, and after
+        it velocity is unknown. Commands stay. Raises RecordingError where less than two poses are left.
+        """
+        last = float(self.t[-1])
+        span = f"from {start:g} s to {f'{end:g} s' if np.isfinite(end) else 'its end'}"
+        if not end > start:
+            raise RecordingError(
+                f"{self.name}: can't leave out {span}: the end is not after the start"
+            )
+        if start > last or end < 0.0:
+            raise RecordingError(
+                f"{self.name}: can't leave out {span}: it lasts {self.duration:.1f} s"
+            )
+        inside = (self.t >= start) & (self.t <= end)
+        if int((self.valid & ~inside).sum()) < 2:
+            raise RecordingError(
+                f"{self.name}: nothing is left without what is {span}: leave the recording out altogether"
+            )
+        fault = Fault(FaultKind.UNWANTED, max(0.0, start), min(end, last), int(inside.sum()))
+        faults = sorted((*self.faults, fault), key=lambda f: f.start)
+        return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
 
 
 def make_recording(

@@ -18,6 +18,7 @@ STILL = 0.02  # share of the top speed at which a boat counts as stopped
 TOLD_APART = 2.0  # standard errors that a value must be away from 0 to count as not 0
 ABSURD_SPEED = 10.0  # [m/s], [rad/s] boats are not faster, but those that were recorded so
 FASTER = 3.0  # times the recorded speed from which on a model runs away
+EARLY = -1e-3  # [s] a latency below this is said where it can't be simulated
 PART = 0.75  # of full command: what was driven with less is said with its command
 
 
@@ -50,6 +51,17 @@ def sanity_line(model: Model) -> str:
         f"{s.coast:.2f} {'rad' if s.axis == 2 else 'm'} in {AXES[s.axis]}" for s in found
     )
     return f"Top speed {speeds}; from there it coasts {coasts}: is that your boat?"
+
+
+def early(model: Model) -> list[str]:
+    """What is to be said of a simulation of thrusters that answer before their commands' stamps."""
+    constants = zip(model.vehicle.constants.names, model.constants, strict=True)
+    return [
+        f"{name} is {value:.3g} s, as the commands' stamps are late: a simulation can't answer before it is "
+        "told, and takes 0"
+        for name, value in constants
+        if name.partition(".")[0] == "latency" and value < EARLY
+    ]
 
 
 def _by(found: AxisSanity) -> str:

@@ -191,11 +191,22 @@ class ProcessEntry(Strict, frozen=True):
 
 
 class CorrelatedEntry(Strict, frozen=True):
-    """Errors of the poses that hang together from one pose to the next, beside the white ones."""
+    """Errors of the poses that hang together from one pose to the next, beside the white ones.
+
+    What is left of them after t is exp(-t / memory). Where they swing, as waves make them, they are a damped
+    oscillation: e'' + (2 / memory) e' + (2 pi / period)^2 e = white noise.
+    """
 
     position: NotNegative  # [m] standard deviation
     heading: NotNegative  # [rad]
     memory: Positive  # [s] time constant
+    period: Positive | None = None  # [s]; without one they do not swing
+
+    @property
+    def lasting(self) -> str:
+        """Over how long, in words."""
+        swing = "" if self.period is None else f", swinging with a period of {self.period:.2g} s"
+        return f"{self.memory:.2g} s{swing}"
 
 
 class NoiseEntry(Strict, frozen=True):
@@ -230,6 +241,7 @@ class RecordingEntry(Strict, frozen=True):
     files: list[SourceEntry] = []
     effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
     errors: dict[str, float] = {}  # their standard errors
+    without: list[tuple[float, float]] = []  # [s] from the file's start, left out as was asked for
 
 
 class StepEntry(Strict, frozen=True):

@@ -15,17 +15,20 @@ from seatrial.causal import Causal, believed_noise, causal
 from seatrial.errors import ModelError, RecordingError
 from seatrial.excitation import excitation
 from seatrial.frames import AXES, SYMBOLS, Array
+from seatrial.identify.first_noise import loosened
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, Lookahead, Prediction, predict
 from seatrial.recording import Recording
 from seatrial.residuals import Correlation, in_words, residuals
 from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
+from seatrial.stretches import stretches, stretches_said
 from seatrial.velocity import SLOW
 
 SCORES_FORMAT = "scores 2"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
+BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
 MOST_SAID = 2  # sentences on the residuals of a recording
 Start = Literal["stencil", "filter"]
 Interval = tuple[float, float]
@@ -186,11 +189,22 @@ def further(
     """For every recording `HORIZONS` and the chosen one from both starts, correlations, notes."""
     try:
         noise = believed_noise(model, recordings)
-        return [_further(model, r, chosen, causal(model, r, noise)) for r in recordings]
+        filtered = [causal(model, r, noise) for r in recordings]
     except ModelError as error:
         lost = f"no starts from a filter, no residuals: {error}"
         found = [_further(model, r, chosen, None) for r in recordings]
         return [{**each, "notes": [lost, *each["notes"]]} for each in found]
+    pairs = zip(recordings, filtered, strict=True)
+    found = [_further(model, recording, chosen, its) for recording, its in pairs]
+    ready = loosened(
+        noise, 1.0
+    )  # a filter so sure of itself that it takes long to find back sees too much
+    seen = [causal(model, r, ready).residual for r in recordings]
+    odd = stretches(recordings, [np.sum(residual**2, axis=1) for residual in seen])
+    for i, each in enumerate(found):
+        own = [s for s in odd if s.recording == i and s.times > BUMPED]
+        each["notes"] += [stretches_said(recordings, own)] if own else []
+    return found
 
 
 def _further(

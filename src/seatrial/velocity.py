@@ -4,6 +4,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.frames import Array, Mask, body_velocity, frozen_array
 from seatrial.recording import Recording
@@ -50,25 +51,39 @@ def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
     n = len(recording.t)
     eta_dot = np.full((n, 3), np.nan)
     valid = np.zeros(n, dtype=bool)
+    windows, weights = _stencils(recording)
+    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, recording.eta[windows])
+    valid[windows[:, 2]] = True
+    return eta_dot, valid
+
+
+def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
+    """Five poses each (m, 5), and the weights (m, 5) of their derivative at the middle one."""
     index = np.flatnonzero(recording.valid)
     if len(index) < 5:
-        return eta_dot, valid
+        return np.zeros((0, 5), dtype=np.int64), np.zeros((0, 5))
     windows = np.lib.stride_tricks.sliding_window_view(index, 5)
     t = recording.t[windows]
     usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.usual_step
     usable &= np.ptp(recording.segment[windows], axis=1) == 0
     windows, weights = windows[usable], stencil_weights(t[usable])
     quiet = np.linalg.norm(weights, axis=1) < NOISIER * STENCIL_NOISE / recording.usual_step
-    windows, weights = windows[quiet], weights[quiet]
-    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, recording.eta[windows])
-    valid[windows[:, 2]] = True
-    return eta_dot, valid
+    return windows[quiet], weights[quiet]
 
 
-def stencil_deviation(noise: NoiseEntry, recording: Recording) -> Array:
-    """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s] for white pose noise."""
+def stencil_deviation(
+    noise: NoiseEntry, recording: Recording, *, first: int | None = None
+) -> Array:
+    """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s] for white pose noise.
+
+    Root mean square over the recording, or its `first` so many stencils: where stamps come close together
+    they are far larger.
+    """
     sigma = np.array([noise.position, noise.position, noise.heading])
-    return STENCIL_NOISE / recording.period * sigma
+    weights = _stencils(recording)[1][:first]
+    if not len(weights):
+        return STENCIL_NOISE / recording.period * sigma
+    return np.asarray(np.sqrt(np.mean(np.sum(weights**2, axis=1))) * sigma)
 
 
 def stencil_weights(t: Array) -> Array:

@@ -16,7 +16,8 @@ namespace seatrial {
 
 inline constexpr int kBelieved = kStates + kAxes;  // x, y, psi, u, v, r and the disturbance's three
 inline constexpr int kSeen = 3;                    // x, y [m], psi [rad] are measured
-inline constexpr int kMostBelieved = kBelieved + kSeen;  // and the errors that hang together
+inline constexpr int kColoured = kBelieved + kSeen;      // and the errors that hang together
+inline constexpr int kMostBelieved = kColoured + kSeen;  // and, where they swing, their other side
 
 enum class DisturbanceFrame : std::uint8_t { kEarth, kBody };
 
@@ -45,15 +46,17 @@ inline bool add_disturbance(Structure& s) {
 }
 
 /// Mean and covariance of the first n: x, y [m], psi [rad], u, v [m/s], r [rad/s], disturbance
-/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad]. The covariance is of all
-/// that may be wrong, the model's parameters included.
+/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad]; where these swing, as
+/// waves make them, their other side [m, m, rad], by which they turn. The covariance is of all that
+/// may be wrong, the model's parameters included.
 struct Belief {
-  int n = kBelieved;  // or kMostBelieved
+  int n = kBelieved;  // or kColoured, or kMostBelieved
   double x[kMostBelieved] = {};
   double p[kMostBelieved][kMostBelieved] = {};
   Causes by[kMostBelieved] = {};  // covariance with the causes of the parameters' errors
 
-  bool coloured() const { return n == kMostBelieved; }
+  bool coloured() const { return n >= kColoured; }
+  bool swinging() const { return n == kMostBelieved; }
 };
 
 namespace detail {
@@ -118,6 +121,29 @@ inline void add_noise(const MotionNoise& n, double c, double s, double h, double
 inline void renew_colour(const MotionNoise& n, double stays, double p[][kMostBelieved]) {
   for (int i = 0; i < kSeen; ++i) {
     p[kBelieved + i][kBelieved + i] += n.colour_variance(i) * (1.0 - stays * stays);
+  }
+}
+
+/// Errors that swing and their other sides, h [s] later.
+inline void swing(const MotionNoise& n, double h, Belief& b) {
+  const Swing swing(n.colour_memory, n.colour_turn, h);
+  for (int i = kBelieved; i < kColoured; ++i) {
+    swing.turn(b.x[i], b.x[i + kSeen]);
+    for (int j = 0; j < b.n; ++j) swing.turn(b.p[i][j], b.p[i + kSeen][j]);
+    for (int j = 0; j < kMostConsidered; ++j) swing.turn(b.by[i][j], b.by[i + kSeen][j]);
+  }
+  for (int j = 0; j < b.n; ++j) {
+    for (int i = kBelieved; i < kColoured; ++i) swing.turn(b.p[j][i], b.p[j][i + kSeen]);
+  }
+  for (int i = kBelieved; i < b.n; ++i) {  // as rounding has it on one side
+    for (int j = 0; j < i; ++j) b.p[i][j] = b.p[j][i];
+  }
+  for (int i = kBelieved; i < kColoured; ++i) {
+    const double variance = n.colour_variance(i - kBelieved);
+    b.p[i][i] += variance * swing.new_error();
+    b.p[i + kSeen][i + kSeen] += variance * swing.new_other();
+    b.p[i][i + kSeen] += variance * swing.new_both();
+    b.p[i + kSeen][i] = b.p[i][i + kSeen];
   }
 }
 
@@ -230,9 +256,8 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
   }
   double stays[kMostBelieved - kStates];
   std::fill(stays, stays + kAxes, std::exp(-h / noise.memory));
-  if (b.coloured()) {
-    std::fill(stays + kAxes, stays + kAxes + kSeen, std::exp(-h / noise.colour_memory));
-  }
+  const double hangs = b.swinging() ? 1.0 : std::exp(-h / noise.colour_memory);
+  std::fill(stays + kAxes, stays + kMostBelieved - kStates, hangs);
   for (int i = kStates; i < b.n; ++i) b.x[i] *= stays[i - kStates];
   Causes push_by[kStates];
   if (boat.considered.n > 0) {
@@ -240,13 +265,16 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
                               0.5 * (before[2] + b.x[5])};
     if (!detail::push_of_causes(boat, h, nu, force[1], force_error, c, s, f, push_by)) return false;
   }
-  if (b.coloured()) {
+  if (b.swinging()) {
     detail::carry<kMostBelieved>(f, stays, b.p);
-    detail::renew_colour(noise, stays[kAxes], b.p);
+  } else if (b.coloured()) {
+    detail::carry<kColoured>(f, stays, b.p);
+    detail::renew_colour(noise, hangs, b.p);
   } else {
     detail::carry<kBelieved>(f, stays, b.p);
   }
   if (boat.considered.n > 0) detail::carry_causes(f, stays, push_by, b);
+  if (b.swinging()) detail::swing(noise, h, b);
   detail::add_noise(noise, c, s, h, stays[0], b.p);
   return plausible(b);
 }
@@ -320,11 +348,11 @@ inline Surprise surprise(const Belief& b, const double* eta, const double noise[
 
 namespace detail {
 
-/// Of N states; H picks the pose and, in kMostBelieved of them, adds the errors that hang together.
+/// Of N states; H picks the pose and, in more than kBelieved, adds the errors that hang together.
 template <int N>
 void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
   const auto seen = [](const double* row, int k) {  // of a row times H'
-    return N == kMostBelieved ? row[k] + row[kBelieved + k] : row[k];
+    return N > kBelieved ? row[k] + row[kBelieved + k] : row[k];
   };
   double gain[N][kSeen];
   double hp[kSeen][N];
@@ -332,7 +360,7 @@ void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
   Causes hb[kSeen];   // H B
   for (int k = 0; k < kSeen; ++k) {
     std::copy(b.by[k], b.by[k] + kMostConsidered, hb[k]);
-    if constexpr (N == kMostBelieved) add_causes(1.0, b.by[kBelieved + k], hb[k]);
+    if constexpr (N > kBelieved) add_causes(1.0, b.by[kBelieved + k], hb[k]);
   }
   for (int i = 0; i < N; ++i) {
     for (int k = 0; k < kSeen; ++k) gain[i][k] = hp[k][i] = seen(b.p[i], k);
@@ -364,8 +392,10 @@ void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
 /// Kalman's update in Joseph's form, (I - K H) P (I - K H)' + K R K': positive definite and
 /// symmetric whatever the gain's rounding does.
 inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
-  if (b.coloured()) {
+  if (b.swinging()) {
     detail::correct<kMostBelieved>(by, noise, b);
+  } else if (b.coloured()) {
+    detail::correct<kColoured>(by, noise, b);
   } else {
     detail::correct<kBelieved>(by, noise, b);
   }

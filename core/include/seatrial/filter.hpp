@@ -4,7 +4,10 @@
 //
 // The state is the boat's (6), a disturbance (3): body-fixed accelerations that come and go with a
 // time constant, and, where the noise has any, errors of the poses that hang together (3), which a
-// filter that takes all noise for white would take for the boat's motion. Host side: uses heap.
+// filter that takes all noise for white would take for the boat's motion. Where these swing, as
+// waves make them, each is a damped oscillation, and the filter has its other side, too (3), as the
+// models of wave-frequency motion in Fossen, Handbook of Marine Craft Hydrodynamics and Motion
+// Control. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -19,11 +22,13 @@ inline constexpr int kMaxParameters = kMaxColumns + kEffects;
 inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
 inline constexpr double kTurn = 6.283185307179586;             // [rad]
 inline constexpr int kColouredStates = kFilterStates + kPose;
+inline constexpr int kSwingingStates = kColouredStates + kPose;
 
-/// The filter between two poses. N: its states, kFilterStates or kColouredStates.
+/// The filter between two poses. N: its states, kFilterStates, kColouredStates or kSwingingStates.
 template <int N>
 class Filter {
-  static constexpr bool kColoured = N == kColouredStates;
+  static constexpr bool kSwinging = N == kSwingingStates;
+  static constexpr bool kColoured = N == kColouredStates || kSwinging;
   static_assert(N == kFilterStates || kColoured);
 
  public:
@@ -80,7 +85,7 @@ class Filter {
     }
     std::copy(x_, x_ + kStates, way.to);
     let_fade(passed);
-    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
+    carry_what_fades();
     carry_sensitivity(dx, c, s);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
@@ -104,7 +109,7 @@ class Filter {
       x_[i] = sum;
     }
     let_fade(passed);
-    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
+    carry_what_fades();
     carry_covariance();
     add_process_noise(passed);
   }
@@ -193,7 +198,7 @@ class Filter {
       const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
                            : i < kStates       ? spread_[i - kPose]
                            : i < kFilterStates ? noise_.disturbance(i - kStates)
-                                               : noise_.colour(i - kFilterStates);
+                                               : noise_.colour((i - kFilterStates) % kPose);
       std::fill(p_[i], p_[i] + N, 0.0);
       p_[i][i] = sigma * sigma;
       std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
@@ -219,11 +224,21 @@ class Filter {
     return kColoured ? std::hypot(noise_.pose(i), noise_.colour(i)) : noise_.pose(i);
   }
 
-  /// How much of disturbance and coloured error is left.
+  /// How much of disturbance and coloured error is left, and how far the latter swings.
   void let_fade(const Interval& passed) {
     std::fill(stays_, stays_ + kAxes, passed.disturbance_after(noise_.memory));
-    if constexpr (kColoured) {
+    if constexpr (kSwinging) {
+      std::fill(stays_ + kAxes, stays_ + N - kStates, 1.0);
+      swing_ = passed.swing_after(noise_.colour_memory, noise_.colour_turn);
+    } else if constexpr (kColoured) {
       std::fill(stays_ + kAxes, stays_ + kAxes + kPose, passed.colour_after(noise_.colour_memory));
+    }
+  }
+
+  void carry_what_fades() {
+    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
+    if constexpr (kSwinging) {
+      for (int i = kFilterStates; i < kColouredStates; ++i) swing_.turn(x_[i], x_[i + kPose]);
     }
   }
 
@@ -259,6 +274,11 @@ class Filter {
     for (int i = 0; i < kStates; ++i) std::copy(next_[i], next_[i] + parameters_, d_[i]);
     for (int i = kStates; i < N; ++i) {
       for (int c = 0; c < parameters_; ++c) d_[i][c] *= stays_[i - kStates];
+    }
+    if constexpr (kSwinging) {
+      for (int i = kFilterStates; i < kColouredStates; ++i) {
+        for (int c = 0; c < parameters_; ++c) swing_.turn(d_[i][c], d_[i + kPose][c]);
+      }
     }
   }
 
@@ -300,6 +320,17 @@ class Filter {
     for (int i = kStates; i < N; ++i) {
       for (int j = kStates; j < N; ++j) p_[i][j] *= stays_[i - kStates] * stays_[j - kStates];
     }
+    if constexpr (kSwinging) {
+      for (int i = kFilterStates; i < kColouredStates; ++i) {
+        for (int j = 0; j < N; ++j) swing_.turn(p_[i][j], p_[i + kPose][j]);
+      }
+      for (double(&row)[N] : p_) {
+        for (int i = kFilterStates; i < kColouredStates; ++i) swing_.turn(row[i], row[i + kPose]);
+      }
+      for (int i = kFilterStates; i < N; ++i) {  // as rounding has it on one side
+        for (int j = 0; j < i; ++j) p_[i][j] = p_[j][i];
+      }
+    }
   }
 
   /// Random walk of the velocity, integrated into the pose; renewal of what fades. The walks of
@@ -311,7 +342,11 @@ class Filter {
       p_[3 + a][3 + a] += q;
       p_[a][a] += q * length * length / 3.0;
       renew(kStates + a, noise_.disturbance(a));
-      if constexpr (kColoured) renew(kFilterStates + a, noise_.colour(a));
+      if constexpr (kSwinging) {
+        renew_swing(kFilterStates + a, noise_.colour(a));
+      } else if constexpr (kColoured) {
+        renew(kFilterStates + a, noise_.colour(a));
+      }
     }
     const double half = length * length / 2.0;
     const double plane = noise_.walk(0) * noise_.walk(0) * half;
@@ -330,6 +365,14 @@ class Filter {
   void renew(int i, double sigma) {
     const double stays = stays_[i - kStates];
     p_[i][i] += sigma * sigma * (1.0 - stays * stays);
+  }
+
+  void renew_swing(int i, double sigma) {
+    const double variance = sigma * sigma;
+    p_[i][i] += variance * swing_.new_error();
+    p_[i + kPose][i + kPose] += variance * swing_.new_other();
+    p_[i][i + kPose] += variance * swing_.new_both();
+    p_[i + kPose][i] = p_[i][i + kPose];
   }
 
   void accumulate(const double* z, const double inverse[kPose][kPose],
@@ -384,6 +427,7 @@ class Filter {
   double x_[N] = {};
   double p_[N][N] = {};
   double stays_[N - kStates] = {};    // what is left of each after an interval
+  Swing swing_;                       // what is left of errors that swing
   double d_[N][kMaxParameters] = {};  // d state / d parameters
   double next_[kStates][kMaxParameters] = {};
   double f_[kStates][kMoving] = {};  // d state / d what the motion depends on; less 1 once carried

@@ -144,8 +144,9 @@ inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSe
                               const Effects& effects = {}, bool slopes = false,
                               const double* counts = nullptr, const int* block = nullptr,
                               bool repeatable = true, bool shares = false) {
-  const auto run = noise.coloured() ? detail::innovations<detail::kColouredStates>
-                                    : detail::innovations<kFilterStates>;
+  const auto run = noise.swinging()   ? detail::innovations<detail::kSwingingStates>
+                   : noise.coloured() ? detail::innovations<detail::kColouredStates>
+                                      : detail::innovations<kFilterStates>;
   return run(boat, trace, poses, noise, start, effects, slopes, counts, block, repeatable, shares);
 }
 
@@ -199,8 +200,9 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNo
 /// The cost of a pass that is repeated with other noise, linearised about the first.
 inline double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
                        const FilterStart& start) {
-  const auto run = noise.coloured() ? detail::repeated<detail::kColouredStates>
-                                    : detail::repeated<kFilterStates>;
+  const auto run = noise.swinging()   ? detail::repeated<detail::kSwingingStates>
+                   : noise.coloured() ? detail::repeated<detail::kColouredStates>
+                                      : detail::repeated<kFilterStates>;
   return run(first, poses, noise, start);
 }
 
@@ -255,7 +257,10 @@ struct Changes {
 template <int N>
 NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
                        const FilterStart& start, unsigned active) {
-  constexpr double kStep = 0.05;  // of a logarithm
+  constexpr double kStep = 0.05;       // of a logarithm
+  const auto step = [&noise](int i) {  // a resonance is sharp
+    return i == kTurnParameter ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
+  };
   NoisePass out;
   const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
   int place[kNoiseParameters];
@@ -270,7 +275,7 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
   moved.reserve(up.size());
   std::vector<double> cost(up.size(), 0.0);
   for (std::size_t i = 0; i < up.size(); ++i) {
-    up[i].parameter(place[i]) *= std::exp(kStep);
+    up[i].parameter(place[i]) *= std::exp(step(place[i]));
     moved.emplace_back(none, up[i], start, first.effects, false);
   }
   double information[kNoiseParameters][kNoiseParameters] = {};
@@ -284,7 +289,7 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
       for (std::size_t i = 0; i < moved.size(); ++i) {
         const Innovation there = use_pose(moved[i], poses, k);
         cost[i] += there.cost;
-        changes.set(static_cast<int>(i), here, there, inverse, 1.0 / kStep);
+        changes.set(static_cast<int>(i), here, there, inverse, 1.0 / step(place[i]));
       }
       changes.inform(m, information);
     }
@@ -297,8 +302,8 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
       out.information[a][place[j]] = out.information[place[j]][a] = information[i][j];
     }
     // the difference quotient less its second-order share
-    const double rise = (cost[static_cast<std::size_t>(i)] - out.cost) / kStep;
-    out.gradient[a] = 0.5 * rise - 0.5 * kStep * out.information[a][a];
+    const double rise = (cost[static_cast<std::size_t>(i)] - out.cost) / step(a);
+    out.gradient[a] = 0.5 * rise - 0.5 * step(a) * out.information[a][a];
   }
   return out;
 }
@@ -310,8 +315,9 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
 inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
                               const FilterNoise& noise, const FilterStart& start,
                               unsigned active = ~0U) {
-  const auto run = noise.coloured() ? detail::noise_slopes<detail::kColouredStates>
-                                    : detail::noise_slopes<kFilterStates>;
+  const auto run = noise.swinging()   ? detail::noise_slopes<detail::kSwingingStates>
+                   : noise.coloured() ? detail::noise_slopes<detail::kColouredStates>
+                                      : detail::noise_slopes<kFilterStates>;
   return run(first, poses, noise, start, active);
 }
 

@@ -2,8 +2,47 @@
 // Noise that the on-board predictor counts with. No heap, no exceptions.
 #pragma once
 #include <algorithm>
+#include <cmath>
 
 namespace seatrial {
+
+inline constexpr double kNoTurn = 1e-3;  // [rad/s] errors of the poses below this do not swing
+
+/// What a while leaves of a damped oscillation e'' + (2 / memory) e' + turn^2 e = white noise, its
+/// state (e, e' / turn). Both have the variance s of e, and are not correlated; so what is new of
+/// them after it is s (I - F F'), F this.
+struct Swing {
+  double ee = 1.0, eo = 0.0, oe = 0.0, oo = 1.0;  // F; e: the error, o: its other side
+
+  Swing() = default;
+  /// memory [s], turn [rad/s], t [s].
+  Swing(double memory, double turn, double t) {
+    const double fades = 1.0 / memory;
+    const double square = turn * turn - fades * fades;
+    const double rate = std::sqrt(std::abs(square));
+    const double left = std::exp(-t * fades);
+    double c = 1.0;
+    double s = t;  // sin(rate t) / rate
+    if (rate * t > 1e-6) {
+      c = square > 0.0 ? std::cos(rate * t) : std::cosh(rate * t);
+      s = (square > 0.0 ? std::sin(rate * t) : std::sinh(rate * t)) / rate;
+    }
+    ee = left * (c + fades * s);
+    oo = left * (c - fades * s);
+    eo = left * turn * s;
+    oe = -eo;
+  }
+
+  void turn(double& error, double& other) const {
+    const double was = error;
+    error = ee * was + eo * other;
+    other = oe * was + oo * other;
+  }
+  /// I - F F': of the error, of both, of the other side.
+  double new_error() const { return 1.0 - ee * ee - eo * eo; }
+  double new_both() const { return -ee * oe - eo * oo; }
+  double new_other() const { return 1.0 - oe * oe - oo * oo; }
+};
 
 /// Noise of poses and motion; the names are the model file's.
 struct MotionNoise {
@@ -17,8 +56,10 @@ struct MotionNoise {
   double colour_position = 0.0;      // [m] errors of the poses that hang together, beside the white
   double colour_heading = 0.0;       // [rad]
   double colour_memory = 0.3;        // [s] time constant of these
+  double colour_turn = 0.0;          // [rad/s] how fast they swing meanwhile
 
   bool coloured() const { return colour_position > 0.0 || colour_heading > 0.0; }
+  bool swinging() const { return coloured() && colour_turn > kNoTurn; }
   /// Of the poses' x, y [m^2], psi [rad^2].
   double white_variance(int i) const { return i < 2 ? position * position : heading * heading; }
   double colour_variance(int i) const {

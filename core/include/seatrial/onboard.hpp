@@ -65,12 +65,11 @@ inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothin
 /// Begins the errors of the poses that hang together anew: as large as they ever are.
 inline void begin_colour(const MotionNoise& n, Belief& b) {
   if (!b.coloured()) return;
-  for (int i = 0; i < kSeen; ++i) {
-    const int c = kBelieved + i;
+  for (int c = kBelieved; c < b.n; ++c) {
     b.x[c] = 0.0;
     for (int j = 0; j < b.n; ++j) b.p[c][j] = b.p[j][c] = 0.0;
     std::fill(b.by[c], b.by[c] + kMostConsidered, 0.0);
-    b.p[c][c] = n.colour_variance(i);
+    b.p[c][c] = n.colour_variance((c - kBelieved) % kSeen);
   }
 }
 
@@ -117,7 +116,7 @@ inline void know_nothing(const OnboardModel& m, Belief& b) {
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
       n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
   b = Belief{};
-  b.n = n.coloured() ? kMostBelieved : kBelieved;
+  b.n = n.swinging() ? kMostBelieved : n.coloured() ? kColoured : kBelieved;
   for (int i = 0; i < kBelieved; ++i) b.p[i][i] = spread[i] * spread[i];
   begin_colour(n, b);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "seatrial/motion_noise.hpp"
 #include "seatrial/step.hpp"
 
 namespace seatrial {
@@ -13,7 +14,8 @@ inline constexpr int kFilterStates = kStates + kAxes;  // x, y, psi, u, v, r, d_
 inline constexpr int kPose = 3;                        // x, y [m], psi [rad] are measured
 inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
 
-inline constexpr int kNoiseParameters = 10;
+inline constexpr int kNoiseParameters = 11;
+inline constexpr int kTurnParameter = 10;
 inline constexpr double kNoColour = 1e-8;  // [m, rad] errors that hang together below this: none
 
 /// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
@@ -29,17 +31,20 @@ struct FilterNoise {
   double colour_position;     // [m] errors of the poses that hang together, beside the white ones
   double colour_heading;      // [rad]
   double colour_memory;       // [s] time constant of these
+  double colour_turn;         // [rad/s] how fast they swing meanwhile, as waves make them
   double outlier;             // innovations beyond so many sigma count linearly; infinity: never
 
   bool coloured() const { return colour_position > kNoColour || colour_heading > kNoColour; }
+  bool swinging() const { return coloured() && colour_turn > kNoTurn; }
   double pose(int i) const { return i < 2 ? position : heading; }
   double colour(int i) const { return i < 2 ? colour_position : colour_heading; }
   double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
   double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
   double& parameter(int i) {
     double* const all[kNoiseParameters] = {
-        &position,        &heading, &walk_linear,     &walk_yaw,       &disturbance_linear,
-        &disturbance_yaw, &memory,  &colour_position, &colour_heading, &colour_memory};
+        &position,           &heading,         &walk_linear, &walk_yaw,
+        &disturbance_linear, &disturbance_yaw, &memory,      &colour_position,
+        &colour_heading,     &colour_memory,   &colour_turn};
     return *all[i];
   }
 };
@@ -92,7 +97,9 @@ struct Interval {
         memory(noise.memory),
         fade(std::exp(-length / noise.memory)),
         colour_memory(noise.colour_memory),
-        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0) {}
+        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0),
+        colour_turn(noise.colour_turn),
+        swing(noise.swinging() ? Swing(noise.colour_memory, noise.colour_turn, length) : Swing()) {}
 
   /// What is left after it of what fades with a time constant `tau` [s].
   double disturbance_after(double tau) const {
@@ -101,11 +108,17 @@ struct Interval {
   double colour_after(double tau) const {
     return tau == colour_memory ? colour_fade : std::exp(-length / tau);
   }
+  /// The same of errors that swing at `turn` [rad/s].
+  Swing swing_after(double tau, double turn) const {
+    return tau == colour_memory && turn == colour_turn ? swing : Swing(tau, turn, length);
+  }
 
   double length;  // [s]
   double cos, sin;
   double memory, fade;
   double colour_memory, colour_fade;
+  double colour_turn;
+  Swing swing;
 };
 
 /// How the filter went from one pose to the next: enough to repeat the way with other noise. Long

@@ -50,8 +50,8 @@ void noise(const ros::BoardModel& board) {
   const MotionNoise& n = board.model.boat.noise;
   const double row[] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
                         n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
-                        n.colour_heading,     n.colour_memory};
-  show(row, 10);
+                        n.colour_heading,     n.colour_memory,   n.colour_turn};
+  show(row, 11);
   std::printf("\n");
 }
 

@@ -37,7 +37,7 @@ class Around:
     model: Model
     names: tuple[str, ...]  # (p,) of what was estimated
     theta: Array  # (p,) their values
-    noise: Array  # (10,) what the filter believes
+    noise: Array  # (11,) what the filter believes
 
     def problem(self, recordings: Sequence[Recording]) -> Problem:
         """The likelihood of some recordings."""
@@ -62,7 +62,7 @@ class Alone:
 
 
 def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
-    """The model's estimated parameters, and the noise (10,) that it was believed with.
+    """The model's estimated parameters, and the noise (11,) that it was believed with.
 
     A model without process noise gets `noise`, or that under which `recordings` are most likely.
     Raises ModelError where nothing was estimated, or where the model diverges.

@@ -2,7 +2,9 @@
 """What several commands have in common: reading, guarding files, arguments."""
 
 import argparse
+import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,15 +43,38 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
 
 def read_all(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "list[Recording]":
     """All recordings of a command, cut as it says."""
+    from seatrial.errors import RecordingError
     from seatrial.io import read
 
+    unwanted = [_stretch(text) for text in args.without]
     found = []
     for path in progress.over(args.recordings, "reading", len(args.recordings)):
         recording = read(path, vehicle, salvage=args.salvage)
+        for name, start, end in unwanted:
+            if name == recording.name:
+                recording = recording.without(start, end)
         if args.start is not None or args.end is not None:
             recording = recording.cut(args.start, args.end)
         found.append(recording)
+    names = {recording.name for recording in found}
+    for name in (name for name, *_ in unwanted if name not in names):
+        raise RecordingError(
+            f"--without {name}: there is no such recording; {', '.join(sorted(names))}"
+        )
     return found
+
+
+def _stretch(text: str) -> tuple[str, float, float]:
+    """NAME, FROM and TO [s] of a stretch to leave out."""
+    from seatrial.errors import RecordingError
+
+    found = re.fullmatch(r"(.+)=([\d.]*)-([\d.]*)", text)
+    with suppress(ValueError):
+        if found is not None:
+            return found[1], float(found[2] or 0.0), float(found[3] or "inf")
+    raise RecordingError(
+        f"--without {text}: expected NAME=FROM-TO, a recording and seconds from its start, such as S2=83-97"
+    )
 
 
 def load_model(args: argparse.Namespace) -> "Model":
@@ -101,6 +126,11 @@ def add_recordings(
     )
     add_salvage(command)
     command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
+    command.add_argument(
+        "--without", action="append", default=[], metavar="NAME=FROM-TO",
+        help="leave out a stretch [s] of a recording, where something else moved the boat; either end may be "
+        "missing; for several, several times",
+    )  # fmt: skip
 
 
 def add_horizon(command: argparse.ArgumentParser, text: str) -> None:

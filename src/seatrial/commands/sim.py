@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.errors import LiveError
     from seatrial.live.sources import Datagrams, Pipes
-    from seatrial.sanity import sanity
+    from seatrial.sanity import early, sanity
     from seatrial.sim.loop import serve
     from seatrial.sim.world import World
 
@@ -71,6 +71,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     settings = Settings(args.rate, args.speed, args.duration, kinds)
     world = World(args.scene, current=args.current, seed=args.seed)
     for model in args.models:
-        sanity(world.add(model).model)
+        added = world.add(model).model
+        sanity(added)
+        for words in early(added):
+            complain(f"{added.name}: {words}")
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     serve(world, source, settings, complain)

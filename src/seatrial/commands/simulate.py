@@ -2,6 +2,7 @@
 """`seatrial simulate`."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.io.write import guard_trials, write_setting, write_trial
     from seatrial.model import load
     from seatrial.plan import load_plan, with_seed
+    from seatrial.sanity import early
     from seatrial.simulate import plant_model, simulate
     from seatrial.vehicle import load_vehicle
 
@@ -47,6 +49,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         guard_trials(plan, vehicle, args.out)
     for vehicle in vehicles:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
+        for words in early(truth):
+            print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
             print(f"  {write_trial(trial, args.out, args.format)}")

@@ -208,9 +208,10 @@ def rms_difference(first: Array, second: Array, count: Array) -> tuple[tuple[flo
     found, deviation = _difference(drawn, first, second, count)
     student = (found - whole) / np.maximum(deviation, 1e-3 * spread)
     high, low = np.quantile(student, [0.025, 0.975])
-    beyond = int(np.sum(np.abs(student) >= abs(whole[0]) / spread[0]))
+    at = whole[0] / spread[0]
+    beyond = 2 * min(int(np.sum(student >= at)), int(np.sum(student <= at)))  # as of the interval
     interval = (float(whole[0] - low * spread[0]), float(whole[0] - high * spread[0]))
-    return interval, (1 + beyond) / (1 + len(student))
+    return interval, min(1.0, (1 + beyond) / (1 + len(student)))
 
 
 def _difference(drawn: Array, first: Array, second: Array, count: Array) -> tuple[Array, Array]:

@@ -177,9 +177,7 @@ def _noise(found: Comparison) -> Iterator[str]:
 def _hanging(entry: CorrelatedEntry | None) -> str:
     if entry is None:
         return "nothing"
-    return (
-        f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.memory:.2g} s"
-    )
+    return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.lasting}"
 
 
 def _prediction(found: Comparison) -> Iterator[str]:
@@ -240,8 +238,17 @@ def matters(found: Comparison, horizon: str) -> str:
             f"{letter} is better in {AXES[axis]}: {scale * good:.3g} against {scale * bad:.3g} {unit} "
             f"(95 %: {low:.2g} to {high:.2g} better)"
         )
+    near = [
+        AXES[axis]
+        for axis, symbol in enumerate(SYMBOLS)
+        if axes[symbol].better and found.better[horizon][symbol] is None
+    ]
+    chance = f"{' and '.join(near)} alone would show, but among three axes that may be chance"
     if said:
-        return f"the change matters for prediction: {'; '.join(said)}"
+        more = f"; {chance}" if near else ""
+        return f"the change matters for prediction: {'; '.join(said)}{more}"
+    if found.changed and near:
+        return f"coefficients changed; in the prediction {chance}: record longer to tell"
     if found.changed:
         return "coefficients changed, but it does not show in the prediction of these recordings"
     return "both predict these recordings equally well"

@@ -1,31 +1,54 @@
 # SPDX-License-Identifier: MIT
 """Searches that ended in a corner of the noise begin anew.
 
-Three corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
+Four corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
 errors of its poses hang together. Such errors that were let go, since they looked like motion as long as
 parameters were far off, have no states any more to come back by. Where they last for seconds, as those of
 GNSS do, a wandering velocity stands for them, and coefficients that follow it. And where a random walk of the
 velocity stands for a push that comes and goes, a little of the latter beside it explains nothing more. So
 where there are signs of it the search begins anew from the corner opposite, and the likelier solution is kept.
+Waves are the fourth: errors that swing, which a search comes to only from near their period.
 """
+
+from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import (
     COLOUR,
+    COLOUR_MEMORY,
+    COLOUR_TURN,
     MEMORY,
     NOISE_LEAST,
     NOISE_START,
     RAISED,
     WALKS_AND_DISTURBANCES,
     fitted_noise,
+    repeated_cost,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import LASTING, all_hanging, half_hanging, lasting
-from seatrial.identify.search import NOTHING, Point, descend, hangs
+from seatrial.identify.first_noise import (
+    LASTING,
+    all_hanging,
+    half_hanging,
+    lasting,
+    swinging,
+)
+from seatrial.identify.lever import of_origin
+from seatrial.identify.problem import Problem
+from seatrial.identify.search import NOTHING, Point, approach, descend, hangs
+from seatrial.identify.start import start_values
+from seatrial.identify.weak_rows import Widths
 from seatrial.identify.whiteness import white
 
+WIDE = Widths(0.6, 3.0)  # [s] of windows that see the boat, and no waves
+BRIEF = (3.0, 0.3)  # times the white errors, [s]: errors of the poses that a drift is none of
+WAVES = np.geomspace(0.5, 10.0, 17)  # [s] periods to look at
+NEARING = 12  # steps of a search that is only to come near
+MOST_OFTEN = 3.0  # poses in a period, at the least
+SIZES = (3.0, 10.0, 30.0)  # times the white errors
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
 
 
@@ -46,11 +69,67 @@ def anew(at: Point, theta: Array) -> Point:
             at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
     if not white(at) and (other := pushed(at.noise)) is not None:
         at = _likelier(at, at.theta, other)
+    if not white(at):
+        at = _waved(at, theta)
     return at
 
 
+def _waved(at: Point, theta: Array) -> Point:
+    """The most likely of `at` and what is found where the poses' errors are said to swing.
+
+    Windows that are wider than such a swing see the boat without it. From there errors that hang together
+    for a short while are tried: beside them the swing is seen, whose period is then the likeliest.
+    """
+    problem = at.passes.problem
+    near = _near(problem, theta)
+    waves = list(_waves(problem))
+    if near is None or not waves:
+        return at
+    each = near.passes.each
+    costs = [
+        (repeated_cost(each, problem.series, noise, problem.outlier), noise) for noise in waves
+    ]
+    found = _likelier(at, near.theta, min(costs, key=lambda c: c[0])[1])
+    swings = found.noise[COLOUR_MEMORY] * found.noise[COLOUR_TURN] > 1.0  # else it only comes back
+    return found if swings else at
+
+
+def _near(problem: Problem, theta: Array) -> Point | None:
+    """Near a solution where all that the model does not say are errors of the poses; None: there is none."""
+    with suppress(IdentificationError):  # windows that wide find no room
+        noise = lasting(problem.recordings, *BRIEF)
+        return approach(problem, _calm(problem, theta), noise, NEARING)
+    return None
+
+
+def _waves(problem: Problem) -> Iterator[Array]:
+    """Noise (11,) with errors that swing, of all periods that the poses show, and sizes."""
+    for period in _periods(problem):
+        for times in SIZES:
+            yield swinging(problem.recordings, times, float(period))
+
+
+def _periods(problem: Problem) -> Array:
+    """Those of waves that the poses show [s]; none where poses are rare."""
+    least = MOST_OFTEN * float(np.median([r.period for r in problem.recordings]))
+    return np.asarray(WAVES[least < WAVES])
+
+
+def _calm(problem: Problem, theta: Array) -> Array:
+    """The parameters (p,) to begin with, by windows that average swings out."""
+    n, m = problem.size, problem.constants
+    found = theta.copy()
+    sought = [i - n for i in problem.free if n <= i < n + m]
+    arms = (theta[problem.effects(i)][:2] for i in range(len(problem.recordings)))
+    origins = [of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
+    found[:n], found[n : n + m] = start_values(origins, problem.vehicle, sought, widths=WIDE)
+    held = [i for i in range(n + m) if i not in problem.free]
+    found[held] = theta[held]
+    return found
+
+
 def pushed(noise: Array) -> Array | None:
-    """The noise (10,) with disturbances for all walks, and white errors; None where nothing walks."""
+    """The noise (11,) with disturbances for all walks, and white errors; None where nothing walks."""
     walks = [walk for walk, _ in WALKS_AND_DISTURBANCES]
     if (noise[walks] < NOTHING * RAISED[walks]).all():
         return None
@@ -65,7 +144,7 @@ def pushed(noise: Array) -> Array | None:
 
 
 def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:
-    """The noise (10,) with a disturbance for the walk of the same motion; None where there is one.
+    """The noise (11,) with a disturbance for the walk of the same motion; None where there is one.
 
     One of size d and memory T makes the velocity walk by d sqrt(2 T) in times longer than T.
     """

@@ -51,7 +51,7 @@ class Ahead:
 
 
 def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
-    """The likelihood's noise (10,), the solution that predicts best, and the share it was believed to.
+    """The likelihood's noise (11,), the solution that predicts best, and the share it was believed to.
 
     A looser belief has fewer local optima, too: where the likelihood is higher there, it is followed
     from there.
@@ -130,7 +130,7 @@ def _closer(at: Point, found: Point) -> Point:
 
 
 def least_noise(problem: Problem, share: float) -> Array:
-    """The noise (10,) below which the filter does not go."""
+    """The noise (11,) below which the filter does not go."""
     least = NOISE_LEAST.copy()
     if share > 0.0:
         nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
@@ -141,7 +141,7 @@ def least_noise(problem: Problem, share: float) -> Array:
 
 
 def plain_noise(at: Point, noise: Array) -> Array:
-    """The likeliest noise (10,) with the parameters as they are: what a filter is to believe.
+    """The likeliest noise (11,) with the parameters as they are: what a filter is to believe.
 
     `noise`: what the likelihood found before the model was believed less closely.
     """

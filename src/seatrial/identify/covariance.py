@@ -14,6 +14,10 @@ from seatrial.statistics import TIED, inverse_of
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance
 SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
+AWAY = 0.5 ** np.arange(
+    12, 0, -1
+)  # shares of a range, at which the likelihood beside a bound is looked at
+UNLIKELY = 12.0  # fall of twice its logarithm that is followed no further
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
 
 
@@ -32,6 +36,7 @@ def sandwich(at: Point, inside: Mask | None = None) -> Array:
     prior, free = problem.prior, list(problem.free)
     if prior is None:
         _told_apart(at)
+    held = at_bounds(at) if inside is None else np.zeros(len(free), dtype=bool)
     inside = ~at_bounds(at) if inside is None else inside
     scores = at.passes.scores[:, inside]
     information = at.passes.information[np.ix_(inside, inside)]
@@ -52,7 +57,49 @@ def sandwich(at: Point, inside: Mask | None = None) -> Array:
     drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)
     out = np.zeros((len(free), len(free)))
     out[np.ix_(inside, inside)] = drawn + said
+    for i in np.flatnonzero(held):
+        out[np.ix_(inside, inside)] += _beyond(at, int(i), inside, inverse, max(factor, 1.0))
     return out
+
+
+def _beyond(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -> Array:
+    """What it adds to the covariance (p, p) of the parameters inside that one at its bound may be off it.
+
+    A lag that ended at nothing leaves its latency as uncertain as that. The likelihood is far from normal
+    there: so it is followed from the bound, the others where they are likeliest then, to a step.
+    """
+    problem, free = at.passes.problem, np.array(at.passes.problem.free)
+    low, high = (float(bound[held]) for bound in problem.bounds)
+    across = at.passes.information[inside, held]
+    moved = -inverse @ across
+    own = float(at.passes.information[held, held] + across @ moved)
+    normal = 1.0 / np.sqrt(max(own, TIED * at.passes.information[held, held], 1e-300))
+    side = 1.0 if at.theta[free[held]] <= low else -1.0
+    reach = high - low if np.isfinite(high - low) else 8.0 * normal
+    distance, fall, off = [0.0], [0.0], [np.zeros(len(moved))]
+    for d in reach * AWAY:
+        theta = at.theta.copy()
+        theta[free[inside]] += side * d * moved
+        theta[free[held]] += side * d
+        passes = problem.passes(problem.bounded(theta), at.noise, repeatable=False)
+        if not np.isfinite(passes.cost):
+            break
+        gradient = passes.gradient[inside]
+        step = inverse_of(passes.information[np.ix_(inside, inside)]) @ gradient
+        distance.append(float(d))
+        fall.append((passes.cost - float(gradient @ step) - at.passes.cost) / factor)
+        off.append(side * d * moved + step)
+        if fall[-1] > UNLIKELY:
+            break
+    weight = np.exp(-0.5 * (np.array(fall) - min(fall)))
+    ways = np.array(off)
+    products = weight[:, None, None] * ways[:, :, None] * ways[:, None, :]
+    steps = np.diff(distance)
+    if not len(steps):
+        return np.zeros((len(moved), len(moved)))
+    whole = np.sum(0.5 * steps * (weight[1:] + weight[:-1]))
+    parts = 0.5 * steps[:, None, None] * (products[1:] + products[:-1])
+    return np.asarray(np.sum(parts, axis=0) / whole)
 
 
 def long_enough(problem: Problem) -> Problem:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The noise (10,) that a search begins with, where no model says better.
+"""The noise (11,) that a search begins with, where no model says better.
 
 Fourth differences show how much of it the poses have, but not whether it hangs together: white errors
 make as large ones as larger errors do that fade over several poses.
@@ -14,6 +14,7 @@ from seatrial.errors import RecordingError
 from seatrial.filter_noise import (
     COLOUR,
     COLOUR_MEMORY,
+    COLOUR_TURN,
     MEMORY,
     NOISE_FIRST,
     NOISE_LEAST,
@@ -28,6 +29,7 @@ from seatrial.recording import Recording
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
 LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
+SWINGS = 2.0  # periods over which errors that swing hang together
 BARE = 0.1  # of the white errors that is left where all are said to hang together
 
 
@@ -68,6 +70,13 @@ def lasting(recordings: Sequence[Recording], times: float, memory: float) -> Arr
     noise[PROCESS] = NOISE_LEAST[PROCESS]
     noise[COLOUR] = times * noise[:2]
     noise[COLOUR_MEMORY] = memory
+    return noise
+
+
+def swinging(recordings: Sequence[Recording], times: float, period: float) -> Array:
+    """The same for errors that swing with a period [s], as waves make them."""
+    noise = lasting(recordings, times, SWINGS * period)
+    noise[COLOUR_TURN] = 2.0 * np.pi / period
     return noise
 
 

@@ -54,7 +54,7 @@ def freed(
                 passes[id(extra.probe)] = probe.passes(start, at.noise, repeatable=False)
             wider = _wider(problem, extra.vehicle, vehicle, settings)
             test = _tested(problem, wider, passes[id(extra.probe)])
-            if test.manifest and test.gain > WORTH:
+            if test.likely and test.gain > WORTH:
                 found.append((test.gain, extra.words, wider, _moved(at, wider, extra.origin)))
         if not found:
             break

@@ -22,6 +22,7 @@ from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
 from seatrial.identify.anew import anew
 from seatrial.identify.belief import believed, worth
+from seatrial.identify.bumps import bumps, bumps_said, bumps_tried
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.first_noise import first_noise
 from seatrial.identify.freeing import freed, problem_of
@@ -33,6 +34,7 @@ from seatrial.identify.search import Point, astray, search
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
+from seatrial.identify.whiteness import explained
 from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
@@ -40,6 +42,7 @@ from seatrial.statistics import inverse_of
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
+SHORT = 0.02  # [m] a lever arm that is none
 LONGEST = 0.3  # step times rate of the boat's quickest motion
 SHORTEST_STEP = 1 / 480  # [s]
 MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
@@ -88,8 +91,10 @@ def fit(
             )
     at, theta = _searched(problem, recordings, start, hold=chosen.hold_noise)
     at = at if chosen.hold_noise else anew(at, theta)
+    bumped = at if bumps(at) else None
     likely, at, share = believed(at, hold=chosen.hold_noise)
-    at.passes.forget_ways()
+    for point in (at, bumped or at):
+        point.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
         notes += [*found, *hints(at, share)]
@@ -104,6 +109,14 @@ def fit(
             "in a second, which predicts one second ahead better than the likelihood's choice"
         )
     covariance = as_likely(at, sandwich(at))
+    sought = chosen.extras and (start is None or prior is not None) and not chosen.hold_noise
+    if sought and (bumped is not None or not explained(at)):
+        notes += bumps_said(bumped, at, covariance, _afresh)
+    if _nothing_told(at, covariance):
+        notes.append(
+            "no coefficient is told from zero: do commands and poses belong together? To see, look at them with "
+            "inspect"
+        )
     return Fit(
         at.passes.problem,
         at.theta,
@@ -115,6 +128,14 @@ def fit(
         share,
         likely,
     )
+
+
+def _nothing_told(at: Point, covariance: Array) -> bool:
+    """Whether all coefficients are within two standard errors of nothing."""
+    free = np.array(at.passes.problem.free)
+    own = free < at.passes.problem.size
+    told = np.abs(at.theta[free]) > 2.0 * np.sqrt(np.diag(covariance))
+    return bool(own.any() and not told[own].any())
 
 
 def _searched(
@@ -131,7 +152,14 @@ def _searched(
     except IdentificationError as error:
         if start is not None and not hold:
             return _searched(problem, recordings, None, hold=False)
-        raise IdentificationError(f"{error}{_lever_tried(problem, recordings)}") from error
+        said = bumps_tried(problem, _afresh) or _lever_tried(problem, recordings)
+        raise IdentificationError(f"{error}{said}") from error
+
+
+def _afresh(problem: Problem) -> Point:
+    """The solution from start values, without what is tried where there is none."""
+    theta, noise = _first(problem, problem.recordings, None)
+    return search(replace(problem, step=_step(problem, theta)), theta, noise)
 
 
 def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
@@ -144,6 +172,8 @@ def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
     try:
         found = search(replace(wider, step=_step(wider, theta)), theta, noise).theta[list(lever)]
     except IdentificationError:
+        return ""
+    if np.hypot(*found) < SHORT:
         return ""
     return (
         f". With poses of a point about {np.hypot(*found):.2g} m off the origin, a lever arm, there is a "

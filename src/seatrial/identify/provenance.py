@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.faults import FaultKind
 from seatrial.frames import SYMBOLS, Array
 from seatrial.model import thrust_trace
 from seatrial.recording import Recording
@@ -32,6 +33,15 @@ def envelope(
 def recording_entry(recording: Recording) -> RecordingEntry:
     """A recording as the model file names it."""
     files = [SourceEntry(s.name, s.sha256) for s in recording.sources]
+    without = [
+        (round(recording.offset + f.start, 3), round(recording.offset + f.end, 3))
+        for f in recording.faults
+        if f.kind is FaultKind.UNWANTED
+    ]
     return RecordingEntry(
-        recording.name, round(recording.duration, 3), round(recording.offset, 3), files
+        recording.name,
+        round(recording.duration, 3),
+        round(recording.offset, 3),
+        files,
+        without=without,
     )

@@ -15,6 +15,8 @@ from seatrial.frames import Array
 from seatrial.identify.problem import Passes
 
 MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
+LIKELY = 5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp
+MUCH = 100.0  # fall of -2 log likelihood that is very much
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,15 @@ class ScoreTest:
     @property
     def manifest(self) -> bool:
         """Beyond chance: about 1 in 10 000."""
-        return bool(self.statistic > self.freedom + MANIFEST * np.sqrt(2.0 * self.freedom))
+        return self._beyond(MANIFEST)
+
+    @property
+    def likely(self) -> bool:
+        """The same, or 1 in 200 where the likelihood promises very much, too."""
+        return self._beyond(LIKELY if self.gain > MUCH else MANIFEST)
+
+    def _beyond(self, times: float) -> bool:
+        return bool(self.statistic > self.freedom + times * np.sqrt(2.0 * self.freedom))
 
 
 def score_test(

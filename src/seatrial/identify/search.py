@@ -23,6 +23,7 @@ from seatrial.filter_noise import (
     likelier_noise,
     most_noise,
     repeated_cost,
+    swings,
 )
 from seatrial.frames import Array
 from seatrial.identify.first_noise import loosened
@@ -65,7 +66,7 @@ def search(
     hold: bool = False,
     least: Array = NOISE_LEAST,
 ) -> Point:
-    """The most likely parameters and, unless they are held, noise levels, not below `least` (10,).
+    """The most likely parameters and, unless they are held, noise levels, not below `least` (11,).
 
     Errors of the poses that hang together are believed only where the data ask for them.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
@@ -129,10 +130,18 @@ def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) 
     return _needed(at, NOISE_LEAST)
 
 
+def approach(problem: Problem, theta: Array, noise: Array, steps: int) -> Point:
+    """Where a search has got to after so many steps, or before, if that is its end."""
+    return _descent(_point(problem, theta, noise), False, NOISE_LEAST, steps=steps)
+
+
 def _needed(at: Point, least: Array) -> Point:
-    """Without errors that hang together but make little likelier."""
+    """Without errors that hang together but make little likelier; as it is, where none is found without."""
     while (whiter := _whiter(at, least)) is not None:
-        at = _descent(_point(at.passes.problem, at.theta, whiter), False, least)
+        try:
+            at = _descent(_point(at.passes.problem, at.theta, whiter), False, least)
+        except IdentificationError:
+            break
     return at
 
 
@@ -146,11 +155,11 @@ def _drifting(noise: Array, most: Array) -> bool:
     longest = noise[COLOUR_MEMORY] > 0.99 * most[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
     pushed = (noise[PROCESS] > NOTHING * RAISED[PROCESS]).any()
-    return bool(longest and larger and pushed)
+    return bool(longest and larger and pushed and not swings(noise))
 
 
 def _whiter(at: Point, least: Array) -> Array | None:
-    """The noise (10,) without errors that hang together but make little likelier; None: all do."""
+    """The noise (11,) without errors that hang together but make little likelier; None: all do."""
     problem, passes = at.passes.problem, at.passes.each
     here = sum(p.cost for p in passes)
     for i in COLOUR:
@@ -171,8 +180,12 @@ def _descent(
     *,
     most: Array | None = None,
     beat: float = np.inf,
+    steps: int = ITERATIONS,
 ) -> Point:
-    """Down from a point, until the next step promises less than `settled`."""
+    """Down from a point, until the next step promises less than `settled`.
+
+    steps: at most; where they are fewer than a search may have, it ends where it got to.
+    """
     most = most_noise(at.noise) if most is None else most
     problem = at.passes.problem
     if not np.isfinite(at.passes.cost):
@@ -182,7 +195,7 @@ def _descent(
     damping, hope, flat, drifts, creeps = 1e-4, 0.0, 0, 0, 0
     way = np.zeros(len(at.noise))
     costs: list[float] = []
-    for _ in range(ITERATIONS):
+    for _ in range(steps):
         costs.append(at.passes.cost)
         if len(costs) > PATIENCE and costs[-1] - beat > FALLS * (costs[-3] - costs[-1]):
             raise IdentificationError("what was found before is likelier")
@@ -228,6 +241,8 @@ def _descent(
                     "what is known of the thrusters in the vehicle file (chain)"
                 )
             return _whole(at)
+    if steps < ITERATIONS:
+        return _whole(at)
     raise IdentificationError(
         f"no solution after {ITERATIONS} steps; do poses and commands belong together, by one "
         "clock? If so, drive more, or state what is known of the thrusters in the vehicle file (chain)"

@@ -42,13 +42,13 @@ class Fit:
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
-    noise: Array  # (10,) as the filter believes it
+    noise: Array  # (11,) as the filter believes it
     passes: Passes
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
     share: float = 0.0  # how closely the model was believed, see belief.py
-    plain: Array | None = None  # (10,) the noise when it was believed as the likelihood has it
+    plain: Array | None = None  # (11,) the noise when it was believed as the likelihood has it
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -165,8 +165,8 @@ def _stated(vehicle: Vehicle) -> dict[str, bool]:
 
 
 def _curved(vehicle: Vehicle) -> bool:
-    """Whether the file says something of the static curve."""
-    return any(g.table or g.power or g.dead_zone or g.pair for g in vehicle.file.chain)
+    """Whether the file says where thrust begins; a power alone does not."""
+    return any(g.table or g.dead_zone or g.pair for g in vehicle.file.chain)
 
 
 def _dead_zones(

@@ -134,15 +134,20 @@ class Found:
 
 
 def start_values(
-    recordings: Sequence[Recording], vehicle: Vehicle, free: Sequence[int] = ()
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    free: Sequence[int] = (),
+    *,
+    widths: Widths | None = None,
 ) -> tuple[Array, Array]:
     """Coefficients (n,) and constants (m,) of the chain to start a search from.
 
     `free`: those of `vehicle.constants` that may be changed; of these latency, lag and dead-zone
-    edges are. Lag and latency are hardly told apart, their sum is sharp.
+    edges are. Lag and latency are hardly told apart, their sum is sharp. `widths`: of the windows, by
+    default what suits the recordings.
     Raises IdentificationError where no recording has a stretch without drop-outs.
     """
-    rows = gathered([evened(r) for r in pieces(recordings)], vehicle, FINEST)
+    rows = gathered([evened(r) for r in pieces(recordings)], vehicle, FINEST, widths=widths)
     found = search(rows, changes(vehicle, free), STEPS)
     return found.theta, found.constants
 

@@ -158,7 +158,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" from pose to pose, {lasting} that hang together over {c.memory:.2g} s"
+        said += f" from pose to pose, {lasting} that hang together over {c.lasting}"
     if process is None:
         return f"{said}."
     linear = [full_thrust(model, axis) for axis in (0, 1)]

@@ -35,7 +35,7 @@ class Run:
     horizons: tuple[tuple[float, Start, Prediction], ...]  # horizon [s], start, prediction
     correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
     notes: tuple[str, ...]  # what else could not be had
-    noise: Array | None  # (10,) what the model's filter believes; None: there is no filter
+    noise: Array | None  # (11,) what the model's filter believes; None: there is no filter
     excitation: Excitation
     unseen: bool  # the model was not identified from it
     t: Array  # (n,) time base: the poses', and the middle of every gap and jump [s]

@@ -5,6 +5,8 @@ First what no data can tell (exact aliases), then candidates by score tests and 
 tests, repeats against each other, and the prediction of recordings that were left out.
 """
 
+import re
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -14,12 +16,13 @@ from seatrial.identify.output_error import output_error
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
 from seatrial.select.candidates import default_candidates, given_candidates, with_terms
-from seatrial.select.folds import folds
+from seatrial.select.folds import HALF_NAMES, folds
 from seatrial.select.reasons import rows_of
 from seatrial.select.search import Search, forward_and_back
 from seatrial.select.selection import Selection
 from seatrial.select.text import selection_json, selection_text
 from seatrial.select.verdicts import Bench, reason_to_go
+from seatrial.stretches import STANDS_OUT
 from seatrial.structure import Term
 from seatrial.vehicle import Vehicle
 
@@ -55,7 +58,9 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
-    asked = tuple(note for note in model.estimator.notes if note.startswith(ASKED))
+    asked = tuple(
+        of_files(n) for n in model.estimator.notes if n.startswith(ASKED) or STANDS_OUT in n
+    )
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)
     refused: dict[str, str] = {}
@@ -76,3 +81,12 @@ def select(
     rows = rows_of(bench, own, aliased, refused)
     chosen = with_terms(vehicle, model.structure.terms)
     return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon, asked)
+
+
+def of_files(note: str) -> str:
+    """A note with options for the recordings as they were given, not for their halves."""
+    for half in HALF_NAMES:
+        note = re.sub(
+            rf"--without '([^']+){half}'=", lambda m: f"--without {shlex.quote(m[1])}=", note
+        )
+    return note

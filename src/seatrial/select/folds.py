@@ -9,6 +9,7 @@ from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
 HALVES = 2
+HALF_NAMES = (" first half", " second half")
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
     first, second = [], []
     for recording in recordings:
         middle = recording.duration / HALVES
-        first.append(replace(recording.cut(None, middle), name=f"{recording.name} first half"))
-        second.append(replace(recording.cut(middle, None), name=f"{recording.name} second half"))
+        first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
+        second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
     return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))
 
 

@@ -22,6 +22,7 @@ WORTH = 1.03  # and the least ratio of what is left unexplained
 STILL = 0.004  # [m/s] a boat that is slower hardly moves ...
 MOVED = 0.9  # ... unless its commands leave less than this share of its acceleration unexplained
 TYPICAL = 0.04  # [m/s] speed of a slow boat: cm are rarer than mm
+RADIANS = 6.6  # a turn and its noise, in radians
 APART = 30.0  # speeds along x and y that differ by more are in different units
 
 Factors = tuple[float, float]  # on x and y
@@ -90,6 +91,8 @@ def heading_unit(
     new = next(unit for unit in ANGLES if unit != old)
     factor = ANGLES[new] / ANGLES[old]
     as_is = [stretched(run.smooth, lengths) for run in runs]
+    if new == "deg" and _within_a_turn(runs):
+        return None, as_is
     read: list[Smooth] = []
     for run in runs:
         try:
@@ -105,6 +108,12 @@ def heading_unit(
     if clearly_better(_least(other, 1.0 / factor), _least(other, 1.0)):
         return new, read
     return None, as_is
+
+
+def _within_a_turn(runs: Sequence[Run]) -> bool:
+    """Whether headings stay where radians do: as degrees, the boat hardly turned at all."""
+    raw = np.concatenate([run.recording.raw[run.recording.valid, 2] for run in runs])
+    return float(np.ptp(raw)) < RADIANS
 
 
 def reread(run: Run, factors: tuple[float, float, float]) -> Smooth:
@@ -131,7 +140,7 @@ def _unmarked(recording: Recording) -> Mask:
     """Poses that were not left out for other reasons than where they are."""
     kept = np.ones(len(recording.t), dtype=bool)
     for fault in recording.faults:
-        if fault.kind in (FaultKind.MARKED, FaultKind.SILENT):
+        if fault.kind in (FaultKind.MARKED, FaultKind.SILENT, FaultKind.UNWANTED):
             kept &= (recording.t < fault.start - 1e-6) | (recording.t > fault.end + 1e-6)
     return kept
 

@@ -68,10 +68,13 @@ inline MotionNoise read_noise(const Value& noise) {
   n.position = noise.at("position").not_negative();
   n.heading = noise.at("heading").not_negative();
   if (const auto hangs = noise.find("correlated")) {
-    hangs->only({"position", "heading", "memory"});
+    hangs->only({"position", "heading", "memory", "period"});
     n.colour_position = hangs->at("position").not_negative();
     n.colour_heading = hangs->at("heading").not_negative();
     n.colour_memory = hangs->at("memory").positive();
+    if (const auto swings = hangs->find("period")) {
+      n.colour_turn = 2.0 * kPi / swings->positive();
+    }
   }
   if (const auto p = noise.find("process")) {
     p->only({"walk_linear", "walk_yaw", "disturbance_linear", "disturbance_yaw", "memory"});
