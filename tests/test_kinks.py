@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Dead-zone edges are as uncertain as the likelihood says, not as its curvature at the best ones."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -61,3 +63,18 @@ def test_where_nothing_can_be_looked_at_the_sandwich_stands(monkeypatch):
     nowhere = np.zeros(0), np.zeros(0)
     monkeypatch.setattr(kinks._Line, "look", lambda *_: nowhere)
     assert all(abs(r - 1.0) < 1e-9 for r in wider(found("hard MP", 1002)).values())
+
+
+def test_groups_whose_edges_hang_together_keep_a_covariance(monkeypatch):
+    """What one group's likelihood takes away is not there for the next to be taken away again."""
+    monkeypatch.setattr(kinks, "_groups", lambda _: iter([[0], [1]]))
+    monkeypatch.setattr(kinks, "_Line", lambda *_: None)
+    monkeypatch.setattr(kinks, "_error", lambda _, error: 0.3 * error)
+    error, together = (
+        np.array([0.1, 0.2, 0.05]),
+        np.array([[1, 0.95, 0.3], [0.95, 1, 0.3], [0.3, 0.3, 1]]),
+    )
+    before = together * np.outer(error, error)
+    after = kinks.as_likely(Point(np.zeros(3), np.zeros(11), SimpleNamespace(problem=None)), before)
+    assert np.linalg.eigvalsh(after)[0] > 0.0
+    assert (np.diag(after) <= np.diag(before)).all()

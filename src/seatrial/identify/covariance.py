@@ -18,6 +18,7 @@ AWAY = 0.5 ** np.arange(
     12, 0, -1
 )  # shares of a range, at which the likelihood beside a bound is looked at
 UNLIKELY = 12.0  # fall of twice its logarithm that is followed no further
+BESIDE = 1e-4  # of a range, within which of a bound a parameter is at it
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
 
 
@@ -145,8 +146,9 @@ def _told_apart(at: Point) -> None:
 
 
 def at_bounds(at: Point) -> Mask:
-    """Which free parameters ended at a bound: the data say no more of them."""
+    """Which free parameters ended at a bound, or as good as that: the data say no more of them."""
     problem = at.passes.problem
     low, high = problem.bounds
     theta = at.theta[list(problem.free)]
-    return np.asarray((theta <= low) | (theta >= high))
+    reach = np.where(np.isfinite(high - low), BESIDE * (high - low), 0.0)
+    return np.asarray((theta <= low + reach) | (theta >= high - reach))

@@ -35,17 +35,17 @@ def as_likely(at: Point, covariance: Array) -> Array:
     follow as far as they are correlated with it. The likelihood is scaled by what the covariance
     knows beyond the curvature (Chandler and Bate, Biometrika 94, 2007).
     """
-    out = covariance.copy()
+    out = covariance
     for edges in _groups(at.passes.problem):
-        values, vectors = np.linalg.eigh(covariance[np.ix_(edges, edges)])
+        values, vectors = np.linalg.eigh(out[np.ix_(edges, edges)])
         if OUT * np.sqrt(max(values[-1], 0.0)) < SHARP:
             continue
-        along = np.zeros(len(covariance))
+        along = np.zeros(len(out))
         along[edges] = vectors[:, -1]
         error = float(np.sqrt(values[-1]))
-        factor = (_error(_Line(at, covariance, along), error) / error) ** 2
-        shift = covariance @ along / error
-        out += (factor - 1.0) * np.outer(shift, shift)
+        factor = (_error(_Line(at, out, along), error) / error) ** 2
+        shift = out @ along / error
+        out = out + (factor - 1.0) * np.outer(shift, shift)  # of what the groups before left
     return out
 
 
