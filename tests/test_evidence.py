@@ -160,6 +160,18 @@ def test_a_profile_beside_a_bound_is_as_wide_as_the_others_let_it_be(quick):
         assert latency.error == pytest.approx(0.5 * (latency.value - latency.low), rel=0.15)
 
 
+def test_what_ended_a_rounding_off_its_bound_is_at_it(quick):
+    """A step of all parameters into their bounds may end so."""
+    assert quick
+    for found in quick:
+        theta = found.theta.copy()
+        lag = found.problem.free[found.names.index("lag")]
+        theta[lag] = np.nextafter(theta[lag], np.inf)
+        beside = sandwich(Point(theta, found.noise, found.passes))
+        there = sandwich(Point(found.theta, found.noise, found.passes))
+        np.testing.assert_allclose(beside, there, rtol=1e-6, atol=1e-15)
+
+
 def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):
     for found in quick:
         lag = profile(found, "lag")

@@ -2,6 +2,7 @@
 """Stretches in which a hand moved the boat: found, named, left out; and none where there are none."""
 
 import re
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -277,3 +278,14 @@ def test_commands_leave_out_what_they_are_told(on_disk, capsys):
     assert main(["inspect", str(on_disk), "--vehicle", "mallard-mp", *told, "--start", "60"]) == 0
     shown = capsys.readouterr().out
     assert "left out as was asked for" in shown
+
+
+def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp_path, capsys):
+    copy = shutil.copytree(on_disk, tmp_path / on_disk.name)
+    both = ["inspect", str(on_disk), str(copy), "--vehicle", "mallard-mp", "--without"]
+    assert main([*both, "S1-MP=80-90"]) == 1
+    assert "2 recordings are called so; give its path" in capsys.readouterr().err
+    assert main([*both, f"{copy}/=80-90"]) == 0
+    first, second = capsys.readouterr().out.split("S1-MP")[1:3]
+    assert "left out as was asked for" not in first
+    assert "left out as was asked for" in second

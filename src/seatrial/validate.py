@@ -196,9 +196,8 @@ def further(
         return [{**each, "notes": [lost, *each["notes"]]} for each in found]
     pairs = zip(recordings, filtered, strict=True)
     found = [_further(model, recording, chosen, its) for recording, its in pairs]
-    ready = loosened(
-        noise, 1.0
-    )  # a filter so sure of itself that it takes long to find back sees too much
+    # a filter so sure of itself that it takes long to find back sees too much
+    ready = loosened(noise, 1.0)
     seen = [causal(model, r, ready).residual for r in recordings]
     odd = stretches(recordings, [np.sum(residual**2, axis=1) for residual in seen])
     for i, each in enumerate(found):

@@ -43,25 +43,35 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
 
 def read_all(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "list[Recording]":
     """All recordings of a command, cut as it says."""
-    from seatrial.errors import RecordingError
     from seatrial.io import read
 
     unwanted = [_stretch(text) for text in args.without]
-    found = []
-    for path in progress.over(args.recordings, "reading", len(args.recordings)):
-        recording = read(path, vehicle, salvage=args.salvage)
-        for name, start, end in unwanted:
-            if name == recording.name:
-                recording = recording.without(start, end)
-        if args.start is not None or args.end is not None:
-            recording = recording.cut(args.start, args.end)
-        found.append(recording)
-    names = {recording.name for recording in found}
-    for name in (name for name, *_ in unwanted if name not in names):
+    found = [
+        read(path, vehicle, salvage=args.salvage)
+        for path in progress.over(args.recordings, "reading", len(args.recordings))
+    ]
+    for name, start, end in unwanted:
+        i = _called(name, found, args.recordings)
+        found[i] = found[i].without(start, end)
+    if args.start is None and args.end is None:
+        return found
+    return [recording.cut(args.start, args.end) for recording in found]
+
+
+def _called(name: str, recordings: "list[Recording]", paths: list[Path]) -> int:
+    """Which recording is meant, by its name or by its path."""
+    from seatrial.errors import RecordingError
+
+    own = [i for i, path in enumerate(paths) if path == Path(name)]
+    own = own or [i for i, recording in enumerate(recordings) if recording.name == name]
+    if len(own) == 1:
+        return own[0]
+    if own:
         raise RecordingError(
-            f"--without {name}: there is no such recording; {', '.join(sorted(names))}"
+            f"--without {name}: {len(own)} recordings are called so; give its path"
         )
-    return found
+    names = ", ".join(sorted({recording.name for recording in recordings}))
+    raise RecordingError(f"--without {name}: there is no such recording; {names}")
 
 
 def _stretch(text: str) -> tuple[str, float, float]:

@@ -14,9 +14,8 @@ from seatrial.statistics import TIED, inverse_of
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance
 SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
-AWAY = 0.5 ** np.arange(
-    12, 0, -1
-)  # shares of a range, at which the likelihood beside a bound is looked at
+# shares of a range, at which the likelihood beside a bound is looked at
+AWAY = 0.5 ** np.arange(12, 0, -1)
 UNLIKELY = 12.0  # fall of twice its logarithm that is followed no further
 BESIDE = 1e-4  # of a range, within which of a bound a parameter is at it
 SPARE = 1.2  # blocks a parameter, from which on they are shortened
@@ -75,7 +74,8 @@ def _beyond(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -
     moved = -inverse @ across
     own = float(at.passes.information[held, held] + across @ moved)
     normal = 1.0 / np.sqrt(max(own, TIED * at.passes.information[held, held], 1e-300))
-    side = 1.0 if at.theta[free[held]] <= low else -1.0
+    value = float(at.theta[free[held]])
+    side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else 8.0 * normal
     distance, fall, off = [0.0], [0.0], [np.zeros(len(moved))]
     for d in reach * AWAY:
