@@ -11,7 +11,8 @@ from test_residuals import changed
 
 from seatrial.against import CELLS, PAIRS, against, against_text
 from seatrial.errors import ModelError
-from seatrial.validate import Scores, further, horizons_text, scores_json, validate
+from seatrial.validate import Scores, further, scores_json, validate
+from seatrial.validate_text import horizons_text
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +89,7 @@ def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
-    assert scores.seatrial == "scores 2"
+    assert scores.seatrial == "scores 3"
     assert "worse" in against_text(scores.against) or "better" in against_text(scores.against)
 
 

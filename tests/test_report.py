@@ -28,11 +28,12 @@ from seatrial.report.names import html_symbol, mathml_symbol, sentence
 from seatrial.report.runs import WINDOW, busy_window, gather, time_base
 from seatrial.report.verdict import verdict
 from seatrial.report.words import ratio_word
+from seatrial.schema import NoiseEntry, ProcessEntry
 from seatrial.statistics import NORMAL_95
 from seatrial.validate import validate
 
 HOSTILE = '</script><b onclick="x()">&amp;'
-SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "excess", "bias", "kurtosis")
+SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "foreseen", "excess", "bias", "kurtosis")
 
 
 def shown(text: str) -> float:
@@ -97,16 +98,34 @@ def test_scores_are_those_of_validate(tables, model, cse1):
         assert row[0][0].split()[1] == name
         scale = 1.0 if name == "r" else 100.0
         assert row[2][0] == ("rad/s" if name == "r" else "cm/s")
-        cells = [row[1], *row[3:9]]
+        cells = [row[1], *row[3:10]]
         for (told, values), field in zip(cells, SCORE_FIELDS, strict=True):
             exact = getattr(score, field)
-            assert values == [exact]
+            assert values == ([] if exact is None else [exact])
+            if exact is None:  # a model without process noise foresees nothing
+                assert field == "foreseen"
+                continue
             factor = 1.0 if field in ("ratio", "kurtosis") else scale
             assert shown(told) == pytest.approx(
                 exact * factor, rel=0.05 if field == "bias" else 5e-3
             )
-        assert tuple(row[9][1]) == score.rms_interval
-        assert tuple(row[10][1]) == score.ratio_interval
+        assert tuple(row[10][1]) == score.rms_interval
+        assert tuple(row[11][1]) == score.ratio_interval
+
+
+def test_what_the_model_foresees_is_in_table_and_verdict(model, cse1):
+    runs = list(cse1.values())[:1]
+    pushed = ProcessEntry(0.0, 0.0, 0.05, 0.05, 2.0)
+    sure = replace(model, noise=NoiseEntry(7e-5, 3e-4, pushed))
+    text = report(sure, runs)
+    (rows,) = Tables(text).found["scores"]
+    score = validate(sure, runs).recordings[0].scores
+    assert rows[0][6][0] == "foreseen"
+    for row, symbol in zip((r for r in rows[1:] if len(r) > 1), "uvr", strict=True):
+        assert row[6][1] == [score[symbol].foreseen]
+        assert score[symbol].foreseen > score[symbol].floor
+    said = ", ".join(f"{score[s].rms / score[s].foreseen:.2f}" for s in "uv")
+    assert f"the error is {said} and " in text.partition("times what the model foresees")[0][-60:]
 
 
 def test_coefficients_are_the_models_and_those_of_its_file(tables, model, tmp_path):

@@ -14,7 +14,8 @@ from seatrial.predict import predict
 from seatrial.schema import NoiseEntry
 from seatrial.simulate import plant_model
 from seatrial.statistics import autocorrelation, kurtosis, moving_average_band, white_band
-from seatrial.validate import scores_json, scores_text, validate
+from seatrial.validate import scores_json, validate
+from seatrial.validate_text import scores_text
 from seatrial.velocity import motion
 
 
@@ -86,7 +87,7 @@ def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
     rows = validate(model, [clean_af[s].recording for s in ("S4", "S5", "S6", "S7")])
     assert [r.excited for r in rows.recordings] == ["surge", "sway", "yaw", None]
     text = scores_text(rows)
-    marked = [line.split()[-8] for line in text.splitlines() if "/s " in line and "* " in line]
+    marked = [line.split()[-9] for line in text.splitlines() if "/s " in line and "* " in line]
     assert marked == ["u*", "v*", "r*"]
     assert scores_json(rows)["recordings"][0]["recording"] == "S4-AF"
 

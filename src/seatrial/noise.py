@@ -6,10 +6,11 @@ import numpy as np
 from seatrial.errors import RecordingError
 from seatrial.frames import Array
 from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
+from seatrial.schema import CorrelatedEntry, NoiseEntry
 
 EVEN = 0.5  # share of windows at even stamps, below which all are taken as uneven as they are
 EVENLY = 0.06  # periods by which the steps of such a window may differ: more, times a speed, looks like noise
+NO_RATE = 1e-6  # [rad/s]
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # kills cubics: smooth motion leaves no trace
 
 
@@ -49,11 +50,27 @@ def _divided(t: Array, eta: Array) -> Array:
     return np.asarray(np.einsum("nk,nki->ni", weights, eta))
 
 
-def hanging(period: float, memory: float) -> float:
+def left_of(entry: CorrelatedEntry, t: Array) -> Array:
+    """Correlation of errors that hang together after t [s] >= 0, of any shape."""
+    fades = 1.0 / entry.memory
+    left = np.exp(-fades * t)
+    if entry.period is None:
+        return np.asarray(left)
+    # e'' + 2 fades e' + turn^2 e = white noise; over-damped the rate is imaginary
+    rate = np.sqrt(complex((2.0 * np.pi / entry.period) ** 2 - fades**2))
+    if abs(rate) < NO_RATE:
+        return np.asarray(left * (1.0 + fades * t))
+    ahead, back = (
+        0.5 * (1.0 + k * fades / (1j * rate)) * np.exp((k * 1j * rate - fades) * t) for k in (1, -1)
+    )
+    return np.asarray((ahead + back).real)  # two that fade: nothing grows, however long t is
+
+
+def hanging(period: float, entry: CorrelatedEntry) -> float:
     """Fourth differences, root mean square, of errors that hang together, over those of white ones as large.
 
-    `period` [s] of the poses; the errors' correlation fades with the time constant `memory` [s].
+    `period` [s] of the poses.
     """
     weights = np.correlate(_DIFFERENCE, _DIFFERENCE, "full")[len(_DIFFERENCE) - 1 :]
-    fades = 2.0 * np.exp(-np.arange(1, len(weights)) * period / memory)
-    return float(np.sqrt(1.0 + weights[1:] @ fades / weights[0]))
+    rest = 2.0 * left_of(entry, period * np.arange(1.0, len(weights)))
+    return float(np.sqrt(1.0 + weights[1:] @ rest / weights[0]))

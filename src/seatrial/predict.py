@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
 from seatrial.faults import UNKNOWN
+from seatrial.foreseen import pushed, unsure
 from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
-from seatrial.noise import pose_noise
 from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
-from seatrial.velocity import STENCIL_CORRELATION, Motion, motion, stencil_deviation
+from seatrial.stencil_noise import StencilNoise
+from seatrial.velocity import Motion, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
@@ -34,6 +34,10 @@ class Prediction:
     index: NDArray[np.int64]  # (m,) pose that each belongs to
     steps: int
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
+    foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
+    unsure: Array | None = (
+        None  # (3,) the part of it that uncertain coefficients and constants make
+    )
 
     @property
     def errors(self) -> Array:
@@ -87,9 +91,9 @@ class Lookahead:
         return self.reference if self.starts is None else self.starts
 
     @cached_property
-    def stencil(self) -> Array:
-        """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s]."""
-        return stencil_deviation(_own_noise(self.model, self.recording), self.recording)
+    def stencil(self) -> StencilNoise:
+        """How noisy the stencil's velocities are."""
+        return StencilNoise.of(self.recording, self.model.noise)
 
     def predict(self, horizon: float, every: int = 1) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses."""
@@ -112,6 +116,8 @@ class Lookahead:
                 f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
             )
         end = start + steps
+        few = start[:: max(1, len(start) // FLOOR_STARTS)]
+        floor = self._floor(few, steps)
         return Prediction(
             recording.stamps[end],
             recording.t[end],
@@ -120,7 +126,8 @@ class Lookahead:
             self.begin.nu[start],
             end,
             steps,
-            self._floor(start[:: max(1, len(start) // FLOOR_STARTS)], steps),
+            floor,
+            *self._foreseen(floor, start, few, steps),
         )
 
     def _run(
@@ -133,22 +140,32 @@ class Lookahead:
             threads=os.cpu_count() or 1, tangents=tangents,
         )  # fmt: skip
 
+    def _foreseen(
+        self, floor: Array, start: NDArray[np.int64], few: NDArray[np.int64], steps: int
+    ) -> tuple[Array | None, Array | None]:
+        """foreseen^2 = floor^2 + what the stated force makes^2 + unsure^2, and unsure."""
+        force = pushed(self.model, self.recording, self.begin, start, steps)
+        if force is None:
+            return None, None
+        parameters = unsure(self.model, self.recording, self.begin, few, steps)
+        return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
+
     def _floor(self, start: NDArray[np.int64], steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
-        Two stencils up to four poses apart share poses: less twice what that makes of their product
-        (the turn of the boat in between is left out).
+        Two stencils that share poses, or errors that hang together: less twice what that makes of
+        their product (the turn of the boat in between is left out).
         """
         given = self.velocities
         if given is not None and given.deviation is None and self.starts is None:
             return np.zeros(3)
         slopes = self._run(start, steps, tangents=True)[1][:, 3:, 3:6]  # d nu(end) / d nu(start)
-        reference = _deviation(given, start + steps, self.stencil if given is None else np.zeros(3))
-        begin = _deviation(given if self.starts is None else self.starts, start, self.stencil)
+        noisy = np.sqrt(self.stencil.covariance(0))
+        reference = _deviation(given, start + steps, noisy if given is None else np.zeros(3))
+        begin = _deviation(given if self.starts is None else self.starts, start, noisy)
         variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
-        if given is None and self.starts is None and steps < len(STENCIL_CORRELATION):
-            own = np.einsum("nii->ni", slopes)
-            variance -= 2.0 * STENCIL_CORRELATION[steps] * own * self.stencil**2
+        if given is None and self.starts is None:
+            variance -= 2.0 * np.einsum("nii->ni", slopes) * self.stencil.covariance(steps)
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 
@@ -170,14 +187,6 @@ def _starts(
             "record longer, or take a shorter --horizon"
         )
     return start[usable]
-
-
-def _own_noise(model: Model, recording: Recording) -> NoiseEntry:
-    """The recording's own pose noise; the model's where there are too few poses in a row."""
-    try:
-        return pose_noise(recording)
-    except RecordingError:
-        return model.noise
 
 
 def _deviation(moving: Motion | None, index: NDArray[np.int64], otherwise: Array) -> Array:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -19,17 +19,19 @@ from seatrial.identify.first_noise import loosened
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, Lookahead, Prediction, predict
 from seatrial.recording import Recording
-from seatrial.residuals import Correlation, in_words, residuals
+from seatrial.residuals import Correlation, residuals
 from seatrial.sanity import sanity
 from seatrial.statistics import kurtosis
 from seatrial.stretches import stretches, stretches_said
 from seatrial.velocity import SLOW
 
-SCORES_FORMAT = "scores 2"
+SCORES_FORMAT = "scores 3"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
 BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
-MOST_SAID = 2  # sentences on the residuals of a recording
+BEYOND = 1.25  # times what the model foresees of itself, from which on that is worth a word
+OFF = 2.0  # standard errors of coefficients that are nothing to speak of
+WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 Start = Literal["stencil", "filter"]
 Interval = tuple[float, float]
 
@@ -41,6 +43,9 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     stays_constant: float  # RMS of "velocity stays constant" at the same instants
     ratio: float  # rms / stays_constant: below 1 the model is worth having
     floor: float  # what a perfect model would score, because of pose noise
+    # what the model says of itself: floor, the force that it leaves out, uncertain coefficients
+    foreseen: float | None
+    unsure: float | None  # the part of it that these coefficients make
     excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
     bias: float  # mean of measured minus predicted
     kurtosis: float  # 3 for a normal distribution
@@ -55,6 +60,14 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
         """Whether pose noise alone may have made this score."""
         return self.rms <= self.floor or (
             self.rms_interval is not None and self.rms_interval[0] <= self.floor
+        )
+
+    @property
+    def as_foreseen(self) -> bool:
+        """Whether it may be no more than the model says of itself."""
+        return self.foreseen is not None and (
+            self.rms <= self.foreseen
+            or (self.rms_interval is not None and self.rms_interval[0] <= self.foreseen)
         )
 
 
@@ -169,6 +182,8 @@ def _axis_score(
         still,
         rms / still if still > 0 else float("inf"),
         floor,
+        None if prediction.foreseen is None else float(prediction.foreseen[axis]),
+        None if prediction.unsure is None else float(prediction.unsure[axis]),
         _beyond(rms, floor),
         float(np.mean(errors)),
         kurtosis(errors),
@@ -215,6 +230,8 @@ def _further(
         for horizon, name, ahead in every
     ]
     left = [] if filtered is None else residuals(model, recording, filtered)
+    if said := unforeseen(((x.horizon, x.scores) for x in found), seen(model, recording)):
+        notes.append(said)
     if recording.period > SLOW:
         notes.append(
             f"poses are {recording.period:.2g} s apart: velocities by the stencil, which errors are taken "
@@ -249,6 +266,53 @@ def lookaheads(
     return found, notes
 
 
+def unforeseen(scores: Iterable[tuple[float, Mapping[str, AxisScore]]], known: bool) -> str | None:
+    """What is to be said where errors are larger than the model says of itself.
+
+    scores: horizons [s] and what was scored so far ahead; known: the model was identified from it.
+    """
+    rows = list(scores)
+    beyond = [_most_beyond(rows, symbol) for symbol in SYMBOLS]
+    said = [
+        f"in {axis} {most[0]:.1f} times ({most[1]:g} s ahead)"
+        for axis, most in zip(AXES, beyond, strict=True)
+        if most is not None
+    ]
+    if not said:
+        return None
+    why = (
+        "though it was identified from this: its structure misses something"
+        if known
+        else "payload, wind or water are not what they were when it was identified, or it was not "
+        "driven like this then"
+    )
+    return f"the error is {', '.join(said)} what the model foresees of itself: {why}"
+
+
+def _most_beyond(
+    rows: Iterable[tuple[float, Mapping[str, AxisScore]]], symbol: str
+) -> tuple[float, float] | None:
+    """Error over what the model foresees, where that is most, and how far ahead [s]."""
+    found = [
+        (score.rms / score.foreseen, horizon)
+        for horizon, scores in rows
+        if (score := scores[symbol]).foreseen and _beyond_doubt(score)
+    ]
+    return max(found, default=None)
+
+
+def _beyond_doubt(score: AxisScore) -> bool:
+    """Whether it is larger than foreseen, by more than both chances explain.
+
+    Blocks of time differ, as the interval says; coefficients are off once for all of them.
+    """
+    if score.foreseen is None or score.unsure is None or score.rms_interval is None:
+        return False
+    most = float(np.sqrt(score.foreseen**2 + (OFF**2 - 1.0) * score.unsure**2))
+    least = score.rms * (score.rms_interval[0] / score.rms) ** WIDER
+    return score.rms > BEYOND * most and least > most
+
+
 def seen(model: Model, recording: Recording) -> bool:
     """Whether the model was identified from any part of it: same file (or name), same seconds."""
     own = {source.sha256 for source in recording.sources}
@@ -259,93 +323,6 @@ def seen(model: Model, recording: Recording) -> bool:
         if same and begin < entry.start + entry.length and entry.start < end:
             return True
     return False
-
-
-def scores_text(scores: Scores) -> str:
-    """The scores as a table for the terminal; Table III's pairing is marked."""
-    width = max(23, *(len(r.recording) for r in scores.recordings))
-    lines = [
-        f"RMS error {scores.horizon:g} s ahead",
-        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  excess   95 % of error",
-    ]
-    for row in scores.recordings:
-        for axis, symbol in enumerate(SYMBOLS):
-            s = row.scores[symbol]
-            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
-            mark = "*" if row.excited == AXES[axis] else " "
-            name = (
-                row.recording,
-                f"  {row.predictions} predictions",
-                f"  {100 * row.usable:.1f} % of poses used",
-            )[axis]
-            lines.append(
-                f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
-                f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
-                f"{s.excess * scale:6.3f}{'=' if s.at_floor else ' '} {_range(s.rms_interval, scale)}"
-            )
-    known = [r.recording for r in scores.recordings if r.seen]
-    if known:
-        lines.append(f"  note: the model was identified from {', '.join(known)}: no test of it")
-    for row in scores.recordings:
-        bad = [AXES[i] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0]
-        if bad:
-            lines.append(
-                f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
-            )
-    return "\n".join(lines)
-
-
-def _range(interval: Interval | None, scale: float) -> str:
-    if interval is None:
-        return "  too short"
-    return f"{interval[0] * scale:7.3f}-{interval[1] * scale:.3f}"
-
-
-def horizons_text(scores: Scores) -> str:
-    """Errors at all horizons, and what residuals still have to do with the forces."""
-    known = sorted({x.horizon for row in scores.recordings for x in row.horizons})
-    width = max(23, *(len(r.recording) for r in scores.recordings))
-    head = "".join(f"{f'{h:g} s':>8}" for h in known)
-    lines = [
-        "RMS error ahead, from the stencil's starts and from the model's own filter's",
-        f"  {'recording':<{width}}  start      unit  {head}",
-    ]
-    for row in scores.recordings:
-        for i, (axis, start) in enumerate(product(range(3), get_args(Start))):
-            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
-            cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
-            name = row.recording if i == 0 else ""
-            lines.append(
-                f"  {name:<{width}}  {SYMBOLS[axis]} {start:<7}  {unit:<6}{''.join(cells)}"
-            )
-    for row in scores.recordings:
-        lines += [f"  note: {row.recording}: {text}" for text in (*row.notes, *_left(row))]
-    return "\n".join(lines)
-
-
-def _cell(row: RecordingScore, horizon: float, start: str, symbol: str, scale: float) -> str:
-    for found in row.horizons:
-        if (found.horizon, found.start) == (horizon, start):
-            score = found.scores[symbol]
-            return f"{score.rms * scale:7.3f}{'=' if score.at_floor else ' '}"
-    return f"{'-':>7} "
-
-
-def _left(row: RecordingScore) -> list[str]:
-    """What its residuals say, the clearest first."""
-    found = sorted(
-        (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
-    )
-    said = [in_words(c) for c in found[:MOST_SAID]]
-    if len(found) > MOST_SAID:
-        said[-1] += f" (and {len(found) - MOST_SAID} more, in --json)"
-    return said
-
-
-LEGEND = """\
-  constant: error if the velocity stays as it is; ratio: error / constant;
-  floor: what pose noise alone makes; excess: what is left without it; =: may be the floor alone;
-  *: the axis that the recording excites, the pairing of the paper's Table III"""
 
 
 def scores_json(scores: Scores) -> dict[str, object]:

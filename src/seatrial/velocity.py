@@ -14,6 +14,7 @@ UNEVEN = 1.5  # a window with a step longer than this many usual ones is not dif
 NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either
 SLOW = 0.55  # [s] between poses, from which on the stencil misses what the boat does within four of them
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
+EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps
 STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
 
 

@@ -38,7 +38,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.files import dump_json, write_text
     from seatrial.model import load
     from seatrial.sanity import concerns
-    from seatrial.validate import LEGEND, horizons_text, scores_json, scores_text, validate
+    from seatrial.validate import scores_json, validate
+    from seatrial.validate_text import LEGEND, horizons_text, scores_text
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
     model = load_model(args)

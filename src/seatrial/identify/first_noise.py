@@ -24,6 +24,7 @@ from seatrial.filter_noise import (
 from seatrial.frames import Array
 from seatrial.noise import hanging, pose_noise
 from seatrial.recording import Recording
+from seatrial.schema import CorrelatedEntry
 
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
@@ -84,6 +85,7 @@ def all_hanging(recordings: Sequence[Recording]) -> Array:
     """The same fourth differences, made by errors that hang together, as good as alone."""
     noise = first_noise(recordings)
     period = float(np.median([r.period for r in recordings]))
-    noise[COLOUR] = noise[:2] / hanging(period, float(noise[COLOUR_MEMORY]))
+    unit = CorrelatedEntry(1.0, 1.0, float(noise[COLOUR_MEMORY]))
+    noise[COLOUR] = noise[:2] / hanging(period, unit)
     noise[:2] *= BARE
     return noise

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.frames import Array
 from seatrial.predict import Prediction
 from seatrial.report.runs import Run
 from seatrial.validate import AxisScore, Start, axis_scores
@@ -30,7 +31,6 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         index.append(one.index - one.index.min() + end)
         end = int(index[-1].max()) + 10 * steps + 1
     count = np.array([len(p.t) for p in predictions], dtype=float)
-    floors = np.array([p.floor for p in predictions])
     first = predictions[0]
     if len(predictions) == 1:
         return first
@@ -42,8 +42,18 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         np.concatenate([p.start for p in predictions]),
         np.concatenate(index),
         steps,
-        np.sqrt(count @ floors**2 / count.sum()),
+        np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
+        _mean([p.foreseen for p in predictions], count),
+        _mean([p.unsure for p in predictions], count),
     )
+
+
+def _mean(rms: Sequence[Array | None], count: Array) -> Array | None:
+    """Of root mean squares (3,) of so many predictions each; None where one is not known."""
+    known = [one for one in rms if one is not None]
+    if len(known) < len(rms):
+        return None
+    return np.asarray(np.sqrt(count @ np.square(known) / count.sum()))
 
 
 def pooled(runs: Sequence[Run]) -> list[Pooled]:

@@ -39,7 +39,8 @@ at most $scatter instants."""
 
 HORIZONS = """RMS error with 95 % intervals (bootstrap over blocks of time), from two kinds of start: the
 velocity that five poses give, and the one that the model's own filter knows at that instant, as on board.
-Dotted: the floor that pose noise sets; dashed: a velocity that stays as it is, what one has without a model."""
+Dotted: the floor that pose noise sets; dash-dotted: what the model foresees of itself; dashed: a velocity that
+stays as it is, what one has without a model."""
 
 PREDICTION = """From every usable pose the model alone is driven for $horizon s by the recorded
 commands; its velocity is drawn beside the one measured at that later instant. The plots open at the
@@ -82,7 +83,9 @@ what it is now: what one has without a model.</dd>
 <dt>ratio</dt><dd>RMS error divided by that. Below 1 the model is worth having; 0.5 halves the error.
 It tells little where the boat was not driven.</dd>
 <dt>floor</dt><dd>What a perfect model would score, because the velocities that it starts from and is
-compared with are noisy themselves. It holds for white pose noise.</dd>
+compared with are noisy themselves.</dd>
+<dt>foreseen</dt><dd>What the model says that it would score: the floor, the force that it leaves out and its
+uncertain coefficients. More than that: the boat, the wind or the water are not what they were.</dd>
 <dt>excess</dt><dd>What is left of the RMS error without the floor, √(RMS² − floor²): the model's own
 part.</dd>
 <dt>bias</dt><dd>Mean of measured minus predicted: wind, a current, an offset of the commands.</dd>

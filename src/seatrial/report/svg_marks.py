@@ -9,7 +9,11 @@ from seatrial.frames import Array
 from seatrial.report.draw.base import Figure
 from seatrial.report.svg_axes import Axis
 
-DASH = {"dash": ' stroke-dasharray="8 6"', "dot": ' stroke-dasharray="2 3"'}
+DASH = {
+    "dash": ' stroke-dasharray="8 6"',
+    "dot": ' stroke-dasharray="2 3"',
+    "dashdot": ' stroke-dasharray="8 3 2 3"',
+}
 CAP = 3.0  # [px] half of an interval's end
 
 

@@ -17,6 +17,7 @@ from seatrial.report.words import (
     AT_FLOOR,
     UNITS,
     floors,
+    foreseen,
     joined,
     minutes,
     names_of,
@@ -93,7 +94,16 @@ def _at_floor(runs: Sequence[Run], rms: Array) -> str:
     sizes = [f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), UNITS, strict=True)]
     all_of_it = bool(np.all(rms < AT_FLOOR * noise))
     more = ", which is all of it" if all_of_it else ""
-    return f"; pose noise alone makes {joined(sizes)}{more}"
+    return f"; pose noise alone makes {joined(sizes)}{more}{_foreseen(runs, rms)}"
+
+
+def _foreseen(runs: Sequence[Run], rms: Array) -> str:
+    """What the model itself says of that."""
+    own = foreseen(runs)
+    if own is None:
+        return ""
+    times = [number(t, 2) for t in (rms / own).tolist()]
+    return f"; the error is {joined(times)} times what the model foresees of itself"
 
 
 def following(evidence: Evidence) -> str:

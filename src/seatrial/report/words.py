@@ -56,6 +56,18 @@ def floors(runs: Sequence[Run]) -> Array:
     return np.asarray(np.sqrt(np.mean(np.concatenate(squares), axis=0)))
 
 
+def foreseen(runs: Sequence[Run]) -> Array | None:
+    """RMS (3,) [m/s, m/s, rad/s] that the model says of itself; None where it does not."""
+    squares = [
+        np.broadcast_to(r.prediction.foreseen**2, r.prediction.errors.shape)
+        for r in runs
+        if r.prediction.foreseen is not None
+    ]
+    if not squares or len(squares) < len(runs):
+        return None
+    return np.asarray(np.sqrt(np.mean(np.concatenate(squares), axis=0)))
+
+
 def not_told_apart(model: Model) -> list[str]:
     """Coefficients within two standard errors of 0."""
     errors = model.standard_errors

@@ -81,6 +81,10 @@ def horizons(rows: Sequence[Pooled], axis: int) -> Figure:
         traces.append(
             line("floor", x, floor, colour, dash="dot") | {"showlegend": start == STARTS[0][0]}
         )
+        foreseen = [s.foreseen for s in scores if s.foreseen is not None]
+        if len(foreseen) == len(scores):
+            trace = line("foreseen", x, scale * np.array(foreseen), colour, dash="dashdot")
+            traces.append(trace | {"showlegend": start == STARTS[0][0]})
     still = [row for row in rows if row.start == "stencil"]
     if still:
         values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])

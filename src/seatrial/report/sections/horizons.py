@@ -14,6 +14,7 @@ from seatrial.report.runs import Run
 from seatrial.report.sections.base import ALL, Section, fine, three
 from seatrial.report.table import Table
 from seatrial.report.words import UNITS, names_of
+from seatrial.validate import unforeseen
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -23,12 +24,13 @@ def section(evidence: Evidence) -> Section | None:
         return None
     rows = pooled(chosen)
     table = horizons("horizons", "Prediction at several horizons", [("", rows)])
+    single = [(run, pooled([run])) for run in evidence.tested if run.horizons]
     every = horizons(
         "horizons-by-recording", "Prediction at several horizons, by recording",
-        [(run.name, pooled([run])) for run in evidence.tested if run.horizons],
+        [(run.name, own) for run, own in single],
     )  # fmt: skip
     kind = "not seen" if chosen[0].unseen else "seen: identified from"
-    notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs))
+    notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs, single))
     html = f"""<section id="horizons"><h2>How far ahead</h2>
 <p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
@@ -41,7 +43,7 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Poole
     """Scores by horizon, start and axis; a group for each of several recordings."""
     head = (
         "velocity", "horizon [s]", "start", "RMS error", "95 %", "unit", "stays constant", "ratio",
-        "floor", "predictions",
+        "floor", "foreseen", "predictions",
     )  # fmt: skip
     rows: list[list[Cell]] = []
     for title, found in groups:
@@ -55,11 +57,16 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Poole
                         Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Text(row.start),
                         known(score.rms, 3, scale), between(score.rms_interval, 3, scale), Text(unit),
                         known(score.stays_constant, 3, scale), known(score.ratio, 2),
-                        known(score.floor, 3, scale), Text(f"{row.predictions}"),
+                        known(score.floor, 3, scale), known(score.foreseen, 3, scale), Text(f"{row.predictions}"),
                     ]
                 )  # fmt: skip
     return Table(name, caption, head, rows)
 
 
-def _notes(runs: Sequence[Run]) -> list[str]:
-    return list(dict.fromkeys(note for run in runs for note in run.notes))
+def _notes(runs: Sequence[Run], single: Sequence[tuple[Run, Sequence[Pooled]]]) -> list[str]:
+    beyond = [
+        (run.name, unforeseen(((row.horizon, row.scores) for row in own), not run.unseen))
+        for run, own in single
+    ]
+    said = [f"{name}: {words}." for name, words in beyond if words is not None]
+    return list(dict.fromkeys([*(note for run in runs for note in run.notes), *said]))

@@ -28,8 +28,8 @@ def section(evidence: Evidence) -> Section | None:
 def scores(evidence: Evidence) -> Table:
     """All velocities of every recording; the axis that dominates one is marked (Table III)."""
     head = (
-        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "excess", "bias",
-        "kurtosis", "95 % of RMS", "95 % of ratio",
+        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "foreseen", "excess",
+        "bias", "kurtosis", "95 % of RMS", "95 % of ratio",
     )  # fmt: skip
     rows: list[list[Cell]] = []
     marked: set[int] = set()
@@ -42,8 +42,8 @@ def scores(evidence: Evidence) -> Table:
                 [
                     Text(f"{AXES[axis]} {sign}"), known(found.rms, 3, scale), Text(name),
                     known(found.stays_constant, 3, scale), known(found.ratio, 3),
-                    known(found.floor, 3, scale), known(found.excess, 3, scale),
-                    known(found.bias, 2, scale), known(found.kurtosis, 3),
+                    known(found.floor, 3, scale), known(found.foreseen, 3, scale),
+                    known(found.excess, 3, scale), known(found.bias, 2, scale), known(found.kurtosis, 3),
                     between(found.rms_interval, 3, scale), between(found.ratio_interval, 3),
                 ]
             )  # fmt: skip

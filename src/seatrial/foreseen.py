@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""What a model says of its own predictions: how far they will be off because of what it does not know.
+
+An identified model states how uncertain its coefficients are and which force it leaves out. Both
+make errors of predictions, beside the noise of what they start from and are compared with. A boat
+that is as it was when it was identified scores this; one that scores more is not.
+"""
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.causal import filter_pass
+from seatrial.errors import ModelError
+from seatrial.filter_noise import noise_vector
+from seatrial.frames import Array
+from seatrial.model import Model
+from seatrial.recording import Recording
+from seatrial.velocity import Motion
+
+KNOWN = np.full(3, 1e-9)  # [m/s, m/s, rad/s] as good as exactly
+
+
+def pushed(
+    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
+) -> Array | None:
+    """Variance (3,) [m/s, m/s, rad/s]^2, `steps` poses after starts, of what the stated force makes.
+
+    The model's own filter without poses, from velocities that are known exactly, over stretches one
+    after the other. None where the model states no force, or runs away.
+    """
+    noise = noise_vector(model.noise)
+    if noise is None:
+        return None
+    apart = _apart(start, steps)
+    use = np.zeros(len(recording.t), dtype=np.int8)
+    use[apart] = _core.USE_BEGINNING
+    velocity = np.zeros((len(recording.t), 3))
+    velocity[apart] = begin.nu[apart]
+    eta = np.where(recording.valid[:, None], recording.eta, 0.0)
+    poses = _core.Series(
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), KNOWN, velocity
+    )  # fmt: skip
+    try:
+        found = filter_pass(model, recording, poses, noise)
+    except ModelError:
+        return None
+    deviation = np.asarray(found.deviation, dtype=float)[apart + steps]
+    return np.asarray(np.mean(deviation**2, axis=0))
+
+
+def _apart(start: NDArray[np.int64], steps: int) -> NDArray[np.int64]:
+    """Those of the starts, rising, whose stretches share no pose."""
+    found, free = [], -1
+    for one in start.tolist():
+        if one >= free:
+            found.append(one)
+            free = one + steps + 1
+    return np.array(found, dtype=np.int64)
+
+
+def unsure(
+    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
+) -> Array:
+    """Variance (3,) [m/s, m/s, rad/s]^2, `steps` poses after starts, of what errors of parameters make.
+
+    To first order: the covariance of coefficients and constants through the model's slopes.
+    """
+    coefficients, constants = len(model.coefficients), len(model.constants)
+    trace = model.trace(
+        recording, initial=True, coefficients=range(coefficients), tangents=range(constants)
+    )
+    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
+    _, tangents = _core.predict(
+        model.boat, trace, recording.t, start.astype(np.int32), x0, steps,
+        threads=os.cpu_count() or 1, tangents=True,
+    )  # fmt: skip
+    slopes = tangents[:, 3:, 6:]  # d nu(end) / d parameters
+    return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))

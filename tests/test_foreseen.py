@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""What a model says of its own predictions, against closed forms and what it then scores."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from scipy.linalg import expm
+
+from seatrial.foreseen import pushed, unsure
+from seatrial.model import Model
+from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.predict import Lookahead
+from seatrial.schema import NoiseEntry, ProcessEntry
+from seatrial.simulate import plant_model, simulate
+from seatrial.validate import validate
+
+FORCE = Unmodelled(share=0.04, correlation=2.0)
+
+
+def plan_of(force: Unmodelled | None = FORCE, trial: str = "S7", seed: int = 5) -> PlanFile:
+    plan = with_seed(load_plan("paper-like"), seed)
+    pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
+    return msgspec.structs.replace(
+        plan,
+        pose=pose,
+        plant=msgspec.structs.replace(plan.plant, unmodelled=force),
+        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
+        trials={trial: plan.trials[trial]},
+    )
+
+
+def believing(model: Model, plan: PlanFile, process: ProcessEntry) -> Model:
+    noise = NoiseEntry(plan.pose.position_noise, plan.pose.heading_noise, process)
+    return replace(model, noise=noise)
+
+
+def true_process(plan: PlanFile) -> ProcessEntry:
+    c, share = plan.plant.coefficients, plan.plant.unmodelled.share
+    linear = share * np.sqrt((c["X_F"] ** 2 + c["Y_F"] ** 2) / 2.0)
+    return ProcessEntry(0.0, 0.0, float(linear), share * c["N_F"], FORCE.correlation)
+
+
+@pytest.fixture(scope="module")
+def drive(af):
+    """A boat that something pushes, and the model that is right about it."""
+    plan = plan_of()
+    (trial,) = simulate(plan, af)
+    return believing(plant_model(plan, af), plan, true_process(plan)), trial.recording
+
+
+@pytest.mark.parametrize("seconds", [0.2, 1.0, 5.0])
+def test_what_the_force_makes_is_the_closed_form(af, drive, seconds):
+    """Yaw with linear drag alone: a linear system, its variance by Van Loan's matrix exponential."""
+    _, recording = drive
+    drag, walk, force, memory = 0.6, 0.02, 0.1, 1.5
+    values = dict.fromkeys(TABLE_II["AF"], 0.0) | {"X_u": -0.5, "Y_v": -0.5, "N_r": -drag}
+    process = ProcessEntry(0.001, walk, 0.001, force, memory)
+    model = replace(make_model(af, values), noise=NoiseEntry(1e-3, 1e-3, process))
+    look = Lookahead(model, recording)
+    found = look.predict(seconds)
+    variance = pushed(model, recording, look.begin, found.index - found.steps, found.steps)
+    a = np.array([[-drag, 1.0], [0.0, -1.0 / memory]])
+    q = np.diag([walk**2, 2.0 * force**2 / memory])
+    both = expm(np.block([[-a, q], [np.zeros((2, 2)), a.T]]) * seconds)
+    passed = both[2:, 2:].T
+    after = passed @ np.diag([0.0, force**2]) @ passed.T + passed @ both[:2, 2:]
+    # the filter adds what is new of the walk at the poses, where it has not faded yet
+    assert variance[2] == pytest.approx(after[0, 0], rel=0.02)
+
+
+def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
+    """Along each column of their covariance's root, both ways, so that what is not linear falls out."""
+    model, whole = drive
+    recording = whole.cut(20.0, 60.0)
+    errors = 0.01 * np.abs(model.coefficients)
+    size = len(errors)
+    common = np.linalg.cholesky(np.eye(size) + 0.5)
+    spread = np.zeros((len(model.covariance),) * 2)
+    spread[:size, :size] = errors[:, None] * (common @ common.T) * errors
+    uncertain = replace(model, covariance=spread)
+    look = Lookahead(uncertain, recording)
+    start = (found := look.predict(2.0, 20)).index - found.steps
+    total = np.zeros(3)
+    for column in (errors[:, None] * common).T:
+        ahead, back = (
+            Lookahead(replace(model, coefficients=model.coefficients + off), recording)
+            .predict(2.0, 20)
+            .nu
+            for off in (column, -column)
+        )
+        total += np.mean(np.square(ahead - back) / 4.0, axis=0)
+    variance = unsure(uncertain, recording, look.begin, start, found.steps)
+    np.testing.assert_allclose(variance, total, rtol=0.01)
+
+
+def test_a_model_that_is_right_scores_what_it_foresees(drive):
+    """At all horizons and from both starts; noise alone would be half of it 5 s ahead."""
+    model, recording = drive
+    row = validate(model, [recording]).recordings[0]
+    assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "filter")
+    for found in row.horizons:
+        for symbol, score in found.scores.items():
+            assert score.rms == pytest.approx(score.foreseen, rel=0.1), (found.horizon, symbol)
+    last = row.horizons[-1].scores
+    assert all(score.rms > 1.4 * score.floor for score in last.values())
+    assert not any("foresees" in note for note in row.notes)
+
+
+def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
+    model, _ = drive
+    plan = plan_of(seed=6)
+    heavy = {**plan.plant.coefficients, "X_F": 0.7 * plan.plant.coefficients["X_F"]}
+    plant = msgspec.structs.replace(plan.plant, coefficients=heavy)
+    (trial,) = simulate(msgspec.structs.replace(plan, plant=plant), af)
+    (note,) = [n for n in validate(model, [trial.recording]).recordings[0].notes if "foresees" in n]
+    assert "in surge " in note
+    assert "in yaw" not in note
+    assert "payload" in note
+
+
+def test_a_model_without_process_noise_foresees_nothing(af, drive):
+    _, recording = drive
+    model = make_model(af, TABLE_II["AF"])
+    score = validate(model, [recording]).recordings[0].scores["u"]
+    assert score.foreseen is None
+    assert score.unsure is None
+    assert not score.as_foreseen
