@@ -121,6 +121,20 @@ def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     assert "payload" in note
 
 
+def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
+    """Swinging by 4 mm within a second: far ahead that is drowned in what a strong force makes."""
+    plan = plan_of(Unmodelled(share=0.15, correlation=2.0))
+    (trial,) = simulate(plan, af)
+    model, recording = believing(plant_model(plan, af), plan, true_process(plan)), trial.recording
+    assert not any("foresees" in n for n in validate(model, [recording]).recordings[0].notes)
+    swing = 0.004 * np.sin(2.0 * np.pi * recording.t[:, None] + np.array([0.0, 1.0, 2.0]))
+    shaken = replace(recording, eta=recording.eta + swing * [1.0, 1.0, 0.0])
+    (note,) = [n for n in validate(model, [shaken]).recordings[0].notes if "foresees" in n]
+    assert "they err otherwise" in note
+    assert "payload" not in note
+    assert "in yaw" not in note
+
+
 def test_a_model_without_process_noise_foresees_nothing(af, drive):
     _, recording = drive
     model = make_model(af, TABLE_II["AF"])

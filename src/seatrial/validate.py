@@ -32,6 +32,7 @@ BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
 BEYOND = 1.25  # times what the model foresees of itself, from which on that is worth a word
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
+SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
 Start = Literal["stencil", "filter"]
 Interval = tuple[float, float]
 
@@ -272,33 +273,37 @@ def unforeseen(scores: Iterable[tuple[float, Mapping[str, AxisScore]]], known: b
     scores: horizons [s] and what was scored so far ahead; known: the model was identified from it.
     """
     rows = list(scores)
-    beyond = [_most_beyond(rows, symbol) for symbol in SYMBOLS]
+    beyond = [_surprises(rows, symbol) for symbol in SYMBOLS]
     said = [
-        f"in {axis} {most[0]:.1f} times ({most[1]:g} s ahead)"
-        for axis, most in zip(AXES, beyond, strict=True)
-        if most is not None
+        f"in {axis} {times:.1f} times ({horizon:g} s ahead)"
+        for axis, found in zip(AXES, beyond, strict=True)
+        if found
+        for times, horizon in [max(found)]
     ]
     if not said:
         return None
-    why = (
-        "though it was identified from this: its structure misses something"
-        if known
-        else "payload, wind or water are not what they were when it was identified, or it was not "
-        "driven like this then"
-    )
+    farthest = max(horizon for horizon, _ in rows)
+    if all(max(x)[1] < SOON and max(h for _, h in x) < farthest for x in beyond if x):
+        why = "what is gone later is the poses rather than the boat: they err otherwise than it was told"
+    elif known:
+        why = "though it was identified from this: its structure misses something"
+    else:
+        why = (
+            "payload, wind or water are not what they were when it was identified, or it was not "
+            "driven like this then"
+        )
     return f"the error is {', '.join(said)} what the model foresees of itself: {why}"
 
 
-def _most_beyond(
+def _surprises(
     rows: Iterable[tuple[float, Mapping[str, AxisScore]]], symbol: str
-) -> tuple[float, float] | None:
-    """Error over what the model foresees, where that is most, and how far ahead [s]."""
-    found = [
+) -> list[tuple[float, float]]:
+    """Errors over what the model foresees, where they are beyond that, and how far ahead [s]."""
+    return [
         (score.rms / score.foreseen, horizon)
         for horizon, scores in rows
         if (score := scores[symbol]).foreseen and _beyond_doubt(score)
     ]
-    return max(found, default=None)
 
 
 def _beyond_doubt(score: AxisScore) -> bool:
