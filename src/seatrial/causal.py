@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import UNKNOWN, FaultKind
+from seatrial.faults import FaultKind
 from seatrial.filter_noise import NOISE_FIRST, NOISE_START, OUTLIER, fitted_noise, noise_vector
 from seatrial.frames import Array, body_velocity
 from seatrial.model import INTEGRATORS, Model
@@ -88,11 +88,13 @@ def _afresh(
     first = int(np.flatnonzero(use > 0)[0])
     if first > 0:
         use[first], velocity[first] = _core.USE_BEGINNING, begin
-    for fault in recording.faults:
-        if fault.kind in UNKNOWN and fault.end + LASTING > t[first]:
-            use[(t >= fault.start) & (t < fault.end + LASTING)] = 0
-            after = np.flatnonzero((use > 0) & (t >= fault.end))[:1]
-            known = np.flatnonzero(moving.valid & (t >= fault.end + LASTING))[:1]
+    for begins, ends in recording.unknown:
+        if ends + LASTING > t[first]:
+            if begins < t[first] and not (use[t >= ends + LASTING] > 0).any():
+                continue  # too short to be choosy
+            use[(t >= begins) & (t < ends + LASTING)] = 0
+            after = np.flatnonzero((use > 0) & (t >= ends))[:1]
+            known = np.flatnonzero(moving.valid & (t >= ends + LASTING))[:1]
             use[after] = _core.USE_BEGINNING
             if len(known):
                 velocity[after] = moving.nu[known]
@@ -201,10 +203,8 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     found = filter_pass(model, recording, series(recording), believed)
     begins = recording.t[recording.valid][0]
     used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + SETTLING)
-    for fault in recording.faults:
-        if fault.kind in UNKNOWN:
-            settled = fault.end + LASTING + SETTLING
-            used &= (recording.t < fault.end) | (recording.t > settled)
+    for _, ends in recording.unknown:
+        used &= (recording.t < ends) | (recording.t > ends + LASTING + SETTLING)
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import UNKNOWN
 from seatrial.foreseen import pushed, unsure
 from seatrial.frames import Array, Mask, Stamps
 from seatrial.model import Model
@@ -35,9 +34,7 @@ class Prediction:
     steps: int
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
     foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
-    unsure: Array | None = (
-        None  # (3,) the part of it that uncertain coefficients and constants make
-    )
+    unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
 
     @property
     def errors(self) -> Array:
@@ -177,9 +174,8 @@ def _starts(
     end = start + steps
     usable = begins[start] & ends[end]
     usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period
-    for fault in recording.faults:
-        if fault.kind in UNKNOWN:
-            usable &= (recording.t[end] < fault.start) | (recording.t[start] > fault.end)
+    for begin, over in recording.unknown:
+        usable &= (recording.t[end] < begin) | (recording.t[start] > over)
     if not usable.any():
         raise RecordingError(
             f"{recording.name}: no two usable velocities {horizon:g} s apart in "

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import Fault, FaultKind, examine, in_order, silences, usual_step
+from seatrial.faults import UNKNOWN, Fault, FaultKind, examine, in_order, silences, usual_step
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
 from seatrial.streams import Stream, only_changes
 
 BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag
+AT_REST = 0.05  # of an input's largest command: less is nothing
 
 
 @dataclass(frozen=True)
@@ -147,6 +148,19 @@ class Recording:
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""
         return (stamps - self.origin).astype(np.float64) * 1e-9
+
+    @cached_property
+    def unknown(self) -> tuple[tuple[float, float], ...]:
+        """Stretches [s] in which it is not known what is commanded.
+
+        Before the first command, too, unless that is nothing: a log that begins while the boat is
+        driven does not tell what its thrusters did until then.
+        """
+        found = [(f.start, f.end) for f in self.faults if f.kind in UNKNOWN]
+        values = np.abs(self.commands.values)
+        if len(values) and (values[0] > AT_REST * values.max(axis=0)).any():
+            found.insert(0, (-np.inf, float(self.seconds(self.commands.stamps[:1])[0])))
+        return tuple(found)
 
     def cut(self, start: float | None = None, end: float | None = None) -> "Recording":
         """The part from `start` to `end` [s] from the recording's start."""

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""Logs that begin while the boat is driven: what its thrusters did until then is not known."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from seatrial.causal import LASTING, believed_noise, filter_pass, series
+from seatrial.identify.output_error import output_error
+from seatrial.plan import load_plan, with_seed
+from seatrial.predict import Lookahead
+from seatrial.recording import Recording, Signal
+from seatrial.simulate import plant_model, simulate
+
+
+@pytest.fixture(scope="module")
+def tracked(af):
+    """A plan under motion capture, its recordings, and when each has just got a large command [s]."""
+    plan = with_seed(load_plan("paper-like"), 3)
+    pose = msgspec.structs.replace(
+        plan.pose, rate=100.0, position_noise=2e-4, heading_noise=5e-4, stamp_jitter=0.0
+    )
+    trials = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
+    plan = msgspec.structs.replace(plan, pose=pose, trials=trials)
+    recordings = [trial.recording for trial in simulate(plan, af)]
+    return plan, [(r, changed(r)) for r in recordings]
+
+
+def changed(recording: Recording) -> float:
+    """When a command has just changed by much and is large, after half a minute."""
+    t = recording.seconds(recording.commands.stamps)
+    change = np.abs(np.diff(recording.commands.values, axis=0))
+    large = (change > 0.4) & (np.abs(recording.commands.values[1:]) > 0.4)
+    return float(t[1:][(t[1:] > 30.0) & large.any(axis=1)][0]) + 0.03
+
+
+def used(log, tracked, af):
+    """The poses (n,) that the filter took."""
+    plan, _ = tracked
+    model = plant_model(plan, af)
+    passed = filter_pass(model, log, series(log), believed_noise(model, [log]))
+    return np.asarray(passed.weight) > 0.0
+
+
+def begun(recording: Recording, at: float, lasts: float = 60.0) -> Recording:
+    """As if the log had begun there: commands, too."""
+    part = recording.cut(at, at + lasts)
+    c = part.commands
+    rows = c.stamps >= part.stamps[0]
+    return replace(part, commands=Signal(c.names, c.stamps[rows], c.values[rows]))
+
+
+def test_poses_count_from_when_the_first_command_has_lasted(tracked, af):
+    _, drives = tracked
+    for recording, at in drives:
+        log = begun(recording, at)
+        ((before, first),) = log.unknown
+        assert before == -np.inf
+        assert 0.0 <= first < 0.1
+        known = log.t >= first + LASTING
+        assert not used(log, tracked, af)[~known].any()
+        assert np.array_equal(used(log, tracked, af)[known], log.valid[known])
+
+
+def test_a_log_that_begins_at_rest_or_was_cut_is_known_from_the_beginning(tracked, af):
+    _, drives = tracked
+    for recording, at in drives:
+        for one in (recording, recording.cut(at, at + 60.0)):
+            assert all(end < one.t[0] - 2.0 for begin, end in one.unknown if begin < 0.0)
+            assert np.array_equal(used(one, tracked, af), one.valid)
+
+
+def test_a_log_too_short_for_that_is_used_whole(tracked, af):
+    _, ((recording, at), *_) = tracked
+    log = begun(recording, at, lasts=0.9)
+    assert log.unknown[0][0] == -np.inf
+    assert np.array_equal(used(log, tracked, af), log.valid)
+
+
+def test_predictions_do_not_start_where_the_command_is_not_known(tracked, af):
+    plan, ((recording, at), *_) = tracked
+    log = begun(recording, at)
+    late = replace(log, commands=later(log.commands, 1.5))
+    found = Lookahead(plant_model(plan, af), late).predict(1.0, 1)
+    assert log.t[found.index - found.steps].min() > 1.5
+
+
+def later(signal: Signal, seconds: float) -> Signal:
+    rows = signal.stamps >= signal.stamps[0] + round(1e9 * seconds)
+    return Signal(signal.names, signal.stamps[rows], signal.values[rows])
+
+
+def test_such_logs_tell_as_much_as_cut_ones(tracked, af):
+    """With the commands before, and without: no force is made up, and errors are as small."""
+    plan, drives = tracked
+    known = output_error([r.cut(at, at + 60.0) for r, at in drives], af)
+    found = output_error([begun(r, at) for r, at in drives], af)
+    truth = plan.plant.coefficients
+    for name, error in found.standard_errors.items():
+        assert error < 1.3 * known.standard_errors[name], name
+        if name in truth and name.endswith(("u", "v", "r", "d")):
+            assert found.values[name] == pytest.approx(truth[name], abs=4.5 * error), name
+    assert found.noise.process.disturbance_linear < 1e-4
