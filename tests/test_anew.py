@@ -3,6 +3,7 @@
 
 import sys
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -14,7 +15,9 @@ from seatrial.identify.first_noise import all_hanging, first_noise
 from seatrial.identify.output_error import Fit, fit
 from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import white
-from seatrial.plan import load_plan
+from seatrial.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulate import simulate
+from seatrial.vehicle import Vehicle
 
 sys.path.insert(0, str(ROOT))
 from benchmarks.predictor.drives import CORRELATED, HANGS, IDENTIFIED, LASTS, SCENES, trials
@@ -24,6 +27,11 @@ PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes
 LONG = {"correlated 0.3 mm": 1087, "correlated 8 mm": 1092}
 LET_GO, WALKING = 41, 46  # seeds: without errors that hang together, with a walk for the push
+OWN_BOAT = {
+    "X_u": -0.30, "X_uu": -1.2, "X_F": 0.20, "Y_v": -0.35, "Y_vv": -1.5, "Y_F": 0.15,
+    "N_r": -0.6, "N_rr": -0.35, "N_F": 1.0, "N_ud": 0.04, "N_uu": 0.4,
+}  # fmt: skip
+DRIFTING = 13  # a seed whose search has errors last as long as they may for eight steps
 SIGMA = 4e-3  # [m], [rad] of the preset's poses
 TRUTH = load_plan("hard").plant.coefficients
 PUSH = SCENES[PUSHED] * np.array(  # [m/s^2, rad/s^2]
@@ -84,6 +92,36 @@ def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes
     hangs = found.model().noise.correlated
     assert hangs is not None
     assert hangs.memory == pytest.approx(0.3, rel=0.15)
+
+
+def test_where_errors_that_drift_are_the_only_way_it_is_waited_for_their_end(mp):
+    """Without them the search crept for 40 steps, and good recordings were refused."""
+    found, truth = solved_on(mp, OWN_BOAT, DRIFTING)
+    theta = found.theta[list(found.problem.free)]
+    errors = np.array([found.errors[n] for n in found.names])
+    assert np.all(np.abs(theta - truth) < 4.5 * errors)
+    noise = found.model().noise
+    assert noise.correlated.memory == pytest.approx(HANGS, rel=0.15)
+    assert noise.process.walk_linear < 5e-3
+
+
+def solved_on(
+    vehicle: Vehicle, coefficients: dict[str, float], seed: int
+) -> tuple[Fit, np.ndarray]:
+    """What a pushed boat of these coefficients is found to be, and the truth."""
+    plan = with_seed(load_plan("hard"), seed)
+    replace = msgspec.structs.replace
+    plan = replace(
+        plan,
+        plant=replace(
+            plan.plant, coefficients=coefficients, unmodelled=Unmodelled(SCENES[PUSHED], LASTS)
+        ),
+        pose=replace(plan.pose, noise_correlation=HANGS),
+        trials={name: replace(plan.trials[name], duration=150.0) for name in IDENTIFIED},
+    )
+    made = list(simulate(plan, vehicle))
+    found = fit([trial.recording for trial in made], made[0].vehicle)
+    return found, true_parameters(plan, found.names)
 
 
 def test_where_nothing_tells_of_a_corner_no_search_begins(found, monkeypatch):

@@ -13,7 +13,7 @@ from scipy import stats
 import seatrial
 from seatrial.cli import main
 from seatrial.compare import compare, comparison_json, drive_of
-from seatrial.compare.parameters import Factor, factors, joint, pairs, views
+from seatrial.compare.parameters import Factor, Joint, factors, joint, pairs, views
 from seatrial.compare.prediction import rms_difference
 from seatrial.compare.text import _factor as factor_text
 from seatrial.compare.text import comparison_text
@@ -304,6 +304,11 @@ def test_the_model_of_the_loaded_boat_predicts_it_better(heavier):
         assert 0 < axis.interval[0] < axis.difference < axis.interval[1]
     text = comparison_text(found)
     assert "=> the change matters for prediction: B is better in surge" in text
+    untold = msgspec.structs.replace(found, pairs=[], joint=Joint(chi2=4.0, freedom=5, p=0.55))
+    assert (
+        "=> prediction shows a change that the coefficients' errors hide: B is better in surge"
+        in comparison_text(untold)
+    )
     turned = compare(after, before, records).ahead[-1]
     for symbol, axis in turned.axes.items():
         assert axis.difference == pytest.approx(-last.axes[symbol].difference, abs=1e-9)

@@ -41,7 +41,13 @@ def test_a_missing_term_shows_in_its_axis_after_its_force(truth, quiet):  # noqa
     assert (worst.residual, worst.force) == ("r", "F_u")
     assert worst.lag >= 0
     assert in_words(worst).startswith("residuals in yaw follow F_u")
-    assert "a term is missing" in in_words(worst)
+    assert "a term is missing, or a delay is wrong" in in_words(worst)
+
+
+def test_an_axis_that_follows_its_own_force_may_be_of_a_boat_that_changed(truth, quiet):  # noqa: F811
+    heavier = found(changed(truth, X_F=1.3 * truth.values["X_F"]), quiet.recording)[0]
+    assert (heavier.residual, heavier.force) == ("u", "F_u")
+    assert "mass, thrust or drag is not what it was" in in_words(heavier)
 
 
 def shifted(quiet, seconds):

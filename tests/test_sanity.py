@@ -9,7 +9,7 @@ from conftest import TABLE_II, make_model
 
 from seatrial.errors import ModelError
 from seatrial.sanity import doubts, early, sanity, sanity_line
-from seatrial.schema import ChainGroup
+from seatrial.schema import ChainGroup, NoiseEntry, ProcessEntry
 
 
 def top_speed(quadratic: float, linear: float, force: float) -> float:
@@ -56,6 +56,16 @@ def test_drag_that_drives_the_boat_is_a_doubt(mp):
     assert doubt.startswith("X_u = 0.02")
     assert "linear surge drag that drives the boat" in doubt
     assert doubts(make_model(mp, TABLE_II["AF"])) == []
+
+
+def test_pose_noise_is_not_blamed_where_the_estimator_knows_of_it(mp):
+    model = make_model(mp, TABLE_II["AF"] | {"X_u": 0.02})
+    (doubt,) = doubts(model)
+    assert "Pose noise does that to regressions" in doubt
+    noise = NoiseEntry(1e-3, 2e-3, ProcessEntry(1e-9, 1e-9, 1e-3, 1e-3, 2.0))
+    (doubt,) = doubts(replace(model, noise=noise))
+    assert "Pose noise" not in doubt
+    assert "Drag that grows otherwise with speed" in doubt
 
 
 def test_drag_that_is_positive_within_its_error_is_none(mp):

@@ -126,7 +126,13 @@ def in_words(correlation: Correlation) -> str:
             f"{correlation.force} follows residuals in {axis} {-correlation.lag:.2f} s later: {size}: "
             "the operator answers them, or the clock of the commands is late"
         )
+    own = correlation.force[-1] == correlation.residual
+    or_else = (
+        "a delay is wrong, or mass, thrust or drag is not what it was"
+        if own
+        else "or a delay is wrong"
+    )
     return (
         f"residuals in {axis} follow {correlation.force} {correlation.lag:.2f} s later: {size}: "
-        "a term is missing, or a delay is wrong"
+        f"a term is missing, {or_else}"
     )

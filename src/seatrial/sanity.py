@@ -92,6 +92,11 @@ def doubts(model: Model) -> list[str]:
 
 def _odd_drag(model: Model) -> list[str]:
     found = []
+    why = (
+        "Pose noise does that to regressions"
+        if model.noise.process is None
+        else "Drag that grows otherwise with speed than these terms does that"
+    )
     for axis, symbol in enumerate(SYMBOLS):
         own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}
         for name, kind in own.items():
@@ -105,9 +110,8 @@ def _odd_drag(model: Model) -> list[str]:
                 )
                 found.append(
                     f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} "
-                    f"{AXES[axis]} drag that drives the boat. Pose noise does that to "
-                    "regressions; or these speeds don't tell the two drag terms apart: drive faster and "
-                    f"slower, or drop one.{turns}"
+                    f"{AXES[axis]} drag that drives the boat. {why}; or these speeds don't tell the two "
+                    f"drag terms apart: drive faster and slower, or drop one.{turns}"
                 )
     return found
 

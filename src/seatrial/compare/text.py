@@ -246,7 +246,13 @@ def matters(found: Comparison, horizon: str) -> str:
     chance = f"{' and '.join(near)} alone would show, but among three axes that may be chance"
     if said:
         more = f"; {chance}" if near else ""
-        return f"the change matters for prediction: {'; '.join(said)}{more}"
+        seen = found.joint is None or found.changed or found.joint.p < SIGNIFICANT
+        head = (
+            "the change matters for prediction"
+            if seen
+            else "prediction shows a change that the coefficients' errors hide"
+        )
+        return f"{head}: {'; '.join(said)}{more}"
     if found.changed and near:
         return f"coefficients changed; in the prediction {chance}: record longer to tell"
     if found.changed:

@@ -106,7 +106,7 @@ def fit(
     if share:
         notes.append(
             f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
-            "in a second, which predicts one second ahead better than the likelihood's choice"
+            "in a second, which predicts one second ahead as well as the likelihood's choice, or better"
         )
     covariance = as_likely(at, sandwich(at))
     sought = chosen.extras and (start is None or prior is not None) and not chosen.hold_noise

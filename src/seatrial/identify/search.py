@@ -36,7 +36,9 @@ SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard erro
 NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
 NOTHING = 0.01  # share of other process noise, or of what is tried, that does not matter
-DRIFTS = 8  # steps in a row with hanging errors as long as they may get, that are no errors then
+DRIFTS = (
+    8  # steps in a row with hanging errors as long as they may get: motion, more often than errors
+)
 ASTRAY = 100.0  # -2 log likelihood of each pose: a model that far off says not where to go
 LOOSE = (10.0, 1.0)  # times the process noise of a first one, that it is believed with then
 NEAR = 100.0  # the cost's fall that the next step promises: enough for less of it
@@ -68,7 +70,8 @@ def search(
 ) -> Point:
     """The most likely parameters and, unless they are held, noise levels, not below `least` (11,).
 
-    Errors of the poses that hang together are believed only where the data ask for them.
+    Errors of the poses that hang together are believed only where the data ask for them. Where they
+    drift it begins again without; and where that is no way either, it waits for how they end.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     begin = _within(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
@@ -83,7 +86,10 @@ def search(
             raise
         white = begin.noise.copy()
         white[COLOUR] = least[COLOUR]
-        at = _descent(_point(problem, theta, white), hold, least)
+        try:
+            at = _descent(_point(problem, theta, white), hold, least)
+        except IdentificationError:
+            at = _descent(_whole(begin), hold, least, drifts=np.inf)
     return _needed(at, least)
 
 
@@ -181,10 +187,12 @@ def _descent(
     most: Array | None = None,
     beat: float = np.inf,
     steps: int = ITERATIONS,
+    drifts: float = DRIFTS,
 ) -> Point:
     """Down from a point, until the next step promises less than `settled`.
 
-    steps: at most; where they are fewer than a search may have, it ends where it got to.
+    steps: at most; where they are fewer than a search may have, it ends where it got to. drifts: steps
+    in a row with errors of the poses that last as long as they may, with which it is given up.
     """
     most = most_noise(at.noise) if most is None else most
     problem = at.passes.problem
@@ -192,7 +200,7 @@ def _descent(
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
         )
-    damping, hope, flat, drifts, creeps = 1e-4, 0.0, 0, 0, 0
+    damping, hope, flat, drifting, creeps = 1e-4, 0.0, 0, 0, 0
     way = np.zeros(len(at.noise))
     costs: list[float] = []
     for _ in range(steps):
@@ -209,8 +217,8 @@ def _descent(
         before, way = way, np.log(better / at.noise)
         along = way @ before > ALONG * np.linalg.norm(way) * np.linalg.norm(before)
         creeps = creeps + 1 if along else 0
-        drifts = drifts + 1 if _drifting(better, most) else 0
-        if drifts == DRIFTS:
+        drifting = drifting + 1 if _drifting(better, most) else 0
+        if drifting == drifts:
             raise IdentificationError("errors of the poses that drift can't be told from motion")
         for trial in range(TRIALS):
             move, promised = step_within(at, damping)

@@ -7,19 +7,29 @@ from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS
 from seatrial.identify.search import Point
 
 LAGS = 10  # poses over which the filter's errors are looked at
-PATTERN = 0.06  # autocorrelation from which on they follow one; right models stay below 0.03
+PATTERN = (
+    0.06  # autocorrelation from which on they follow one; right models stay below 0.03 in 3 x 200 s
+)
+CHANCE = (
+    3.3  # of its standard deviations, 1 / sqrt(n): the largest of thirty is beyond in 3 % of cases
+)
 
 
 def white(at: Point) -> bool:
-    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
-    sums = np.zeros((LAGS + 1, 3))
+    """Whether the filter's errors follow no pattern: the noise that was found explains them.
+
+    Of n errors that follow none, autocorrelations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
+    and Ljung, Time Series Analysis, 5th ed., section 2.1.6): few poses show a pattern by chance.
+    """
+    sums, used = np.zeros((LAGS + 1, 3)), 0
     for each in at.passes.each:
         spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
         error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
         error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
         for lag in range(LAGS + 1):
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
-    return bool(np.abs(sums[1:] / sums[0]).max() < PATTERN)
+        used += int(np.sum(np.asarray(each.weight) > 0.0))
+    return bool(np.abs(sums[1:] / sums[0]).max() < max(PATTERN, CHANCE / np.sqrt(used)))
 
 
 def explained(at: Point) -> bool:
