@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The paper's least squares: exact where it must be, honest where it can't be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -9,7 +11,7 @@ import seatrial
 from seatrial import _core
 from seatrial.errors import IdentificationError, ModelError, RecordingError
 from seatrial.excitation import excitation, find_roles
-from seatrial.identify import EquationErrorSettings, equation_error
+from seatrial.identify import METHODS, EquationErrorSettings, equation_error, identify
 from seatrial.identify.least_squares import solve
 from seatrial.recording import Signal, make_recording
 from seatrial.velocity import Motion
@@ -109,6 +111,23 @@ def test_roles_are_found_from_the_excitation_or_given(clean_af, af):
         )
         find_roles(af, [only])
     assert excitation(af, records[2]).dominant == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_commands_that_never_change_are_refused(clean_af, af, method):
+    records = [clean_af[s].recording for s in ("S1", "S2", "S3")]
+    held = [
+        make_recording(
+            r.name,
+            r.stamps,
+            r.eta,
+            replace(r.commands, values=np.full_like(r.commands.values, 0.5)),
+        )
+        for r in records
+    ]
+    with pytest.raises(RecordingError, match=r"F_u is 0\.44 all along.*surge pulses"):
+        identify(held, af, method=method)
+    find_roles(af, [*held[:2], records[2]])  # one in which they change will do
 
 
 def _surge_only(commands: Signal) -> Signal:

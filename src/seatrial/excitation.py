@@ -16,6 +16,7 @@ DOMINANT = 0.75  # share of the squared commands from which on a recording belon
 FINE = 0.05  # [s] between looks at the commands
 MOST_TIMES = 1_000_000  # looks; stamps in the wrong unit make days of minutes
 EXCITED = 0.02  # RMS in command units below which an axis counts as not excited
+CHANGES = 0.002  # in command units: what moves by less all along does not change
 FULL = 2.0  # no command goes beyond twice the full one
 
 
@@ -27,6 +28,8 @@ class Excitation:
     largest: Array  # (3,) largest magnitude
     share: Array  # (3,) of the squared commands
     both_signs: tuple[bool, bool, bool]  # at least a fifth of the effort to either side
+    least: Array  # (forces,)
+    most: Array  # (forces,)
 
     @property
     def dominant(self) -> int | None:
@@ -66,7 +69,8 @@ def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
         both[axis] = bool(sides.min() >= 0.2 * sides.sum() > 0)
     total = float(np.sum(rms**2))
     share = rms**2 / total if total > 0 else np.zeros(3)
-    return Excitation(rms, largest, share, (both[0], both[1], both[2]))
+    least, most = forces.min(axis=0), forces.max(axis=0)
+    return Excitation(rms, largest, share, (both[0], both[1], both[2]), least, most)
 
 
 def find_roles(
@@ -101,8 +105,25 @@ def find_roles(
                 f"the least); drive a minute of {label} pulses to both sides, or take it out of the "
                 "structure"
             )
+        if _driven(vehicle, axis):
+            _changes(vehicle, [found[i] for i in chosen], axis, ", ".join(names))
         roles.append(tuple(chosen))
     return roles[0], roles[1], roles[2]
+
+
+def _changes(vehicle: Vehicle, chosen: Sequence[Excitation], axis: int, names: str) -> None:
+    """Refuses an axis whose forces stay as they are: a lasting push, drag and trim are one then."""
+    mine = [i for i, force in enumerate(vehicle.forces) if force.axis == axis]
+    least = np.min([e.least for e in chosen], axis=0)[mine]
+    most = np.max([e.most for e in chosen], axis=0)[mine]
+    if (most - least < CHANGES).all():
+        values = " and ".join(
+            f"{vehicle.forces[i].name} is {m:.2g}" for i, m in zip(mine, most, strict=True)
+        )
+        raise RecordingError(
+            f"{names}: {values} all along; thrust is told from drag where it changes: drive a minute of "
+            f"{AXES[axis]} pulses to both sides, or take it out of the structure"
+        )
 
 
 def _driven(vehicle: Vehicle, axis: int) -> bool:
