@@ -142,3 +142,26 @@ def test_a_model_without_process_noise_foresees_nothing(af, drive):
     assert score.foreseen is None
     assert score.unsure is None
     assert not score.as_foreseen
+
+
+@pytest.mark.parametrize("seconds", [0.5, 2.0])
+def test_what_stencils_miss_between_rare_poses_is_in_the_floor(af, seconds):
+    """Two poses a second, as slow SLAM has them, and hardly any noise: a right model's errors are these."""
+    plan = plan_of(None)
+    pose = msgspec.structs.replace(plan.pose, rate=2.0, position_noise=2e-4, heading_noise=2e-4)
+    (trial,) = simulate(msgspec.structs.replace(plan, pose=pose), af)
+    found = Lookahead(plant_model(plan, af), trial.recording).predict(seconds)
+    rms = np.sqrt(np.mean(found.errors**2, axis=0))
+    assert found.floor == pytest.approx(rms, rel=0.15)
+    assert rms[2] > 3e-3  # noise alone would make a tenth of it
+
+
+def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boat(af):
+    """One pose ahead, half a second, errors of filter and reference are in part the same."""
+    plan = plan_of(seed=3)
+    pose = msgspec.structs.replace(plan.pose, rate=2.0, position_noise=5e-3, heading_noise=5e-3)
+    plan = msgspec.structs.replace(plan, pose=pose)
+    (trial,) = simulate(plan, af)
+    model = believing(plant_model(plan, af), plan, true_process(plan))
+    (scores,) = validate(model, [trial.recording]).recordings
+    assert not [note for note in scores.notes if "foresees" in note]

@@ -2,9 +2,10 @@
 """Pose noise from the poses themselves."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask, body_velocity
 from seatrial.recording import Recording
 from seatrial.schema import CorrelatedEntry, NoiseEntry
 
@@ -20,25 +21,71 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
     The median keeps pulses and jumps out. Noise that is correlated over several poses is not seen.
     `first`: of each recording's first so many usable poses; of all by default.
     """
-    parts = [np.zeros((0, 3))]
-    for recording in recordings:
-        index = np.flatnonzero(recording.valid)[:first]
-        if len(index) < 5:
-            continue
-        windows = np.lib.stride_tricks.sliding_window_view(index, 5)
-        windows = windows[np.ptp(recording.segment[windows], axis=1) == 0]
-        even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVENLY * recording.period
-        if even.sum() > EVEN * len(even):
-            parts.append(np.einsum("k,nki->ni", _DIFFERENCE, recording.eta[windows[even]]))
-        else:
-            parts.append(_divided(recording.t[windows], recording.eta[windows]))
-    differences = np.concatenate(parts)
+    parts = [_differences(r, r.eta, _windows(r, first)) for r in recordings]
+    differences = np.concatenate([np.zeros((0, 3)), *parts])
     if len(differences) == 0:
         names = ", ".join(r.name for r in recordings)
         raise RecordingError(
             f"{names}: no five usable poses in a row; there are too many drop-outs or the stamps are too uneven"
         )
-    spread = np.median(np.abs(differences), axis=0) / 0.6745 / np.sqrt(np.sum(_DIFFERENCE**2))
+    return _entry(_spread(differences))
+
+
+def noise_beside(recording: Recording, moved: Array) -> NoiseEntry:
+    """`pose_noise` where it is known how the boat moved: poses `moved` (n, 3), of any start and heading.
+
+    NaN where it isn't. Poses that are rare have fourth differences by that alone. What is not smaller
+    without them is as it was. Raises RecordingError as `pose_noise`.
+    """
+    windows = _windows(recording)
+    windows = windows[np.isfinite(moved[windows]).all(axis=(1, 2))]
+    own = pose_noise(recording)
+    if len(windows) == 0:
+        return own
+    whole = _differences(recording, recording.eta, windows)
+    known = _differences(recording, moved, windows)
+    turn = (recording.eta - moved)[_used(recording, windows)[:, 2], 2]
+    known[:, :2] = body_velocity(-turn, known)[:, :2]
+    rest = _entry(_spread(whole - known))
+    return NoiseEntry(min(own.position, rest.position), min(own.heading, rest.heading))
+
+
+def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64]:
+    """Five usable poses in a row each (m, 5)."""
+    index = np.flatnonzero(recording.valid)[:first]
+    if len(index) < 5:
+        return np.zeros((0, 5), dtype=np.int64)
+    windows = np.lib.stride_tricks.sliding_window_view(index, 5)
+    return np.asarray(windows[np.ptp(recording.segment[windows], axis=1) == 0])
+
+
+def _even(recording: Recording, windows: NDArray[np.int64]) -> Mask:
+    """Which windows are of even stamps; none where these are few: all are taken as uneven as they are."""
+    even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVENLY * recording.period
+    return even if even.sum() > EVEN * len(even) else np.zeros(len(even), dtype=bool)
+
+
+def _used(recording: Recording, windows: NDArray[np.int64]) -> NDArray[np.int64]:
+    even = _even(recording, windows)
+    return windows[even] if even.any() else windows
+
+
+def _differences(recording: Recording, eta: Array, windows: NDArray[np.int64]) -> Array:
+    """Fourth differences (m, 3) of poses (n, 3) at the recording's stamps."""
+    used = _used(recording, windows)
+    if _even(recording, windows).any():
+        return np.asarray(np.einsum("k,nki->ni", _DIFFERENCE, eta[used]))
+    return _divided(recording.t[used], eta[used])
+
+
+def _spread(differences: Array) -> Array:
+    """Standard deviations (3,) of the white noise that makes such differences."""
+    return np.asarray(
+        np.median(np.abs(differences), axis=0) / 0.6745 / np.sqrt(np.sum(_DIFFERENCE**2))
+    )
+
+
+def _entry(spread: Array) -> NoiseEntry:
     return NoiseEntry(float(np.sqrt(np.mean(spread[:2] ** 2))), float(spread[2]))
 
 

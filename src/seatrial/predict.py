@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
 from seatrial.foreseen import pushed, unsure
-from seatrial.frames import Array, Mask, Stamps
+from seatrial.frames import Array, Mask, Stamps, body_velocity
 from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.stencil_noise import StencilNoise
-from seatrial.velocity import Motion, motion
+from seatrial.velocity import Motion, five_point_stencil, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
@@ -88,9 +88,41 @@ class Lookahead:
         return self.reference if self.starts is None else self.starts
 
     @cached_property
+    def driven(self) -> Array | None:
+        """States (n, 6) of the model, driven by the commands from the first velocity on; NaN before.
+
+        None where it runs away, or the poses have no velocity.
+        """
+        recording, seen = self.recording, motion(self.recording)
+        states = np.full((len(recording.t), 6), np.nan)
+        if not seen.valid.any():
+            return None
+        first = int(np.flatnonzero(seen.valid)[0])
+        x0 = np.concatenate([seen.eta[first], seen.nu[first]])
+        t = np.ascontiguousarray(recording.t[first:])
+        states[first:] = _core.simulate(self.model.boat, self.model.trace(recording), x0, t)[0]
+        return states if np.isfinite(states[first:]).all() else None
+
+    @cached_property
     def stencil(self) -> StencilNoise:
         """How noisy the stencil's velocities are."""
-        return StencilNoise.of(self.recording, self.model.noise)
+        moved = None if self.driven is None else self.driven[:, :3]
+        return StencilNoise.of(self.recording, self.model.noise, moved)
+
+    @cached_property
+    def missed(self) -> Array:
+        """Stencil's velocities less true ones (n, 3) [m/s, m/s, rad/s] without any noise.
+
+        A stencil misses what the boat does between poses that are rare. What that is, the model's own motion
+        tells. 0 where that is not known.
+        """
+        found = np.zeros((len(self.recording.t), 3))
+        if self.driven is not None:
+            slope, _ = five_point_stencil(self.recording, self.driven[:, :3])
+            apart = body_velocity(self.driven[:, 2], slope) - self.driven[:, 3:]
+            whole = np.isfinite(apart).all(axis=1)
+            found[whole] = apart[whole]
+        return found
 
     def predict(self, horizon: float, every: int = 1) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses."""
@@ -150,8 +182,8 @@ class Lookahead:
     def _floor(self, start: NDArray[np.int64], steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
-        Two stencils that share poses, or errors that hang together: less twice what that makes of
-        their product (the turn of the boat in between is left out).
+        And what stencils miss, in the same way. Two stencils that share poses, or errors that hang together:
+        less twice what that makes of their product (the turn of the boat in between is left out).
         """
         given = self.velocities
         if given is not None and given.deviation is None and self.starts is None:
@@ -163,6 +195,11 @@ class Lookahead:
         variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
         if given is None and self.starts is None:
             variance -= 2.0 * np.einsum("nii->ni", slopes) * self.stencil.covariance(steps)
+        if given is None:
+            missed = self.missed[start + steps]
+            if self.starts is None:
+                missed = missed - np.einsum("nij,nj->ni", slopes, self.missed[start])
+            variance += missed**2
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.errors import RecordingError
 from seatrial.frames import Array
-from seatrial.noise import hanging, left_of, pose_noise
+from seatrial.noise import hanging, left_of, noise_beside, pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import CorrelatedEntry, NoiseEntry
 from seatrial.velocity import EVEN_WEIGHTS, STENCIL_CORRELATION, stencil_deviation
@@ -26,14 +26,16 @@ class StencilNoise:
     recording: Recording
 
     @classmethod
-    def of(cls, recording: Recording, stated: NoiseEntry) -> "StencilNoise":
-        """The recording's own noise, as its fourth differences show it.
+    def of(
+        cls, recording: Recording, stated: NoiseEntry, moved: Array | None = None
+    ) -> "StencilNoise":
+        """The recording's own noise, as its fourth differences show it beside how the boat `moved` (n, 3).
 
         How much of that hangs together they don't tell: that is as a model has `stated` it. All is
         as stated where there are too few poses in a row.
         """
         try:
-            own = pose_noise(recording)
+            own = pose_noise(recording) if moved is None else noise_beside(recording, moved)
         except RecordingError:
             return cls(stated, recording)
         entry = stated.correlated

@@ -32,6 +32,7 @@ BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
 BEYOND = 1.25  # times what the model foresees of itself, from which on that is worth a word
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
+SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
 Start = Literal["stencil", "filter"]
 Interval = tuple[float, float]
@@ -231,12 +232,14 @@ def _further(
         for horizon, name, ahead in every
     ]
     left = [] if filtered is None else residuals(model, recording, filtered)
-    if said := unforeseen(((x.horizon, x.scores) for x in found), seen(model, recording)):
+    apart = (x for x in found if x.start == "stencil" or x.steps > SHARED)
+    if said := unforeseen(((x.horizon, x.scores) for x in apart), seen(model, recording)):
         notes.append(said)
     if recording.period > SLOW:
         notes.append(
             f"poses are {recording.period:.2g} s apart: velocities by the stencil, which errors are taken "
-            "against, miss what the boat does within four of them; excess is theirs, too"
+            "against, miss what the boat does within four of them; the floor has as much of it as the model "
+            "itself shows"
         )
     return {"horizons": found, "correlations": left, "notes": notes}
 

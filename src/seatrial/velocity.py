@@ -42,8 +42,8 @@ def motion(recording: Recording) -> Motion:
     return Motion(recording.t, recording.eta, nu, valid)
 
 
-def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
-    """eta_dot (n, 3) and where it is valid (n,).
+def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[Array, Mask]:
+    """eta_dot (n, 3) and where it is valid (n,), of the recording's poses or other ones (n, 3) at its stamps.
 
     The derivative of the quartic through five poses at the middle one. For even stamps its weights
     are the stencil's (1, -8, 0, 8, -1) / 12 dt; uneven stamps are used as they are. Windows never
@@ -53,7 +53,8 @@ def five_point_stencil(recording: Recording) -> tuple[Array, Mask]:
     eta_dot = np.full((n, 3), np.nan)
     valid = np.zeros(n, dtype=bool)
     windows, weights = _stencils(recording)
-    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, recording.eta[windows])
+    poses = recording.eta if eta is None else eta
+    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, poses[windows])
     valid[windows[:, 2]] = True
     return eta_dot, valid
 
