@@ -31,6 +31,9 @@ STARTS = 8  # in a horizon: closer ones make predictions that are nearly the sam
 BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
 BEYOND = 1.25  # times what the model foresees of itself, from which on that is worth a word
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
+NOISIER = (
+    0.05  # as many of pose noise, which a median of fourth differences of some 3000 poses says
+)
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
@@ -67,10 +70,21 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     @property
     def as_foreseen(self) -> bool:
         """Whether it may be no more than the model says of itself."""
-        return self.foreseen is not None and (
-            self.rms <= self.foreseen
-            or (self.rms_interval is not None and self.rms_interval[0] <= self.foreseen)
+        most = self.at_most
+        return most is not None and (
+            self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
         )
+
+    @property
+    def at_most(self) -> float | None:
+        """What is foreseen where coefficients and pose noise are off by two of their standard errors.
+
+        They are off once for all predictions, so that no interval of the error knows of it.
+        """
+        if self.foreseen is None or self.unsure is None:
+            return self.foreseen
+        more = (OFF**2 - 1.0) * self.unsure**2 + ((1.0 + NOISIER) ** 2 - 1.0) * self.floor**2
+        return float(np.sqrt(self.foreseen**2 + more))
 
 
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -314,9 +328,9 @@ def _beyond_doubt(score: AxisScore) -> bool:
 
     Blocks of time differ, as the interval says; coefficients are off once for all of them.
     """
-    if score.foreseen is None or score.unsure is None or score.rms_interval is None:
+    most = score.at_most
+    if most is None or score.unsure is None or score.rms_interval is None:
         return False
-    most = float(np.sqrt(score.foreseen**2 + (OFF**2 - 1.0) * score.unsure**2))
     least = score.rms * (score.rms_interval[0] / score.rms) ** WIDER
     return score.rms > BEYOND * most and least > most
 
