@@ -31,9 +31,7 @@ STARTS = 8  # in a horizon: closer ones make predictions that are nearly the sam
 BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
 BEYOND = 1.25  # times what the model foresees of itself, from which on that is worth a word
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
-NOISIER = (
-    0.05  # as many of pose noise, which a median of fourth differences of some 3000 poses says
-)
+NOISIER = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err

@@ -36,9 +36,7 @@ SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard erro
 NOISE_ENOUGH = 0.3  # by other noise, then
 HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
 NOTHING = 0.01  # share of other process noise, or of what is tried, that does not matter
-DRIFTS = (
-    8  # steps in a row with hanging errors as long as they may get: motion, more often than errors
-)
+DRIFTS = 8  # steps in a row with hanging errors as long as they may get: rather motion
 ASTRAY = 100.0  # -2 log likelihood of each pose: a model that far off says not where to go
 LOOSE = (10.0, 1.0)  # times the process noise of a first one, that it is believed with then
 NEAR = 100.0  # the cost's fall that the next step promises: enough for less of it

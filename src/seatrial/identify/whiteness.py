@@ -7,12 +7,8 @@ from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS
 from seatrial.identify.search import Point
 
 LAGS = 10  # poses over which the filter's errors are looked at
-PATTERN = (
-    0.06  # autocorrelation from which on they follow one; right models stay below 0.03 in 3 x 200 s
-)
-CHANCE = (
-    3.3  # of its standard deviations, 1 / sqrt(n): the largest of thirty is beyond in 3 % of cases
-)
+PATTERN = 0.06  # autocorrelation from which on they follow one; right models' are half of it
+CHANCE = 3.3  # times 1 / sqrt(n), its deviation: the largest of thirty is beyond in 3 % of cases
 
 
 def white(at: Point) -> bool:
