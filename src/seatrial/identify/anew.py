@@ -15,6 +15,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import (
     COLOUR,
@@ -32,13 +33,12 @@ from seatrial.frames import Array
 from seatrial.identify.first_noise import (
     LASTING,
     all_hanging,
-    half_hanging,
     lasting,
     swinging,
 )
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
-from seatrial.identify.search import NOTHING, Point, approach, descend, hangs
+from seatrial.identify.search import NOTHING, Point, approach, descend
 from seatrial.identify.start import start_values
 from seatrial.identify.weak_rows import Widths
 from seatrial.identify.whiteness import white
@@ -57,8 +57,8 @@ def anew(at: Point, theta: Array) -> Point:
 
     `theta` (p,): where the search began.
     """
-    let_go = not hangs(at.noise) and not white(at)
-    if let_go and _promises(at, half_hanging(at.noise)):
+    let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
+    if let_go and not white(at):
         at = _likelier(at, theta, all_hanging(at.passes.problem.recordings))
     for walk, disturbance in WALKS_AND_DISTURBANCES:
         other = exchanged(at.noise, walk, disturbance)

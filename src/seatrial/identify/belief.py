@@ -149,6 +149,8 @@ def plain_noise(at: Point, noise: Array) -> Array:
     held = replace(problem, free=problem.sought)  # the filter is to know of them
     for _ in range(3):
         passes = held.passes(at.theta, noise)
+        if not np.isfinite(passes.cost):  # a model that runs away is refused later, in words
+            break
         noise, cost = fitted_noise(passes.each, held.series, noise, 1.0)
         if passes.cost - cost < 2.0:
             break

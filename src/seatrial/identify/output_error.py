@@ -20,6 +20,7 @@ from seatrial import _core
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
+from seatrial.identify.agreement import disagreements
 from seatrial.identify.anew import anew
 from seatrial.identify.belief import believed, worth
 from seatrial.identify.bumps import bumps, bumps_said, bumps_tried
@@ -97,7 +98,7 @@ def fit(
         point.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
-        notes += [*found, *hints(at, share)]
+        notes += [*found, *hints(at, share), *disagreements(at)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):

@@ -8,11 +8,11 @@ hang together (White, Econometrica 50, 1982, sections 3 and 4).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from seatrial.frames import Array
-from seatrial.identify.problem import Passes
 
 MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
 LIKELY = 5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp
@@ -42,8 +42,20 @@ class ScoreTest:
         return bool(self.statistic > self.freedom + times * np.sqrt(2.0 * self.freedom))
 
 
+class Scored(Protocol):
+    """Passes, or what is as good as they."""
+
+    @property
+    def information(self) -> Array:
+        """Fisher's (p, p)."""
+
+    @property
+    def scores(self) -> Array:
+        """Terms (blocks, p) of the log likelihood's gradient."""
+
+
 def score_test(
-    passes: Passes,
+    passes: Scored,
     tested: list[int],
     together: list[int] | None = None,
     neutral: Sequence[int] = (),

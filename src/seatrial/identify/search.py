@@ -6,6 +6,7 @@ on the noise, by passes linearised about the last full one. Both steps come from
 information between parameters and noise is 0 for normal errors.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from seatrial.filter_noise import (
     swings,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import loosened
+from seatrial.identify.first_noise import all_hanging, loosened
 from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
@@ -69,7 +70,7 @@ def search(
     """The most likely parameters and, unless they are held, noise levels, not below `least` (11,).
 
     Errors of the poses that hang together are believed only where the data ask for them. Where they
-    drift it begins again without; and where that is no way either, it waits for how they end.
+    drift it begins again otherwise.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     begin = _within(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
@@ -82,13 +83,21 @@ def search(
     except IdentificationError:
         if not hangs(begin.noise):
             raise
-        white = begin.noise.copy()
-        white[COLOUR] = least[COLOUR]
-        try:
-            at = _descent(_point(problem, theta, white), hold, least)
-        except IdentificationError:
-            at = _descent(_whole(begin), hold, least, drifts=np.inf)
+        at = _otherwise(begin, theta, least)
     return _needed(at, least)
+
+
+def _otherwise(begin: Point, theta: Array, least: Array) -> Point:
+    """What is found where errors that hang together drifted: from all errors hanging together, then
+    without such errors, then by waiting for how they end."""
+    problem = begin.passes.problem
+    all_of_it = np.clip(all_hanging(problem.recordings), least, None)
+    white = begin.noise.copy()
+    white[COLOUR] = least[COLOUR]
+    for noise in (all_of_it, white):
+        with suppress(IdentificationError):
+            return _descent(_point(problem, theta, noise), False, least)
+    return _descent(_whole(begin), False, least, drifts=np.inf)
 
 
 def _within(at: Point) -> Point:
@@ -130,7 +139,7 @@ def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) 
     that begin as ones that last may do so all the way. Given up where it does not fall
     fast enough to get below the cost to `beat`."""
     begin, most = _point(problem, theta, noise), most_noise(noise)
-    at = _descent(begin, False, NOISE_LEAST, most=most, beat=beat)
+    at = _descent(begin, False, NOISE_LEAST, most=most, beat=beat, drifts=np.inf)
     return _needed(at, NOISE_LEAST)
 
 
@@ -163,16 +172,21 @@ def _drifting(noise: Array, most: Array) -> bool:
 
 
 def _whiter(at: Point, least: Array) -> Array | None:
-    """The noise (11,) without errors that hang together but make little likelier; None: all do."""
+    """The noise (11,) without errors that hang together but make little likelier; None: all do.
+
+    Let go, or counted as white: so those are that fade within a pose.
+    """
     problem, passes = at.passes.problem, at.passes.each
     here = sum(p.cost for p in passes)
-    for i in COLOUR:
-        without = at.noise.copy()
-        without[i] = least[i]
-        if at.noise[i] > _core.NO_COLOUR and (
-            repeated_cost(passes, problem.series, without, problem.outlier) < here + HANGING
-        ):
-            return without
+    for white, i in enumerate(COLOUR):
+        if at.noise[i] <= _core.NO_COLOUR:
+            continue
+        for size in (at.noise[white], np.hypot(at.noise[white], at.noise[i])):
+            without = at.noise.copy()
+            without[i], without[white] = least[i], size
+            cost = repeated_cost(passes, problem.series, without, problem.outlier)
+            if cost < here + HANGING:
+                return without
     return None
 
 

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Recordings of a boat that changed between them are told, and by what; those of one boat are not."""
+
+import re
+
+import msgspec
+import pytest
+
+from seatrial.identify.output_error import output_error
+from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulate import simulate
+
+THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
+CAUSES = {
+    "thrust": "did the battery fall",
+    "drag": "did the water change",
+    "thrust and drag": "did the payload change",
+}
+
+
+def plan_of(preset: str, seed: int, force: Unmodelled | None = None) -> PlanFile:
+    plan = with_seed(load_plan(preset), seed)
+    return msgspec.structs.replace(
+        plan, plant=msgspec.structs.replace(plan.plant, unmodelled=force)
+    )
+
+
+def recordings(plan, vehicle, names):
+    trials = {name: plan.trials[name] for name in names}
+    return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), vehicle)]
+
+
+def notes_after(plan, vehicle, what: str, factor: float) -> list[str]:
+    """Notes on S1 to S3 together with S4 to S6 of a boat that has changed by a factor."""
+    changed = {
+        name: value * factor if ("thrust" if name in THRUST else "drag") in what else value
+        for name, value in plan.plant.coefficients.items()
+    }
+    plant = msgspec.structs.replace(plan.plant, coefficients=changed)
+    other = msgspec.structs.replace(plan, plant=plant)
+    before = recordings(plan, vehicle, ("S1", "S2", "S3"))
+    after = recordings(other, vehicle, ("S4", "S5", "S6"))
+    found = output_error([*before, *after], vehicle)
+    return [note for note in found.estimator.notes if "do not agree" in note]
+
+
+@pytest.mark.parametrize(
+    ("what", "factor"), [("thrust", 0.9), ("thrust and drag", 0.85), ("drag", 0.8)]
+)
+def test_a_boat_that_changed_between_recordings_is_told_with_what_changed(mp, what, factor):
+    (note,) = notes_after(plan_of("hard", 500), mp, what, factor)
+    assert note.startswith(f"the recordings do not agree: {what} in surge ")
+    assert [cause in note for cause in CAUSES.values()] == [what == other for other in CAUSES]
+    said = re.findall(r"in (\w+) (\d+) % less in (S\d)-MP than in (S\d)-MP", note)
+    assert [axis for axis, *_ in said] == ["surge", "sway", "yaw"]
+    for _, less, weaker, stronger in said:
+        assert weaker in ("S4", "S5", "S6")
+        assert stronger in ("S1", "S2", "S3")
+        assert float(less) == pytest.approx(100.0 * (1.0 - factor), abs=6.0)
+
+
+def test_a_push_does_not_hide_it(mp):
+    (note,) = notes_after(plan_of("hard", 501, Unmodelled(0.04, 2.0)), mp, "thrust", 0.85)
+    assert "thrust in surge" in note
+    assert "payload" not in note
+
+
+@pytest.mark.parametrize("preset", ["paper-like", "hard"])
+@pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
+def test_recordings_of_one_boat_agree(mp, preset, force):
+    for seed in (510, 511):
+        assert notes_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == []
