@@ -9,7 +9,7 @@ import pytest
 import seatrial
 from seatrial.identify import summary
 from seatrial.identify.output_error import METHOD
-from seatrial.identify.text import correlation_text, minutes, plus_minus, table
+from seatrial.identify.text import correlation_text, minutes, percent, plus_minus, table
 from seatrial.plan import load_plan
 from seatrial.schema import (
     ChainGroup,
@@ -51,6 +51,14 @@ def model():
         (1234.5, 120.0, "1234 ± 120"), (1e-9, 2e-9, "1.000e-09 ± 2.0e-09"), (2.0, 0.0, "2"),
     ],
 )  # fmt: skip
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [(0.0005, "0.05 %"), (0.123, "12 %"), (0.9949, "99 %"), (1.06, "106 %"), (23.4, "2340 %")],
+)
+def test_shares_are_read_without_powers_of_ten(share, said):
+    assert percent(share) == said
+
+
 def test_both_digits_of_the_error_and_no_more(value, error, shown):
     assert plus_minus(value, error) == shown
 

@@ -98,8 +98,8 @@ def find_roles(
         if not chosen and not _driven(vehicle, axis):
             chosen = list(range(len(recordings)))
         if not chosen:
-            most = max(float(e.rms[axis]) for e in found)
-            how = "never" if most == 0 else "hardly"
+            most = round(max(float(e.rms[axis]) for e in found), 9)  # allocations round
+            how = "hardly" if most > 0.0 else "never"
             raise RecordingError(
                 f"{', '.join(names)}: {label} is {how} excited (RMS command {most:.2g}, {EXCITED} is "
                 f"the least); drive a minute of {label} pulses to both sides, or take it out of the "

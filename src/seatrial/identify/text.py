@@ -93,6 +93,11 @@ def plus_minus(value: float, error: float) -> str:
     return f"{value:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
 
 
+def percent(share: float) -> str:
+    """A share to two digits, or to whole per cent where there are more."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
+
+
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns of text, numbers to the right."""
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
@@ -119,7 +124,7 @@ def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
     """The verdict, how much there may be of what is not told from zero, and what it hangs with."""
     said = found.verdict.value
     if found.verdict is Verdict.ZERO and found.reach is not None:
-        said += f": at most {100 * found.reach:.2g} % of full thrust"
+        said += f": at most {percent(found.reach)} of full thrust"
     told = {name for c in combinations if found.name in c.names for name in c.names}
     near = [
         f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > TOGETHER and n not in told
@@ -165,7 +170,7 @@ def _noise(model: Model) -> str:
     most = float(np.mean([t for t in linear if t > 0] or [0.0])), full_thrust(model, 2)
     sizes = process.disturbance_linear, process.disturbance_yaw
     parts = [
-        f"{100 * size / thrust:.2g} % {where}"
+        f"{percent(size / thrust)} {where}"
         for size, thrust, where in zip(sizes, most, ("in surge and sway", "in yaw"), strict=True)
         if thrust > 0 and size > UNSEEN * thrust
     ]

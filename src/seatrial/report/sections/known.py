@@ -6,7 +6,7 @@ from html import escape
 from seatrial.identifiability import Finding, Identifiability, Verdict
 from seatrial.identify import caution
 from seatrial.identify.equation_error import METHOD
-from seatrial.identify.text import combined, condition_said
+from seatrial.identify.text import combined, condition_said, percent
 from seatrial.report import prose
 from seatrial.report.cells import NOTHING, Cell, Name, Number, Text
 from seatrial.report.draw import known as draw
@@ -91,7 +91,7 @@ def said(found: Finding) -> str:
     """The verdict, and how much there may be of what is not told from zero."""
     text = found.verdict.value
     if found.verdict is Verdict.ZERO and found.reach is not None:
-        text += f", at most {100 * found.reach:.2g} % of full thrust"
+        text += f", at most {percent(found.reach)} of full thrust"
     return text
 
 
