@@ -51,14 +51,6 @@ def model():
         (1234.5, 120.0, "1234 ± 120"), (1e-9, 2e-9, "1.000e-09 ± 2.0e-09"), (2.0, 0.0, "2"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize(
-    ("share", "said"),
-    [(0.0005, "0.05 %"), (0.123, "12 %"), (0.9949, "99 %"), (1.06, "106 %"), (23.4, "2340 %")],
-)
-def test_shares_are_read_without_powers_of_ten(share, said):
-    assert percent(share) == said
-
-
 def test_both_digits_of_the_error_and_no_more(value, error, shown):
     assert plus_minus(value, error) == shown
 
@@ -116,3 +108,11 @@ def test_tables_align_and_the_correlations_stand_below_the_diagonal():
     assert shown == ["       a  bb", "  x    1   2", "  yy  10   3"]
     rows = correlation_text(["a", "b"], np.array([[1.0, -0.5], [-0.5, 1.0]])).splitlines()
     assert [row.split() for row in rows] == [["a", "b"], ["a"], ["b", "-50"]]
+
+
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [(0.0005, "0.05 %"), (0.123, "12 %"), (0.9949, "99 %"), (1.06, "106 %"), (23.4, "2340 %")],
+)
+def test_shares_are_read_without_powers_of_ten(share, said):
+    assert percent(share) == said

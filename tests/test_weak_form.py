@@ -147,7 +147,7 @@ def test_what_the_data_do_not_hold_is_refused_in_words():
         replace(r, commands=Signal(boat.inputs, r.commands.stamps, r.commands.values * [0, 1, 1]))
         for r in recordings
     ]
-    with pytest.raises(RecordingError, match="surge is hardly excited"):
+    with pytest.raises(RecordingError, match="surge is never excited"):
         weak_form(dead, boat)
     with pytest.raises(IdentificationError, match=r"stretches .* record longer"):
         weak_form([r.cut(20, 60) for r in recordings], boat)
