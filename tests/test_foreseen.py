@@ -15,7 +15,7 @@ from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.predict import Lookahead
 from seatrial.schema import NoiseEntry, ProcessEntry
 from seatrial.simulate import plant_model, simulate
-from seatrial.validate import validate
+from seatrial.validate import unforeseen, validate
 
 FORCE = Unmodelled(share=0.04, correlation=2.0)
 
@@ -182,3 +182,18 @@ def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boa
     model = believing(plant_model(plan, af), plan, true_process(plan))
     (scores,) = validate(model, [trial.recording]).recordings
     assert not [note for note in scores.notes if "foresees" in note]
+
+
+@pytest.mark.parametrize(
+    ("start", "steps", "said"), [("filter", 2, False), ("filter", 3, True), ("stencil", 2, True)]
+)
+def test_of_errors_that_filter_and_reference_share_no_word_is_said(drive, start, steps, said):
+    model, recording = drive
+    last = validate(model, [recording.cut(20.0, 80.0)]).recordings[0].horizons[-1]
+    replace = msgspec.structs.replace
+    far = {
+        symbol: replace(score, rms=3.0 * score.rms, rms_interval=(2.9 * score.rms, 3.1 * score.rms))
+        for symbol, score in last.scores.items()
+    }
+    words = unforeseen([replace(last, start=start, steps=steps, scores=far)], False)
+    assert (words is not None) == said

@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import msgspec
 import numpy as np
@@ -244,8 +244,7 @@ def _further(
         for horizon, name, ahead in every
     ]
     left = [] if filtered is None else residuals(model, recording, filtered)
-    apart = (x for x in found if x.start == "stencil" or x.steps > SHARED)
-    if said := unforeseen(((x.horizon, x.scores) for x in apart), seen(model, recording)):
+    if said := unforeseen(found, seen(model, recording)):
         notes.append(said)
     if recording.period > SLOW:
         notes.append(
@@ -282,12 +281,34 @@ def lookaheads(
     return found, notes
 
 
-def unforeseen(scores: Iterable[tuple[float, Mapping[str, AxisScore]]], known: bool) -> str | None:
+class Scored(Protocol):
+    """What was scored so far ahead: `HorizonScore`, or several recordings together."""
+
+    @property
+    def horizon(self) -> float:
+        """How far [s]."""
+
+    @property
+    def steps(self) -> int:
+        """How far in poses; of several recordings the fewest."""
+
+    @property
+    def start(self) -> Start:
+        """What predictions start from."""
+
+    @property
+    def scores(self) -> Mapping[str, AxisScore]:
+        """By u, v, r."""
+
+
+def unforeseen(scores: Iterable[Scored], known: bool) -> str | None:
     """What is to be said where errors are larger than the model says of itself.
 
-    scores: horizons [s] and what was scored so far ahead; known: the model was identified from it.
+    known: the model was identified from it. A filter's start and a reference that share poses share errors:
+    nothing is said of them.
     """
-    rows = list(scores)
+    apart = (x for x in scores if x.start == "stencil" or x.steps > SHARED)
+    rows = [(x.horizon, x.scores) for x in apart]
     beyond = [_surprises(rows, symbol) for symbol in SYMBOLS]
     said = [
         f"in {axis} {times:.1f} times ({horizon:g} s ahead)"

@@ -17,6 +17,7 @@ class Pooled:
     """Some recordings at one horizon, from one kind of start."""
 
     horizon: float  # [s]
+    steps: int  # poses, the fewest
     start: Start
     recordings: int
     predictions: int
@@ -63,7 +64,8 @@ def pooled(runs: Sequence[Run]) -> list[Pooled]:
     for horizon, start in kinds:
         every = [p for run in runs for h, s, p in run.horizons if (h, s) == (horizon, start)]
         whole = together(every)
-        found.append(Pooled(horizon, start, len(every), len(whole.t), axis_scores(whole)))
+        fewest = min(p.steps for p in every)
+        found.append(Pooled(horizon, fewest, start, len(every), len(whole.t), axis_scores(whole)))
     return found
 
 

@@ -64,9 +64,6 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Poole
 
 
 def _notes(runs: Sequence[Run], single: Sequence[tuple[Run, Sequence[Pooled]]]) -> list[str]:
-    beyond = [
-        (run.name, unforeseen(((row.horizon, row.scores) for row in own), not run.unseen))
-        for run, own in single
-    ]
+    beyond = [(run.name, unforeseen(own, not run.unseen)) for run, own in single]
     said = [f"{name}: {words}." for name, words in beyond if words is not None]
     return list(dict.fromkeys([*(note for run in runs for note in run.notes), *said]))
