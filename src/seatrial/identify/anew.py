@@ -23,6 +23,7 @@ from seatrial.filter_noise import (
     COLOUR_TURN,
     MEMORY,
     NOISE_LEAST,
+    NOISE_MOST,
     NOISE_START,
     RAISED,
     WALKS_AND_DISTURBANCES,
@@ -49,6 +50,7 @@ WAVES = np.geomspace(0.5, 10.0, 17)  # [s] periods to look at
 NEARING = 12  # steps of a search that is only to come near
 MOST_OFTEN = 3.0  # poses in a period, at the least
 SIZES = (3.0, 10.0, 30.0)  # times the white errors
+LONGER = 1.5  # times the longest memory of a first search: from there it may go on
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
 
 
@@ -60,6 +62,8 @@ def anew(at: Point, theta: Array) -> Point:
     let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
     if let_go and not white(at):
         at = _likelier(at, theta, all_hanging(at.passes.problem.recordings))
+    if (other := longer(at.noise)) is not None:
+        at = _likelier(at, at.theta, other)
     for walk, disturbance in WALKS_AND_DISTURBANCES:
         other = exchanged(at.noise, walk, disturbance)
         if other is not None and _promises(at, other):
@@ -126,6 +130,17 @@ def _calm(problem: Problem, theta: Array) -> Array:
     held = [i for i in range(n + m) if i not in problem.free]
     found[held] = theta[held]
     return found
+
+
+def longer(noise: Array) -> Array | None:
+    """The noise (11,) with errors that may last longer, where they last as long as a first search lets them."""
+    bound = NOISE_MOST[COLOUR_MEMORY]
+    least = (noise[COLOUR] <= _core.NO_COLOUR).all()
+    if least or not 0.99 * bound < noise[COLOUR_MEMORY] <= bound:
+        return None
+    other = noise.copy()
+    other[COLOUR_MEMORY] = LONGER * bound
+    return np.asarray(other)
 
 
 def pushed(noise: Array) -> Array | None:
