@@ -35,6 +35,7 @@ from seatrial.identify.search import Point, astray, search
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
+from seatrial.identify.wear import wear
 from seatrial.identify.whiteness import explained
 from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
@@ -98,7 +99,7 @@ def fit(
         point.passes.forget_ways()
     if chosen.extras and start is None:
         at, found = freed(at, vehicle, chosen, share)
-        notes += [*found, *hints(at, share), *disagreements(at)]
+        notes += [*found, *hints(at, share), *disagreements(at), *wear(at)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Factors on an axis' thrust, on its drag, or on both, that one model for all of it does not have.
+
+Each is tested by its score at the solution, where it is 1: no search is needed for that. What blocks of time
+scatter about is chance.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.frames import AXES, Array
+from seatrial.identify.score_test import ScoreTest
+from seatrial.identify.search import Point
+from seatrial.structure import Structure
+
+WORTH = 20.0  # fall of -2 log likelihood from which on factors are worth a word
+SHARP = (
+    0.05  # standard error of a factor, by the information, above which the data say nothing of it
+)
+LEAST = 0.03  # between factors: less is nothing to speak of
+CAUSES = {
+    "thrust": "did the battery fall, or trim change?",
+    "drag": "did the water change, or what hangs into it, or lacks drag a term?",
+    "thrust and drag": "did the payload change?",
+}
+
+
+@dataclass(frozen=True)
+class WithFactors:
+    """Passes as they were if some factors were free, too."""
+
+    information: Array  # (p + k, p + k)
+    scores: Array  # (blocks, p + k)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A factor that is not the same everywhere."""
+
+    axis: int
+    what: str  # of CAUSES
+    less: str  # where it is least, in words
+    more: str
+    ratio: float  # of these two
+    test: ScoreTest
+
+    @property
+    def manifest(self) -> bool:
+        """Whether it is beyond chance, and worth a word."""
+        return self.test.manifest and self.test.gain >= WORTH and self.ratio <= 1.0 - LEAST
+
+
+Tested = Callable[[int, str, Array], Change | None]  # of an axis, what changes, and its weights
+
+
+def changes(at: Point, tested: Tested) -> str:
+    """What is manifest, in words: one cause for all axes, the one that explains most."""
+    by_cause: dict[str, list[Change]] = {what: [] for what in CAUSES}
+    for axis in range(3):
+        for what, weights in _ways(at, axis):
+            found = tested(axis, what, weights)
+            if found is not None and found.manifest:
+                by_cause[what].append(found)
+    what = max(by_cause, key=lambda w: sum(change.test.gain for change in by_cause[w]))
+    where: dict[str, list[str]] = {}
+    for change in by_cause[what]:
+        less = f"less {change.less} than {change.more}"
+        share = 100.0 * (1.0 - change.ratio)
+        where.setdefault(less, []).append(f"in {AXES[change.axis]} {share:.0f} %")
+    places = [f"{', '.join(axes)} {less}" for less, axes in where.items()]
+    return f"{what} {'; '.join(places)}: {CAUSES[what]}" if places else ""
+
+
+def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
+    """What changes, and how the free parameters (p,) would with a factor on it: as much as they are."""
+    problem = at.passes.problem
+    thrust, drag = _terms(problem.vehicle.structure, axis)
+    free = np.array(problem.free)
+    for what, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):
+        own = np.array([problem.names[i] in names for i in free])
+        weights = np.where(own, at.theta[free], 0.0)
+        if weights.any():
+            yield what, weights
+
+
+def _terms(structure: Structure, axis: int) -> tuple[set[str], set[str]]:
+    """Coefficients of an axis' terms with a force, and of those with velocities only."""
+    forces = {force.name for force in structure.forces}
+    thrust: set[str] = set()
+    drag: set[str] = set()
+    for term in structure.terms:
+        if term.axis == axis and term.coefficient is not None and term.acceleration is None:
+            (thrust if forces & set(term.factors) else drag).add(term.coefficient)
+    return thrust, drag

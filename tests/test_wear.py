@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""A boat that changes while it is recorded is told, and by how much; one that stays what it is, is not."""
+
+import re
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from seatrial.identify.output_error import output_error
+from seatrial.plan import Unmodelled, load_plan, with_seed
+from seatrial.recording import Recording, Signal
+from seatrial.select.candidates import with_terms
+from seatrial.simulate import simulate
+
+PUSH = Unmodelled(0.04, 2.0)
+NOTE = re.compile(r"thrust (.*) % less at the (beginning|end) of (S\d)-MP than at its")
+
+
+def fading(recording: Recording, begin: float, end: float) -> Recording:
+    """As if thrust had gone evenly from `begin` to `end` times what it is: by what the file says of commands."""
+    commands = recording.commands
+    share = (commands.stamps - recording.stamps[0]) / np.ptp(recording.stamps)
+    factor = np.interp(share, [0.0, 1.0], [begin, end])
+    told = Signal(commands.names, commands.stamps, commands.values / factor[:, None])
+    return replace(recording, commands=told)
+
+
+def notes_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> list[str]:
+    chain = [msgspec.structs.replace(group, dead_zone=None) for group in plan.plant.chain]
+    plant = msgspec.structs.replace(plan.plant, unmodelled=force, chain=chain)
+    trials = {name: plan.trials[name] for name in names}
+    driven = simulate(msgspec.structs.replace(plan, plant=plant, trials=trials), vehicle)
+    found = output_error([fading(t.recording, *thrust) for t in driven], vehicle)
+    return [note for note in found.estimator.notes if "in the course of a recording" in note]
+
+
+@pytest.mark.parametrize(
+    ("names", "force", "thrust", "off"),
+    [
+        (("S1", "S2", "S3"), None, (1.1, 1.0), 2.0),
+        (("S1", "S2", "S3"), PUSH, (1.25, 1.0), 5.0),
+        (("S7",), PUSH, (1.0, 1.25), 5.0),
+    ],
+)
+def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
+    (note,) = notes_of(mp, with_seed(load_plan("hard"), 700), force, names, thrust)
+    assert "did the battery fall" in note
+    said, where, which = NOTE.search(note).groups()
+    assert (where, which in names) == ("end" if thrust[1] < thrust[0] else "beginning", True)
+    found = {axis: float(share) for axis, share in re.findall(r"in (\w+) (\d+)", said)}
+    assert set(found) == {"surge", "sway", "yaw"}
+    for share in found.values():
+        assert share == pytest.approx(100.0 * (1.0 - min(thrust) / max(thrust)), abs=off)
+
+
+@pytest.mark.parametrize("force", [None, PUSH])
+@pytest.mark.parametrize("preset", ["paper-like", "hard"])
+@pytest.mark.parametrize("names", [("S1", "S2", "S3"), ("S7",), ("S6",)])
+def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
+    assert notes_of(mp, with_seed(load_plan(preset), 711), force, names) == []
+
+
+def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
+    """Quadratic drag, that the plant has: what is left follows speed, which comes and goes."""
+    plan = with_seed(load_plan("hard"), 741)
+    trials = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
+    driven = simulate(msgspec.structs.replace(plan, trials=trials), mp)
+    kept = [t for t in mp.structure.terms if t.coefficient not in {"X_uu", "Y_vv", "N_rr"}]
+    found = output_error([t.recording for t in driven], with_terms(mp, kept))
+    assert not [note for note in found.estimator.notes if "in the course" in note]
