@@ -25,7 +25,7 @@ from seatrial.inspect import implausible
 from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.sanity import concerns, sanity
-from seatrial.signs import check_signs
+from seatrial.signs import check_apart
 from seatrial.vehicle import Vehicle
 
 METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
@@ -91,7 +91,7 @@ def identify(
         except IdentificationError as error:
             wrong = _beyond(recordings, vehicle)
             with suppress(RecordingError):
-                wrong += [finding.text for finding in check_signs(recordings, vehicle).findings]
+                wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
             raise IdentificationError("; ".join([*wrong, str(error)])) from None
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
@@ -101,7 +101,7 @@ def identify(
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
     wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_signs(recordings, vehicle).findings]
+    wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)

@@ -15,7 +15,7 @@ from seatrial.inspect.verdicts import implausible, jitter, verdicts
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import NoiseEntry
-from seatrial.signs import SignReport, check_signs
+from seatrial.signs import SignReport, check_apart
 from seatrial.streams import Stream
 from seatrial.vehicle import Vehicle
 
@@ -65,7 +65,7 @@ class Inspection:
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """Rates, gaps, faults, clocks, excitation; and whether units, signs and order are right."""
     views = tuple(_view(recording, vehicle) for recording in recordings)
-    return Inspection(vehicle, views, check_signs(recordings, vehicle))
+    return Inspection(vehicle, views, check_apart(recordings, vehicle))
 
 
 def inspection_json(found: Inspection) -> dict[str, Any]:

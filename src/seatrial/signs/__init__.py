@@ -11,6 +11,7 @@ the two is mirrored where one is; inputs that only ever enter as a sum, exchange
 hardly excited, which the report says.
 """
 
+from seatrial.signs.apart import check_apart
 from seatrial.signs.check import Gain, SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
 from seatrial.signs.propose import Assignment, propose_inputs
@@ -23,6 +24,7 @@ __all__ = [
     "Repair",
     "SignReport",
     "Wrong",
+    "check_apart",
     "check_signs",
     "mended",
     "propose_inputs",

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""One recording of several that was made another way is named; a wrong file is wrong for all of them."""
+
+from dataclasses import replace
+
+import pytest
+
+from seatrial.identify import identify
+from seatrial.plan import load_plan, with_seed
+from seatrial.recording import Recording, Signal
+from seatrial.signs import Wrong, check_apart, check_signs
+from seatrial.simulate import simulate
+
+
+def turned(recording: Recording, *signs: int) -> Recording:
+    """With commands times `signs`."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
+
+
+def exchanged(recording: Recording) -> Recording:
+    """x and y in each other's columns."""
+    places = [1, 0, 2]
+    return replace(recording, eta=recording.eta[:, places], raw=recording.raw[:, places])
+
+
+@pytest.fixture(scope="module")
+def driven(mp) -> dict[str, Recording]:
+    plan = with_seed(load_plan("hard"), 33)
+    return {t.name[:2]: t.recording for t in simulate(plan, mp)}
+
+
+@pytest.mark.parametrize("odd", ["S1", "S2", "S3"])
+@pytest.mark.parametrize(
+    ("made", "kinds"),
+    [
+        (lambda r: turned(r, -1, -1, -1), {Wrong.NEGATED, Wrong.HANDED}),
+        (exchanged, {Wrong.EXCHANGED, Wrong.MIRRORED}),
+    ],
+)
+def test_the_odd_one_is_named_and_what_is_wrong_with_it(mp, driven, odd, made, kinds):
+    recordings = [made(driven[k]) if k == odd else driven[k] for k in ("S1", "S2", "S3", "S5")]
+    found = check_apart(recordings, mp).findings
+    assert found
+    for finding in found:
+        assert finding.text.startswith(f"{odd}-MP is at odds with the vehicle file, ")
+    assert {finding.kind for finding in found} <= kinds
+
+
+def test_recordings_of_one_kind_have_no_odd_one(mp, driven):
+    assert check_apart([driven[k] for k in ("S1", "S2", "S3")], mp).findings == ()
+
+
+def test_a_file_that_is_wrong_for_all_is_said_to_be_wrong_once(mp, driven):
+    recordings = [turned(driven[k], 1, -1, 1) for k in ("S1", "S2", "S3")]
+    assert check_apart(recordings, mp) == check_signs(recordings, mp)
+    assert [f.kind for f in check_apart(recordings, mp).findings] == [Wrong.NEGATED]
+
+
+def test_what_only_one_recording_tells_is_said_of_the_file(mp, driven):
+    """S1 and S2 hardly turn: that the file has yaw reversed is seen in S3 only."""
+    still = [turned(driven[k], 1, 1, 0) for k in ("S1", "S2")]
+    recordings = [*still, turned(driven["S3"], 1, 1, -1)]
+    report = check_apart(recordings, mp)
+    assert [f.kind for f in report.findings] == [Wrong.NEGATED]
+    assert "at odds" not in report.findings[0].text
+
+
+def test_identify_names_it(mp, driven):
+    model = identify([driven["S1"], driven["S2"], turned(driven["S3"], -1, -1, -1)], mp)
+    assert any("S3-MP is at odds" in said for said in model.warnings)
