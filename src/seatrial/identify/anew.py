@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Searches that ended in a corner of the noise begin anew.
 
-Four corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
+Corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
 errors of its poses hang together. Such errors that were let go, since they looked like motion as long as
-parameters were far off, have no states any more to come back by. Where they last for seconds, as those of
-GNSS do, a wandering velocity stands for them, and coefficients that follow it. And where a random walk of the
-velocity stands for a push that comes and goes, a little of the latter beside it explains nothing more. So
-where there are signs of it the search begins anew from the corner opposite, and the likelier solution is kept.
-Waves are the fourth: errors that swing, which a search comes to only from near their period.
+parameters were far off, have no states any more to come back by; others end at the longest memory that a first
+search allows. Where they last for seconds, as those of GNSS do, a wandering velocity stands for them, and
+coefficients that follow it. Where a random walk of the velocity stands for a push that comes and goes, a little
+of the latter beside it explains nothing more. And waves are errors that swing, which a search comes to only from
+near their period. So where there are signs of one the search begins anew from the corner opposite, and the
+likelier solution is kept.
 """
 
 from collections.abc import Iterator
@@ -31,12 +32,7 @@ from seatrial.filter_noise import (
     repeated_cost,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import (
-    LASTING,
-    all_hanging,
-    lasting,
-    swinging,
-)
+from seatrial.identify.first_noise import LASTING, all_hanging, lasting, swinging
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import NOTHING, Point, approach, descend

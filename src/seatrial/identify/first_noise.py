@@ -45,7 +45,9 @@ def first_noise(recordings: Sequence[Recording]) -> Array:
         float(np.median([getattr(o, k) for o in own])) for k in ("position", "heading")
     )
     white = np.maximum([position, heading], NOISE_FIRST)
-    return half_hanging(np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]]))
+    noise = np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]])
+    noise[COLOUR] = COLOUR_START * noise[:2]
+    return noise
 
 
 def loosened(noise: Array, times: float) -> Array:
@@ -54,14 +56,6 @@ def loosened(noise: Array, times: float) -> Array:
     other = noise.copy()
     other[PROCESS] = np.maximum(noise[PROCESS], times * PROCESS_START[:-1])
     other[MEMORY] = PROCESS_START[-1]
-    return other
-
-
-def half_hanging(noise: Array) -> Array:
-    """The noise with errors of the poses that hang together, half as large as the white ones."""
-    other = noise.copy()
-    other[COLOUR] = COLOUR_START * noise[:2]
-    other[COLOUR_MEMORY] = NOISE_START[COLOUR_MEMORY]
     return other
 
 

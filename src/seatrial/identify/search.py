@@ -70,7 +70,7 @@ def search(
     """The most likely parameters and, unless they are held, noise levels, not below `least` (11,).
 
     Errors of the poses that hang together are believed only where the data ask for them. Where they
-    drift it begins again otherwise.
+    drift it begins again with all errors hanging together, then with none.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     begin = _within(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
