@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Where the estimator's filter begins: at poses that are noisy, or not usable, while the boat moves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
@@ -88,3 +90,13 @@ def test_few_seconds_beside_a_prior_are_not_surer_than_they_can_be():
         off += [(got[n] - x) / model.standard_errors[n] for n, x in truth.items()]
     assert np.sqrt(np.mean(np.square(off))) < 1.2  # 1.33 by the blocks' scatter alone
     assert np.mean(np.abs(off) > 1.96) < 0.1
+
+
+@pytest.mark.parametrize("seconds", [0.15, 0.35, 0.6])  # 3, 6 and 9 poses
+def test_a_recording_of_few_poses_beside_long_ones_changes_nothing(mp, paper_mp, seconds):
+    """They are fewer than the lags at which errors are looked through for a pattern."""
+    long = [paper_mp[name].recording for name in ("S1", "S2", "S3")]
+    short = replace(paper_mp["S6"].recording.cut(50.0, 50.0 + seconds), name="short")
+    alone, beside = (seatrial.identify(recordings, mp) for recordings in (long, [*long, short]))
+    errors = np.sqrt(np.diag(alone.covariance))[: len(alone.coefficients)]
+    assert (np.abs(beside.coefficients - alone.coefficients) < 0.3 * errors).all()

@@ -72,6 +72,29 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     assert f"current_x {plus_minus(first.effects['current_x'], error)}, current_y" in said
 
 
+def test_short_recordings_in_fast_water_each_find_their_own_current():
+    """Every one begins at the velocity over ground, which is not that through the water."""
+    plan = with_seed(load_plan("hard"), 8)
+    vehicle, rng = seatrial.load_vehicle("mallard-mp"), np.random.default_rng(8)
+    parts, flows = [], {}
+    for trial in simulate(plan, vehicle):
+        if trial.name not in {"S1-MP", "S2-MP", "S3-MP", "S5-MP"}:
+            continue
+        for begin in range(5, 190, 25):
+            part = trial.recording.cut(begin, begin + 22.0)
+            part = replace(part, name=f"{trial.name}-{begin}")
+            flows[part.name] = rng.normal(0.0, 0.4, 2)
+            eta = part.eta.copy()
+            eta[:, :2] += part.t[:, None] * flows[part.name]
+            parts.append(replace(part, eta=eta))
+    found = fit(parts, vehicle, settings=OutputErrorSettings(effects=("current",)))
+    for name, truth in plan.plant.coefficients.items():
+        within(found, name, truth)
+    for name, flow in flows.items():
+        within(found, f"current_x.{name}", flow[0])
+        within(found, f"current_y.{name}", flow[1])
+
+
 def test_trim_is_found_in_every_recording(known):
     plan, vehicle, _ = known
     lines = {**vehicle.structure.lines()}

@@ -265,7 +265,11 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
     run.eta[3 * k + 2] = x[2];
   }
   std::copy(run.eta.begin(), run.eta.begin() + std::ptrdiff_t{kPose},
-            run.start.state);  // the measured point
+            run.start.state);  // the measured point, and its velocity over ground
+  const double c = std::cos(states[2]);
+  const double s = std::sin(states[2]);
+  run.start.state[3] += c * at.current[0] + s * at.current[1] - states[5] * at.lever[1];
+  run.start.state[4] += c * at.current[1] - s * at.current[0] + states[5] * at.lever[0];
   const auto pass = [&](const Effects& effects) {
     const Problem& p = run.problem;
     return innovations(p.boat, p.trace(), run.poses(), sharp, run.start, effects, true);

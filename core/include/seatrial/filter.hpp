@@ -203,20 +203,28 @@ class Filter {
       p_[i][i] = sigma * sigma;
       std::fill(d_[i], d_[i] + kMaxParameters, 0.0);
     }
-    take_off_lever();
+    take_off_effects();
   }
 
-  /// The start is the first pose: of the measured point, not of the origin.
-  void take_off_lever() {
+  /// The start is as measured: of a point off the origin, and over ground, not through the water.
+  void take_off_effects() {
     const double c = std::cos(x_[2]);
     const double s = std::sin(x_[2]);
     const double* l = effects_.lever;
+    const double* flow = effects_.current;
     x_[0] -= c * l[0] - s * l[1];
     x_[1] -= s * l[0] + c * l[1];
+    x_[3] += x_[5] * l[1] - (c * flow[0] + s * flow[1]);
+    x_[4] -= x_[5] * l[0] + (c * flow[1] - s * flow[0]);
     if (parameters_ == own_) return;
     d_[0][own_ + kLever] = d_[1][own_ + kLever + 1] = -c;
     d_[0][own_ + kLever + 1] = s;
     d_[1][own_ + kLever] = -s;
+    d_[3][own_ + kLever + 1] = x_[5];
+    d_[4][own_ + kLever] = -x_[5];
+    d_[3][own_ + kCurrent] = d_[4][own_ + kCurrent + 1] = -c;
+    d_[3][own_ + kCurrent + 1] = -s;
+    d_[4][own_ + kCurrent] = s;
   }
 
   /// What one pose is worth alone [m, m, rad].

@@ -52,7 +52,7 @@ def sandwich(at: Point, inside: Mask | None = None) -> Array:
     factor = float(np.sum(moves * scores)) / max(told, TIED)
     if blocks < FEW * told:
         factor = max(factor, 1.0)
-    share = blocks / (blocks + SHRINKAGE * told)
+    share = blocks / (blocks + SHRINKAGE * told) if blocks > 1 else 0.0  # one has no scatter
     said = inverse @ known @ inverse
     drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)
     out = np.zeros((len(free), len(free)))

@@ -49,12 +49,13 @@ def minutes(fit: Fit) -> Minutes:
     whole = [own[square] for own in _own(fit)]
     excess = np.sqrt(np.diag(fit.covariance)[inside] / np.square(_errors(_sum(whole))))
     parts = [_sum(_own(fit, part))[square] for part in PARTS[:-1]] + [_sum(whole)]
+    errors = np.array([_errors(part) for part in parts])
     rates = [w / (r.duration / 60.0) for w, r in zip(whole, problem.recordings, strict=True)]
     return Minutes(
         tuple(fit.names[i] for i in inside),
         fit.theta[list(problem.free)][inside],
         total * np.array(PARTS),
-        np.array([_errors(part) for part in parts]) * excess,
+        np.multiply(errors, excess, out=np.full_like(errors, np.inf), where=np.isfinite(errors)),
         tuple(r.name for r in problem.recordings),
         np.array([_halved(_sum(whole), rate) for rate in rates]),
     )
@@ -79,11 +80,15 @@ def minutes_text(found: Minutes) -> str:
             [
                 name,
                 *(f"{e:.2g}" if np.isfinite(e) else "-" for e in found.errors[:, k]),
-                wanted or spelled(total * (relative / SHARP) ** 2),
+                wanted or _wanted(total, relative),
                 spelled(alone) + like,
             ]
         )
     return table(head, rows)
+
+
+def _wanted(total: float, relative: float) -> str:
+    return spelled(total * (relative / SHARP) ** 2) if np.isfinite(relative) else "-"
 
 
 def _own(fit: Fit, part: float = 1.0) -> list[Array]:

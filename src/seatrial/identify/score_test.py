@@ -30,12 +30,12 @@ class ScoreTest:
 
     @property
     def manifest(self) -> bool:
-        """Beyond chance: about 1 in 10 000."""
+        """Beyond chance: of one parameter about 1 in 10 000, of more less."""
         return self._beyond(MANIFEST)
 
     @property
     def likely(self) -> bool:
-        """The same, or 1 in 200 where the likelihood promises very much, too."""
+        """The same, or about 1 in 200 where the likelihood promises very much, too."""
         return self._beyond(LIKELY if self.gain > MUCH else MANIFEST)
 
     def _beyond(self, times: float) -> bool:

@@ -22,9 +22,11 @@ def white(at: Point) -> bool:
         spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
         error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
         error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
-        for lag in range(LAGS + 1):
+        for lag in range(min(LAGS + 1, len(error))):
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
         used += int(np.sum(np.asarray(each.weight) > 0.0))
+    if not (sums[0] > 0.0).all():  # an axis without errors has no pattern either
+        return True
     return bool(np.abs(sums[1:] / sums[0]).max() < max(PATTERN, CHANCE / np.sqrt(used)))
 
 

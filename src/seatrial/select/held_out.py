@@ -98,7 +98,7 @@ class HeldOut:
         moved = _rms(with_it.nu[:, axis] - without.nu[:, axis])
         changed = _rms(with_it.nu[:, axis] - begin[:, axis])
         apart = b - a
-        spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart)))
+        spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else 0.0
         return Change(
             float(100.0 * (np.sqrt(b.mean() / a.mean()) - 1.0)),
             float(apart.mean()) / spread if spread > 0 else 0.0,
