@@ -2,7 +2,7 @@
 // One instant of the on-board predictor: thrusters, belief, and the second belief that poses are
 // held against which the first one does not believe. No heap, no exceptions.
 #pragma once
-#include "seatrial/belief.hpp"
+#include "seatrial/correction.hpp"
 #include "seatrial/health.hpp"
 
 namespace seatrial {
