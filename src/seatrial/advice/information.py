@@ -21,8 +21,8 @@ from seatrial.identify.problem import Passes, Problem
 from seatrial.model import Model
 from seatrial.parallel import spread
 from seatrial.recording import Recording
+from seatrial.statistics import BLOCK
 
-BLOCK = 10.0  # [s] over which errors may hang together
 LOST = 1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
 STEPS, SETTLED = 6, 0.1  # of the search; a step that gains less of the cost is the last
 PARTS = (1.0, 0.3, 0.05)  # of a step that are tried

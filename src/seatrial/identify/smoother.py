@@ -32,6 +32,7 @@ from seatrial.identify.weak_form import (
 from seatrial.model import Model, thrust_trace
 from seatrial.recording import Recording
 from seatrial.schema import EstimatorEntry
+from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
 
 METHOD = "smoother"
@@ -41,7 +42,6 @@ BARELY = 1e4  # prediction variance from which on an error says nothing of the n
 FITTED = 3000  # poses of a recording that the roughness is found from, at most
 EDGE = 3  # poses at either end of a stretch whose accelerations are hardly seen
 STEPS = 8  # of Gauss-Newton on the chain's constants, at most
-BLOCK = 10.0  # [s] over which scores may hang together, for the standard errors
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.search import Point
 from seatrial.model import Model
 from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
+from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -27,7 +28,7 @@ class OutputErrorSettings:
     """Choices of the estimator."""
 
     outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
-    block: float = 10.0  # [s] over which scores may hang together, for the standard errors
+    block: float = BLOCK  # [s] over which scores may hang together, for the standard errors
     step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
     hold_noise: bool = False  # the noise stays that of the start model

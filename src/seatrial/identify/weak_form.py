@@ -29,6 +29,7 @@ from seatrial.model import Model
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import EstimatorEntry, Integration, StepEntry
+from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import motion
 
@@ -42,7 +43,7 @@ class WeakFormSettings:
 
     step: float = 1 / 60  # [s] of the integrals, at most
     steps: int = 8  # of Gauss-Newton on the chain's constants, at most
-    block: float = 10.0  # [s] over which scores may hang together, for the standard errors
+    block: float = BLOCK  # [s] over which scores may hang together, for the standard errors
 
 
 def weak_form(

@@ -10,6 +10,7 @@ from seatrial.distributions import chi2_sf, normal_two_sided
 from seatrial.errors import IdentificationError
 from seatrial.frames import Array
 from seatrial.select.slopes import Slopes, solve
+from seatrial.statistics import BLOCK
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def freedom(slopes: Slopes, fitted: int) -> int:
     left = slopes.blocks - fitted
     if left < fitted:
         raise IdentificationError(
-            f"{slopes.blocks} blocks of 10 s for {fitted} parameters; record longer, "
+            f"{slopes.blocks} blocks of {BLOCK:.0f} s for {fitted} parameters; record longer, "
             "or give fewer candidates"
         )
     return left

@@ -16,8 +16,8 @@ from seatrial.model import Model
 from seatrial.predict import predict
 from seatrial.recording import Recording
 from seatrial.select.slopes import Slopes, solve
+from seatrial.statistics import BLOCK
 
-BLOCK = 10.0  # [s] over which errors of predictions may hang together
 SPACING = 1 / 3  # [s] between starts of predictions: closer ones say little that is new
 
 

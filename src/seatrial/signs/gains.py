@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from seatrial.frames import Array
 from seatrial.recording import Recording, Signal
 from seatrial.signs.smooth import STRIDE, Smooth, smooth_poses, smooth_signals
+from seatrial.statistics import BLOCK
 
 DELAYS = (-0.15, 0.0, 0.15, 0.3, 0.45, 0.6)  # [s] from a command to its effect that are tried
-BLOCK = 10.0  # [s] residuals further apart count as independent, for errors of gains
 SHORT_BLOCK = 5.0  # [s] the same for comparing what is left unexplained
 SHRINKAGE = 0.3  # of the covariance of gains towards the shape that white residuals would give
 LEAK = 0.07  # of an axis' RMS acceleration that inputs may explain without the model's knowing it
