@@ -14,8 +14,10 @@ from hypothesis import HealthCheck, settings
 
 import seatrial
 from seatrial.cli import main
+from seatrial.io.write import write_setting, write_trial
+from seatrial.model import save
 from seatrial.plan import load_plan
-from seatrial.simulate import Trial, simulate
+from seatrial.simulate import Trial, plant_model, simulate
 
 settings.register_profile(
     "seatrial",
@@ -114,6 +116,17 @@ def cse1_vehicle() -> seatrial.Vehicle:
 def cse1(cse1_vehicle) -> dict[str, seatrial.Recording]:
     runs = ("random_run1", "random_run3", "run1")
     return {n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", cse1_vehicle) for n in runs}
+
+
+@pytest.fixture(scope="module")
+def pool(tmp_path_factory, af):
+    """Trials on disk, with a model identified from them."""
+    out = tmp_path_factory.mktemp("pool")
+    plan = load_plan("paper-like")
+    write_setting(plan, af, plant_model(plan, af), out)
+    records = [seatrial.read(write_trial(t, out), af) for t in simulate(plan, af)]
+    save(seatrial.identify(records[:3], af), out / "model.yaml")
+    return out
 
 
 def make_model(

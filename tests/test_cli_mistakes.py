@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: MIT
+"""Every usual mistake at the command line: one clear line, nothing written, nothing lost."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+import yaml
+from cli_tools import run
+from conftest import CSE1
+
+BAD = {
+    "no such recording": (["identify", "none", "--vehicle", "{v}", "-o", "{o}"], "no such file or folder"),
+    "no such vehicle": (["identify", "{p}/S1-AF", "--vehicle", "none.yaml", "-o", "{o}"], "no such file"),
+    "too short": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "2", "-o", "{o}"], "2.0 s in all is too short|1.9 s in all is too short"),
+    "outside": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "900", "-o", "{o}"], "it lasts"),
+    "cut at nan": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "nan", "-o", "{o}"], "can't cut at nan s"),
+    "cut at inf": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "inf", "-o", "{o}"], "can't cut at inf s"),
+    "cut backwards": (["inspect", "{p}/S7-AF", "--vehicle", "{v}", "--start", "20", "--end", "10"], "end 10 s is not after"),
+    "negative seed": (["simulate", "--seed", "-3", "-o", "{o}"], "seed"),
+    "degrees": (["identify", "{p}/degrees", "--vehicle", "{v}", "-o", "{o}"], "is psi in degrees"),
+    "millimetres": (["identify", "{p}/mm", "--vehicle", "{v}", "-o", "{o}"], "are x and y in mm"),
+    "axis never excited": (["identify", "{p}/surge", "--vehicle", "{v}", "-o", "{o}"], "sway is never excited"),
+    "no commands": (["identify", "{p}/mute", "--vehicle", "{v}", "-o", "{o}"], "has a header but no rows"),
+    "not a number": (["identify", "{p}/nan", "--vehicle", "{v}", "-o", "{o}"], "empty or not finite"),
+    "singular regressor": (["identify", "{p}/S7-AF", "--vehicle", "{p}/twins.yaml", "-o", "{o}"], "X_a, X_b can't be told"),
+    "unknown key": (["identify", "{p}/S7-AF", "--vehicle", "{p}/key.yaml", "-o", "{o}"], "unknown key 'axis'; did you mean"),
+    "wrong unit": (["identify", "{p}/S7-AF", "--vehicle", "{p}/unit.yaml", "-o", "{o}"], "unit 'rad'; use m, cm, mm"),
+    "no such unit": (["inspect", "{p}/S7-AF", "--vehicle", "{p}/furlong.yaml"], "pose.x"),
+    "wrong role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "heave=S7-AF", "-o", "{o}"], "--role"),
+    "unknown role": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S9", "-o", "{o}", "--method", "equation-error"], "no such recording"),
+    "role of the other method": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--role", "yaw=S7-AF", "-o", "{o}"], "uses every recording for all axes; for roles, --method equation-error"),
+    "twice": (["identify", "{p}/S7-AF", "{p}/S7-AF", "--vehicle", "{v}", "-o", "{o}"], "given twice"),
+    "copied": (
+        ["identify", "{p}/S7-AF", "{p}/copied", "--vehicle", "{v}", "-o", "{o}"],
+        "are one recording",
+    ),
+    "other version": (["validate", "{p}/new.yaml", "{p}/S7-AF", "--json", "{o}"], "says 'seatrial: model 9'"),
+    "not a model": (["validate", "{v}", "{p}/S7-AF", "--json", "{o}"], "says .seatrial: vehicle 1.; expected"),
+    "unstable": (["validate", "{p}/wild.yaml", "{p}/S7-AF", "--json", "{o}"], "unstable"),
+    "other boat": (["validate", "{p}/model.yaml", "{c}", "--vehicle", "{cv}", "--json", "{o}"], "the model has"),
+    "horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "0.001", "--json", "{o}"], "longer one"),
+    "endless horizon": (["validate", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "nan", "--json", "{o}"], "horizon"),
+    "figures without a page": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--figures", "{o}"], "say where with -o"),
+    "pictures without figures": (["report", "{p}/model.yaml", "{p}/S7-AF", "--png", "-o", "{o}"], "--figures FOLDER"),
+    "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
+    "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
+    "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def spoiled(pool):
+    """The pool with things in it that are wrong."""
+    for name in ("surge", "mute", "nan"):
+        shutil.copytree(pool / "S1-AF", pool / name)
+    shutil.copytree(pool / "S7-AF", pool / "copied")
+    for name, factor in (("degrees", [1, 1, 1, 57.3]), ("mm", [1, 1000, 1000, 1])):
+        shutil.copytree(pool / "S7-AF", pool / name)
+        poses = np.loadtxt(pool / name / "poses.csv", delimiter=",", skiprows=1) * factor
+        np.savetxt(pool / name / "poses.csv", poses, delimiter=",", header="t,x,y,psi", comments="")
+    sticks = (pool / "surge" / "commands.csv").read_text().splitlines()
+    rows = [sticks[0], *(",".join([*line.split(",")[:2], "0", "0"]) for line in sticks[1:])]
+    (pool / "surge" / "commands.csv").write_text("\n".join(rows))
+    (pool / "mute" / "commands.csv").write_text(sticks[0] + "\n")
+    (pool / "nan" / "commands.csv").write_text(
+        "\n".join([*sticks[:50], "0.5,nan,0,0", *sticks[50:]])
+    )
+    vehicle = (pool / "vehicle-AF.yaml").read_text()
+    spoil = {
+        "twins": (
+            "structure: mallard",
+            "structure: {surge: [X_a * u, X_b * u, X_F * F_u], sway: [Y_F * F_v], yaw: [N_F * F_r]}",
+        ),
+        "key": ("axes:", "axis: up\naxes:"),
+        "unit": ("{column: x}", "{column: x, unit: rad}"),
+        "furlong": ("{column: x}", "{column: x, unit: furlong}"),
+    }
+    for name, (old, new) in spoil.items():
+        assert old in vehicle
+        (pool / f"{name}.yaml").write_text(vehicle.replace(old, new, 1))
+    content = yaml.safe_load((pool / "model.yaml").read_text())
+    (pool / "new.yaml").write_text(yaml.safe_dump(content | {"seatrial": "model 9"}))
+    content["coefficients"]["X_u"]["value"] = 5.0
+    content["coefficients"]["X_uu"]["value"] = 1.0
+    (pool / "wild.yaml").write_text(yaml.safe_dump(content))
+    return pool
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_mistake_is_one_line_exit_1_and_nothing_written(case, spoiled, tmp_path, capsys):
+    template, words = BAD[case]
+    out = tmp_path / "out"
+    names = {
+        "p": spoiled, "v": spoiled / "vehicle-AF.yaml", "o": out, "cv": CSE1 / "vehicle.yaml",
+        "c": CSE1 / "csv" / "CSE1_data_run1.csv",
+    }  # fmt: skip
+    code, shown, err = run(capsys, *(a.format(**names) for a in template))
+    assert code == 1
+    assert shown == ""
+    assert err.startswith("seatrial: ")
+    assert err.count("\n") == 1
+    assert re.search(words, err), err
+    assert not out.exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_recordings_of_one_name_are_refused(pool, tmp_path, capsys):
+    shutil.copytree(pool / "S1-AF", tmp_path / "S1-AF")
+    code, _, err = run(
+        capsys, "identify", pool / "S1-AF", tmp_path / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml",
+        "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 1
+    assert "same name" in err
+
+
+def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, capsys):
+    bag = pool / "S1-AF"
+    vehicle = tmp_path / "v.yaml"
+    vehicle.write_text((pool / "vehicle-AF.yaml").read_text())
+    before = {p: p.read_bytes() for p in (vehicle, bag / "poses.csv")}
+    model = tmp_path / "m.yaml"
+    trials = [*(pool / f"S{i}-AF" for i in (1, 2, 3)), "--method", "equation-error"]
+    assert run(capsys, "identify", *trials, "--vehicle", vehicle, "-o", model)[0] == 0
+    for command in (
+        ["identify", *trials, "--vehicle", vehicle, "-o", vehicle],
+        ["identify", *trials, "--vehicle", vehicle, "-o", bag / "poses.csv"],
+        ["inspect", bag, "--vehicle", vehicle, "--json", vehicle],
+        ["validate", model, bag, "--json", model],
+        ["report", model, bag, "-o", model],
+        ["compare", model, model, "-o", model],
+        ["report", model, bag, "-o", bag],
+        ["report", model, bag, "-o", tmp_path],
+        ["init", bag / "poses.csv", "-o", bag / "poses.csv", "--force"],
+        ["predict", model, bag, "-o", bag / "poses.csv"],
+        ["predict", model, bag, "-o", bag / "commands.csv"],
+    ):
+        code, _, err = run(capsys, *command)
+        assert code == 1, command
+        assert "give another name" in err or "is a folder" in err
+    assert {p: p.read_bytes() for p in before} == before
+    assert (
+        run(capsys, "identify", *trials, "--vehicle", vehicle, "-o", model)[0] == 0
+    )  # a model over a model
+
+
+def test_simulated_trials_write_over_simulated_ones_only(tmp_path, capsys):
+    out = tmp_path / "trials"
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(
+        "seatrial: plan 1\nbased_on: clean\nvehicles: [mallard-mp]\ntrials: {S1: {drive: surge, duration: 12}}\n"
+    )
+    mine = out / "S1-MP" / "poses.csv"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("t,x,y,psi\n")
+    code, _, err = run(capsys, "simulate", "--plan", plan, "-o", out)
+    assert (code, err.count("\n")) == (1, 1)
+    assert "was not simulated" in err
+    assert mine.read_text() == "t,x,y,psi\n"
+    assert sorted(p.name for p in out.rglob("*")) == ["S1-MP", "poses.csv"]
+    mine.unlink()
+    mine.parent.rmdir()
+    for _ in range(2):
+        assert run(capsys, "simulate", "--plan", plan, "-o", out)[0] == 0
+
+
+def test_the_papers_misprint_is_not_asked_of_another_method(pool, tmp_path, capsys):
+    code, _, err = run(
+        capsys, "identify", pool / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml", "--literal",
+        "--method", "output-error", "-o", tmp_path / "m.yaml",
+    )  # fmt: skip
+    assert code == 1
+    assert "belongs to equation-error" in err
