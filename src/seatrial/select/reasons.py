@@ -55,6 +55,11 @@ def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold]) -> str:
 
 
 def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
+    if evidence.idle:
+        return (
+            f"weak: at its bound, 0, yet not ruled out: it may move {AXES[term.axis]}'s prediction by "
+            f"{evidence.reach:.2g} % of its change"
+        )
     if not evidence.told:
         text = (
             f"weak: not told from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "

@@ -91,7 +91,8 @@ def leaver(search: Search, model: Model) -> str | None:
     look = slopes(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
     names = [n for n in search.removable(model.structure.terms) if n not in own]
-    tested = {name: estimate(look, name).p for name in names}
+    idle = model.at_bounds  # 0, and without a slope
+    tested = {name: 1.0 if name in idle else estimate(look, name).p for name in names}
     loose = [name for name in names if tested[name] > CHANCE / len(search.candidates)]
     return max(loose, key=lambda name: tested[name], default=None)
 
@@ -119,3 +120,18 @@ def with_zero(model: Model, term: Term) -> Model:
     values = np.array([model.values.get(name, 0.0) for name in whole.structure.coefficients])
     n = len(values) + len(model.constants)
     return replace(model, vehicle=whole, coefficients=values, covariance=np.zeros((n, n)))
+
+
+def without_idle(model: Model, names: Sequence[str]) -> Model:
+    """The same model without terms whose coefficients (`names`) are 0."""
+    whole = with_terms(
+        model.vehicle, [t for t in model.structure.terms if t.coefficient not in names]
+    )
+    kept = [i for i, name in enumerate(model.parameters) if name not in names]
+    values = [model.values[name] for name in whole.structure.coefficients]
+    return replace(
+        model,
+        vehicle=whole,
+        coefficients=np.array(values),
+        covariance=model.covariance[np.ix_(kept, kept)],
+    )

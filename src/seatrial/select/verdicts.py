@@ -2,7 +2,7 @@
 """What is known of every term, and why it stays or goes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from seatrial.model import Model
 from seatrial.select.chance import Estimate, Repeats, estimate, repeats
 from seatrial.select.folds import Fold
 from seatrial.select.held_out import Change, HeldOut
-from seatrial.select.search import CHANCE, Search, looks, with_zero
+from seatrial.select.search import CHANCE, Search, looks, with_zero, without_idle
 from seatrial.select.slopes import Slopes, slopes
 from seatrial.statistics import NORMAL_95
 from seatrial.structure import Term
@@ -48,6 +48,8 @@ class Evidence:
     repeats: Repeats
     change: Change  # of held-out prediction, without the term
 
+    idle: bool = False  # at its bound, 0: the tests say what it would be without a bound
+
     @property
     def told(self) -> bool:
         """Whether it is told from zero, looked at alone."""
@@ -55,8 +57,12 @@ class Evidence:
 
     @property
     def reach(self) -> float:
-        """How far the prediction may move by it [%], at the end of its 95 % interval."""
-        most = abs(self.estimate.value) + NORMAL_95 * self.estimate.error
+        """How far the prediction may move by it [%], at the end of its 95 % interval.
+
+        Quadratic drag at its bound can only be negative.
+        """
+        value = self.estimate.value
+        most = max(0.0, (-value if self.idle else abs(value)) + NORMAL_95 * self.estimate.error)
         return self.change.moves * most / self.change.size if self.change.size > 0 else 0.0
 
     def repeatable(self, tests: int) -> bool:
@@ -115,21 +121,31 @@ class Bench:
         )
 
     @cached_property
+    def idle(self) -> list[str]:
+        """Coefficients that may go and are at their bound: 0."""
+        terms = self.model.structure.terms
+        return [n for n in self.search.removable(terms) if n in self.model.at_bounds]
+
+    @cached_property
     def kept(self) -> dict[str, Evidence]:
         """Of every coefficient in the model that may go."""
         terms = self.model.structure.terms
         axes = {str(t.coefficient): t.axis for t in terms}
-        return {
+        found = {
             name: self._evidence(self.slopes, name, self.held_out.without(name, axes[name]))
             for name in self.search.removable(terms)
+            if name not in self.idle
         }
+        idle = self.others([t for t in terms if t.coefficient in self.idle])
+        return {**found, **{name: replace(e, idle=True) for name, e in idle.items()}}
 
     def others(self, terms: Sequence[Term]) -> dict[str, Evidence]:
-        """Of terms that are not in the model, each as if it alone came in."""
+        """Of terms that are not in the model, or idle in it, each as if it alone came in."""
         found = {}
-        for term, look in looks(self.search, self.model, terms):
+        model = without_idle(self.model, self.idle)
+        for term, look in looks(self.search, model, terms):
             name = str(term.coefficient)
-            change = self.held_out.with_it(with_zero(self.model, term), look, name, term.axis)
+            change = self.held_out.with_it(with_zero(model, term), look, name, term.axis)
             found[name] = self._evidence(look, name, change)
         return found
 
@@ -153,6 +169,8 @@ def reason_to_go(evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: 
     them, or where they are too small to matter.
     """
     change = evidence.change
+    if evidence.idle:
+        return _idle(evidence)
     if not evidence.repeatable(tests) and not evidence.helps:
         return f"not repeatable: {said_by(evidence.repeats, folds)}"
     if evidence.harms:
@@ -163,6 +181,13 @@ def reason_to_go(evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: 
     return (
         f"told from zero, but moves the prediction by {change.moves:.1g} % only" if small else None
     )
+
+
+def _idle(evidence: Evidence) -> str | None:
+    """Why a term at its bound can't stay."""
+    if evidence.reach >= WEAK:
+        return None
+    return f"at its bound, 0: it moves the prediction by {evidence.reach:.1g} % at most"
 
 
 def _too_weak(evidence: Evidence) -> str | None:
