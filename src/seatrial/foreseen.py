@@ -68,6 +68,14 @@ def unsure(
 
     To first order: the covariance of coefficients and constants through the model's slopes.
     """
+    slopes = slopes_of(model, recording, begin, start, steps)
+    return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
+
+
+def slopes_of(
+    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
+) -> Array:
+    """Slopes (n, 3, p) of u, v and r, `steps` poses after starts, by coefficients, then constants."""
     coefficients, constants = len(model.coefficients), len(model.constants)
     trace = model.trace(
         recording, initial=True, coefficients=range(coefficients), tangents=range(constants)
@@ -77,5 +85,4 @@ def unsure(
         model.boat, trace, recording.t, start.astype(np.int32), x0, steps,
         threads=os.cpu_count() or 1, tangents=True,
     )  # fmt: skip
-    slopes = tangents[:, 3:, 6:]  # d nu(end) / d parameters
-    return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
+    return np.asarray(tangents[:, 3:, 6:])

@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from seatrial.compare.boats import AxisMeaning, meaning, notes, origin
+from seatrial.compare.chance import luck
 from seatrial.compare.parameters import (
     Factor,
     Joint,
@@ -92,7 +93,7 @@ def compare(
     better = {}
     if recordings:
         horizons = sorted({DEFAULT_HORIZON, horizon})
-        rows = ahead(a, b, recordings, horizons)
+        rows = ahead(a, b, recordings, horizons, luck(a, b, seen, found))
         better = {f"{h:g}": verdict([r for r in rows if r.horizon == h]) for h in horizons}
     return Comparison(
         COMPARISON_FORMAT,

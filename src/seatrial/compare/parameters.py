@@ -77,6 +77,7 @@ class View:
 
     values: dict[str, float]
     covariance: Array  # (n, n) in the order of `values`
+    slopes: Array  # (n, n) of them by the model's own parameters
     converted: str = ""  # what was done
 
     def of(self, names: list[str]) -> tuple[Array, Array]:
@@ -103,7 +104,7 @@ def _view(model: Model, other: Model) -> View:
         )
     )
     if not _has_edge(model) or _has_edges(other) or other.vehicle.scheme is not Scheme.AF:
-        return View(values, model.covariance)
+        return View(values, model.covariance, np.eye(len(values)))
     edge = values[EDGES[0]]
     slopes = np.eye(len(values))
     names = list(values)
@@ -113,7 +114,8 @@ def _view(model: Model, other: Model) -> View:
         slopes[i, i] = 1.0 / (1.0 - edge)
         slopes[i, names.index(EDGES[0])] = values[name] / (1.0 - edge) ** 2
         values[name] /= 1.0 - edge
-    return View(values, slopes @ model.covariance @ slopes.T, f"{', '.join(gains)} / (1 - edge)")
+    converted = f"{', '.join(gains)} / (1 - edge)"
+    return View(values, slopes @ model.covariance @ slopes.T, slopes, converted)
 
 
 def _has_edge(model: Model) -> bool:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Which of two models predicts recordings better, and whether that can be chance."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from seatrial.bootstrap import block_length, block_sums, draws
 from seatrial.causal import believed_noise, causal
-from seatrial.distributions import holm
+from seatrial.compare.chance import Luck, forms
+from seatrial.distributions import holm, normal_two_sided
 from seatrial.errors import ModelError, SeatrialError
 from seatrial.frames import SYMBOLS, Array, Axes
 from seatrial.model import Model
@@ -21,6 +22,7 @@ from seatrial.vehicle import Vehicle
 from seatrial.velocity import Motion, motion
 
 SETTLING = 2.0  # [s] that the filters have before predictions start from them
+CHANCE = 0.05  # of a verdict that is wrong
 NOTHING = 1e-12  # of a velocity: below it two predictions are the same
 
 
@@ -32,6 +34,7 @@ class AxisDifference(msgspec.Struct, frozen=True):
     difference: float  # a - b: above 0 where B is better
     interval: tuple[float, float] | None  # 95 %; None: too few blocks of time to tell
     p: float | None  # that both are as good and this is chance
+    same_boat: float | None = None  # that two estimates of one boat are as unequal
 
     @property
     def better(self) -> str | None:
@@ -63,6 +66,7 @@ class _Errors:
     index: NDArray[np.int64]  # (m,) poses
     period: float  # [s]
     steps: int
+    forms: tuple[Array, Array]  # (3, p, p) of each: what errors of its parameters do, see `Luck`
 
     @property
     def block(self) -> float:
@@ -74,18 +78,19 @@ class _Errors:
 
 
 def ahead(
-    a: Model, b: Model, recordings: Sequence[Recording], horizons: Sequence[float]
+    a: Model, b: Model, recordings: Sequence[Recording], horizons: Sequence[float], luck: Luck
 ) -> list[Ahead]:
     """RMS errors of both, recording by recording and of all together, at each horizon [s].
 
-    Raises ModelError where one of them can't be used, RecordingError where a recording is too short.
+    `luck`: errors of both models' parameters, were they of one boat. Raises
+    ModelError where one of them can't be used, RecordingError where a recording is too short.
     """
     kind, starts = shared_starts(a, b, recordings)
     found = []
     for horizon in horizons:
         every = [_errors(a, b, r, s, horizon) for r, s in zip(recordings, starts, strict=True)]
         for recording, errors in zip(recordings, every, strict=True):
-            axes = _differences([errors], errors.block)
+            axes = _differences([errors], errors.block, luck)
             found.append(
                 Ahead(
                     recording.name, horizon, len(errors.index), kind, axes, errors.block,
@@ -95,7 +100,7 @@ def ahead(
         if len(recordings) > 1:
             block = max(e.block for e in every)
             count = sum(len(e.index) for e in every)
-            axes = _differences(every, block)
+            axes = _differences(every, block, luck)
             found.append(
                 Ahead(
                     "all", horizon, count, kind, axes, block,
@@ -111,9 +116,22 @@ def verdict(found: Sequence[Ahead]) -> dict[str, str | None]:
     `found` are the rows of one horizon: that of all recordings together counts.
     """
     last = found[-1].axes
-    known = [symbol for symbol in SYMBOLS if last[symbol].p is not None]
-    p = dict(zip(known, holm([last[s].p or 0.0 for s in known]), strict=True))
-    return {s: last[s].better if p.get(s, 1.0) < 0.05 else None for s in SYMBOLS}
+    p = _corrected({s: last[s].p for s in SYMBOLS})
+    return {s: last[s].better if p.get(s, 1.0) < CHANCE else None for s in SYMBOLS}
+
+
+def beyond_luck(last: Mapping[str, AxisDifference]) -> set[str]:
+    """Those of u, v, r in which two estimates of one boat would hardly be as unequal, Holm's correction."""
+    return {
+        s
+        for s, p in _corrected({s: one.same_boat for s, one in last.items()}).items()
+        if p < CHANCE
+    }
+
+
+def _corrected(chances: Mapping[str, float | None]) -> dict[str, float]:
+    known = {s: p for s, p in chances.items() if p is not None}
+    return dict(zip(known, holm(list(known.values())), strict=True))
 
 
 def driven_by(model: Model, vehicle: Vehicle) -> Model:
@@ -166,12 +184,13 @@ def _errors(a: Model, b: Model, recording: Recording, starts: Motion, horizon: f
             found.append(predict(model, recording, horizon, starts=starts))
         except ModelError as error:
             raise ModelError(f"{label}: {error}") from None
-    return _Errors(
-        found[0].errors ** 2, found[1].errors ** 2, found[0].index, recording.period, found[0].steps
-    )
+    index, steps = found[0].index, found[0].steps
+    moved = [forms(model, recording, starts, index - steps, steps) for model in (a, b)]
+    squares = [one.errors**2 for one in found]
+    return _Errors(squares[0], squares[1], index, recording.period, steps, (moved[0], moved[1]))
 
 
-def _differences(every: Sequence[_Errors], block: float) -> dict[str, AxisDifference]:
+def _differences(every: Sequence[_Errors], block: float, luck: Luck) -> dict[str, AxisDifference]:
     """By u, v, r, over blocks of time of all recordings."""
     parts, numbers, passed = [], [], 0
     for errors in every:
@@ -182,20 +201,31 @@ def _differences(every: Sequence[_Errors], block: float) -> dict[str, AxisDiffer
     values = np.concatenate(parts)
     blocks = block_sums(values, np.concatenate(numbers), 1)
     mean = values.mean(axis=0)
+    shares = np.array([len(e.a) for e in every]) / len(values)
+    moved = [np.tensordot(shares, [e.forms[i] for e in every], 1) for i in (0, 1)]
     out = {}
     for axis, symbol in enumerate(SYMBOLS):
         rms = np.sqrt(mean[[axis, 3 + axis]])
-        interval, p = None, None
+        apart = float(rms[0] - rms[1])
+        interval, p, same = None, None, None
         if blocks is not None:
-            interval, p = rms_difference(*blocks[:, [axis, 3 + axis, 6]].T)
-        out[symbol] = AxisDifference(
-            float(rms[0]), float(rms[1]), float(rms[0] - rms[1]), interval, p
-        )
+            interval, p, spread = rms_difference(*blocks[:, [axis, 3 + axis, 6]].T)
+            by, variance = luck.difference((moved[0][axis], moved[1][axis]))
+            both = float(rms.sum())  # a^2 - b^2 = (a - b) (a + b)
+            same = _beyond(apart - by / both, float(np.hypot(spread, np.sqrt(variance) / both)))
+        out[symbol] = AxisDifference(float(rms[0]), float(rms[1]), apart, interval, p, same)
     return out
 
 
-def rms_difference(first: Array, second: Array, count: Array) -> tuple[tuple[float, float], float]:
-    """95 % interval of the difference of two RMS, and p of there being none.
+def _beyond(apart: float, spread: float) -> float:
+    """Chance of as much, or more."""
+    return normal_two_sided(apart / spread) if spread > NOTHING else float(abs(apart) <= NOTHING)
+
+
+def rms_difference(
+    first: Array, second: Array, count: Array
+) -> tuple[tuple[float, float], float, float]:
+    """95 % interval of the difference of two RMS, p of there being none, and its standard deviation.
 
     `first`, `second` (b,): sums of squared errors of the same samples, block by block, `count` (b,)
     samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
@@ -204,14 +234,14 @@ def rms_difference(first: Array, second: Array, count: Array) -> tuple[tuple[flo
     drawn = draws(len(count))
     whole, spread = _difference(np.ones((1, len(count))), first, second, count)
     if spread[0] <= NOTHING:
-        return (float(whole[0]), float(whole[0])), 1.0 if abs(whole[0]) <= NOTHING else 0.0
+        return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= NOTHING), 0.0
     found, deviation = _difference(drawn, first, second, count)
     student = (found - whole) / np.maximum(deviation, 1e-3 * spread)
     high, low = np.quantile(student, [0.025, 0.975])
     at = whole[0] / spread[0]
     beyond = 2 * min(int(np.sum(student >= at)), int(np.sum(student <= at)))  # as of the interval
     interval = (float(whole[0] - low * spread[0]), float(whole[0] - high * spread[0]))
-    return interval, min(1.0, (1 + beyond) / (1 + len(student)))
+    return interval, min(1.0, (1 + beyond) / (1 + len(student))), float(spread[0])
 
 
 def _difference(drawn: Array, first: Array, second: Array, count: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from seatrial.compare import Comparison, Side
 from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
-from seatrial.compare.prediction import Ahead, AxisDifference
+from seatrial.compare.prediction import Ahead, AxisDifference, beyond_luck
 from seatrial.frames import AXES, SYMBOLS, Axes
 from seatrial.identify.text import plus_minus
 from seatrial.schema import CorrelatedEntry
@@ -226,38 +226,53 @@ def matters(found: Comparison, horizon: str) -> str:
     axes = [row for row in found.ahead if f"{row.horizon:g}" == horizon][-1].axes
     if any(axes[s].interval is None for s in SYMBOLS):
         return "too short to tell which predicts better: record a minute or more"
-    said = []
+    beyond = beyond_luck(axes)
+    said: list[str] = []
+    lucky: list[str] = []
     for axis, symbol in enumerate(SYMBOLS):
-        letter, one = found.better[horizon][symbol], axes[symbol]
-        if letter is None or one.interval is None:
-            continue
-        scale, unit = _scale(axis)
-        good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
-        low, high = sorted(abs(scale * x) for x in one.interval)
-        said.append(
-            f"{letter} is better in {AXES[axis]}: {scale * good:.3g} against {scale * bad:.3g} {unit} "
-            f"(95 %: {low:.2g} to {high:.2g} better)"
-        )
+        letter = found.better[horizon][symbol]
+        if letter is not None:
+            (said if symbol in beyond else lucky).append(_better(letter, axes[symbol], axis))
     near = [
         AXES[axis]
         for axis, symbol in enumerate(SYMBOLS)
         if axes[symbol].better and found.better[horizon][symbol] is None
     ]
     chance = f"{' and '.join(near)} alone would show, but among three axes that may be chance"
+    more = f"; {chance}" if near else ""
     if said:
-        more = f"; {chance}" if near else ""
         seen = found.joint is None or found.changed or found.joint.p < SIGNIFICANT
         head = (
             "the change matters for prediction"
             if seen
             else "prediction shows a change that the coefficients' errors hide"
         )
+        more = (
+            f"; {'; '.join(lucky)}, as of two estimates of one boat one may be{more}"
+            if lucky
+            else more
+        )
         return f"{head}: {'; '.join(said)}{more}"
+    if lucky:
+        return (
+            f"{'; '.join(lucky)}: of two estimates of one boat one may be as much better, so this shows no "
+            f"change{more}"
+        )
     if found.changed and near:
         return f"coefficients changed; in the prediction {chance}: record longer to tell"
     if found.changed:
         return "coefficients changed, but it does not show in the prediction of these recordings"
     return "both predict these recordings equally well"
+
+
+def _better(letter: str, one: AxisDifference, axis: int) -> str:
+    scale, unit = _scale(axis)
+    good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
+    low, high = sorted(abs(scale * x) for x in one.interval or (0.0, 0.0))
+    return (
+        f"{letter} is better in {AXES[axis]}: {scale * good:.3g} against {scale * bad:.3g} {unit} "
+        f"(95 %: {low:.2g} to {high:.2g} better)"
+    )
 
 
 def _known(rows: list[Ahead]) -> Iterator[str]:

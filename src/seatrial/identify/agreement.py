@@ -13,6 +13,8 @@ from seatrial.identify.factors import SHARP, Change, WithFactors, changes
 from seatrial.identify.score_test import score_test
 from seatrial.identify.search import Point
 
+DISAGREE = "the recordings do not agree"  # begins what is said of them
+
 
 def disagreements(at: Point) -> list[str]:
     """What is to be said where recordings are of different boats; nothing where chance explains it."""
@@ -21,7 +23,7 @@ def disagreements(at: Point) -> list[str]:
     said = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
     if not said:
         return []
-    return [f"the recordings do not agree: {said} To see, identify them apart, and take compare"]
+    return [f"{DISAGREE}: {said} To see, identify them apart, and take compare"]
 
 
 def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:

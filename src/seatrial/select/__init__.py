@@ -5,23 +5,27 @@ First what no data can tell (exact aliases), then candidates by score tests and 
 tests, repeats against each other, and the prediction of recordings that were left out.
 """
 
+import math
 import re
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from seatrial.identify import check_recordings
+from seatrial.identify.agreement import DISAGREE
 from seatrial.identify.hints import ASKED
 from seatrial.identify.output_error import output_error
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
 from seatrial.select.candidates import default_candidates, given_candidates, with_terms
+from seatrial.select.chance import freedom
 from seatrial.select.folds import HALF_NAMES, folds
 from seatrial.select.reasons import rows_of
 from seatrial.select.search import Search, forward_and_back
 from seatrial.select.selection import Selection
 from seatrial.select.text import selection_json, selection_text
 from seatrial.select.verdicts import Bench, reason_to_go
+from seatrial.statistics import BLOCK
 from seatrial.stretches import STANDS_OUT
 from seatrial.structure import Term
 from seatrial.vehicle import Vehicle
@@ -51,6 +55,8 @@ def select(
     too little data, StructureError where a candidate can't be one.
     """
     check_recordings(recordings)
+    blocks = math.ceil(sum(r.duration for r in recordings) / BLOCK)
+    freedom(blocks, len(vehicle.structure.coefficients))
     tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -58,9 +64,9 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
-    asked = tuple(
-        of_files(n) for n in model.estimator.notes if n.startswith(ASKED) or STANDS_OUT in n
-    )
+    notes = model.estimator.notes
+    asked = tuple(of_files(n) for n in notes if n.startswith((ASKED, DISAGREE)) or STANDS_OUT in n)
+    one_boat = not any(n.startswith(DISAGREE) for n in notes)
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)
     refused: dict[str, str] = {}
@@ -69,7 +75,7 @@ def select(
         say("repeats and held-out prediction")
         bench = Bench(search, model, parts, horizon)
         reasons = {
-            name: reason_to_go(found, len(bench.kept), parts, own=name in named)
+            name: reason_to_go(found, len(bench.kept), parts, own=name in named, one_boat=one_boat)
             for name, found in bench.kept.items()
         }
         bad = {n: r for n, r in reasons.items() if r is not None}

@@ -111,6 +111,20 @@ def _what(term: Term) -> tuple[int, tuple[str, ...], int | None]:
     return term.axis, tuple(sorted(term.factors)), term.acceleration
 
 
+def drag_of(terms: Sequence[Term], axis: int) -> list[str]:
+    """Coefficients of an axis that brake it, by its own velocity alone."""
+    own = {SYMBOLS[axis], f"|{SYMBOLS[axis]}|"}
+    return [
+        t.coefficient
+        for t in terms
+        if t.axis == axis
+        and t.coefficient
+        and t.acceleration is None
+        and {*t.factors} <= own
+        and t.factors
+    ]
+
+
 def is_essential(term: Term, forces: Sequence[Force]) -> bool:
     """Whether a term is never up for removal: a known one, or thrust along its own axis."""
     own = {force.name for force in forces if force.axis == term.axis}

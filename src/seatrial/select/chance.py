@@ -44,13 +44,13 @@ def t_chance(t: float, freedom: int) -> float:
     return normal_two_sided(float(size))
 
 
-def freedom(slopes: Slopes, fitted: int) -> int:
-    """Degrees of freedom of the blocks. Raises where there are too few."""
-    left = slopes.blocks - fitted
+def freedom(blocks: int, fitted: int) -> int:
+    """Degrees of freedom of blocks of `BLOCK` [s]. Raises where there are too few."""
+    left = blocks - fitted
     if left < fitted:
         raise IdentificationError(
-            f"{slopes.blocks} blocks of {BLOCK:.0f} s for {fitted} parameters; record longer, "
-            "or give fewer candidates"
+            f"{blocks * BLOCK:.0f} s in all, in blocks of {BLOCK:.0f} s, are too short to test terms of "
+            f"{fitted} parameters or more; give recordings of {2 * fitted * BLOCK:.0f} s or more together"
         )
     return left
 
@@ -67,7 +67,7 @@ def estimate(slopes: Slopes, name: str) -> Estimate:
     row = solve(slopes.total, unit)
     step = solve(slopes.total, slopes.gradient.sum(axis=0))
     value = slopes.values[j] + step[j]
-    left = freedom(slopes, p - 1)
+    left = freedom(slopes.blocks, p - 1)
     influence = slopes.left(step) @ row
     sandwich = float(np.sum(influence**2)) * slopes.blocks / left
     error = float(np.sqrt(max(sandwich, row[j])))
@@ -95,7 +95,7 @@ def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeat
         own = np.insert(step[:n], j, step[n + f])
         mine = np.isin(slopes.recording, list(members))
         influence[mine] = (slopes.left(own) @ np.insert(rows[:n], j, rows[n + f], axis=0))[mine]
-    sandwich = influence.T @ influence * slopes.blocks / freedom(slopes, n + 1)
+    sandwich = influence.T @ influence * slopes.blocks / freedom(slopes.blocks, n + 1)
     return _spread(slopes.values[j] + step[n:], _larger(sandwich, rows[n:]))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from seatrial.frames import AXES
 from seatrial.select.aliasing import Alias
+from seatrial.select.candidates import drag_of
 from seatrial.select.folds import Fold
 from seatrial.select.verdicts import Bench, Evidence, Row, Verdict, said_by
 from seatrial.structure import Term
@@ -35,7 +36,13 @@ def rows_of(
             verdict, reason = Verdict.ALIASED, _aliased(made[name])
         elif name in model.values:
             verdict = Verdict.STAYS if was else Verdict.COMES
-            reason = _stays(kept[name], len(kept), bench.folds, term) if name in kept else "thrust"
+            reason = (
+                _stays(kept[name], len(kept), bench.folds, term)
+                if name in kept
+                else "the only drag of its axis"
+                if name in drag_of(model.structure.terms, term.axis)
+                else "thrust"
+            )
         else:
             verdict = Verdict.GOES if was else Verdict.OUT
             reason = refused.get(name) or _goes(others[name], len(others), bench.folds)

@@ -12,7 +12,7 @@ from seatrial.identify.output_error import output_error
 from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.select.aliasing import Alias, aliases
-from seatrial.select.candidates import is_essential, with_terms
+from seatrial.select.candidates import drag_of, is_essential, with_terms
 from seatrial.select.chance import estimate
 from seatrial.select.slopes import Slopes, slopes
 from seatrial.structure import Term
@@ -39,8 +39,10 @@ class Search:
         return output_error(self.recordings, with_terms(self.vehicle, terms), start=start)
 
     def removable(self, terms: Sequence[Term]) -> list[str]:
-        """Coefficients that may go: not thrust along its own axis."""
+        """Coefficients that may go: not thrust along its own axis, nor the last drag there."""
         fixed = {t.coefficient for t in terms if is_essential(t, self.vehicle.forces)}
+        drags = [drag_of(terms, axis) for axis in range(3)]
+        fixed |= {names[0] for names in drags if len(names) == 1}
         return list(dict.fromkeys(str(t.coefficient) for t in terms if t.coefficient not in fixed))
 
     def aliased(self, terms: Sequence[Term], out: Sequence[Term]) -> tuple[Alias, ...]:

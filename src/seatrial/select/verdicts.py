@@ -162,15 +162,19 @@ def _places(folds: Sequence[Fold]) -> list[list[int]]:
     ]
 
 
-def reason_to_go(evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool) -> str | None:
+def reason_to_go(
+    evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool, one_boat: bool
+) -> str | None:
     """Why a term of the model can't stay; None if it can.
 
     The file's own need not be told from zero: they go where repeats or prediction speak against
-    them, or where they are too small to matter.
+    them, or where they are too small to matter. Unless the repeats are of `one_boat` neither does.
     """
     change = evidence.change
     if evidence.idle:
         return _idle(evidence)
+    if own and not one_boat:
+        return _too_weak(evidence)
     if not evidence.repeatable(tests) and not evidence.helps:
         return f"not repeatable: {said_by(evidence.repeats, folds)}"
     if evidence.harms:
