@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from seatrial.compare.boats import AxisMeaning, meaning, notes, origin
+from seatrial.compare.boats import AxisMeaning, meaning, notes, origin, same_data
 from seatrial.compare.chance import luck
 from seatrial.compare.parameters import (
     Factor,
@@ -59,11 +59,19 @@ class Comparison(msgspec.Struct, frozen=True):
     notes: list[str]
     ahead: list[Ahead] = []
     better: dict[str, dict[str, str | None]] = {}  # by horizon, by u, v, r: "A", "B" or neither
+    same_data: bool = False  # both were identified from the same recordings
 
     @property
     def changed(self) -> list[Pair]:
         """Parameters that differ by more than chance."""
         return [pair for pair in self.pairs if pair.differs]
+
+    @property
+    def untested(self) -> list[tuple[OneSided, OneSided]]:
+        """Parameters, A's and B's, of which one model's ended at a bound: how well it is known is not."""
+        others = {one.name: one for one in self.only_b}
+        both = [(one, others[one.name]) for one in self.only_a if one.name in others]
+        return [(x, y) for x, y in both if x.at_bound != y.at_bound]
 
 
 def compare(
@@ -108,6 +116,7 @@ def compare(
         notes(a, b, seen),
         rows,
         better,
+        same_data(a, b),
     )
 
 

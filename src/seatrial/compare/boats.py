@@ -67,6 +67,15 @@ def shared(a: Model, b: Model) -> list[str]:
     return [x.name for x in a.recordings for y in b.recordings if _overlap(x, y)]
 
 
+def same_data(a: Model, b: Model) -> bool:
+    """Whether both were identified from the same recordings, and nothing else."""
+
+    def within(one: Model, other: Model) -> bool:
+        return all(any(_overlap(x, y) for y in other.recordings) for x in one.recordings)
+
+    return bool(a.recordings) and within(a, b) and within(b, a)
+
+
 def _overlap(x: RecordingEntry, y: RecordingEntry) -> bool:
     own, other = ({f.sha256 for f in entry.files} for entry in (x, y))
     same = own == other if own and other else x.name == y.name
@@ -91,9 +100,14 @@ def _independence(a: Model, b: Model) -> list[str]:
     listed = ", ".join(dict.fromkeys(names))
     prior = [label for label, m in (("A", a), ("B", b)) if "prior" in m.estimator.settings]
     why = f" ({' and '.join(prior)} began from an older model as prior)" if prior else ""
+    said = f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
+    if same_data(a, b):
+        return [
+            f"{said}are too large, if anything, and no difference is the boat's: it is what the two were "
+            "identified by"
+        ]
     return [
-        f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
-        "are too large, if anything: a difference that is seen is one; one that is not may still be there"
+        f"{said}are too large, if anything: a difference that is seen is one; one that is not may still be there"
     ]
 
 
@@ -102,8 +116,8 @@ def _methods(a: Model, b: Model) -> list[str]:
     methods = a.estimator.method, b.estimator.method
     if methods[0] != methods[1]:
         found.append(
-            f"A was found by {methods[0]}, B by {methods[1]}: what the methods do differently shows as a "
-            "difference of the boats"
+            f"A was found by {methods[0]}, B by {methods[1]}: what the methods do differently"
+            + (" shows" if same_data(a, b) else " shows as a difference of the boats")
         )
     if EQUATION_ERROR in methods:
         which = "both" if methods[0] == methods[1] else "AB"[methods.index(EQUATION_ERROR)]

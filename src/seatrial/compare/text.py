@@ -86,8 +86,23 @@ def _p(p: float) -> str:
 def changed(found: Comparison) -> Iterator[str]:
     """Which parameters changed beyond chance, and which axes by one factor; in sentences."""
     yield from _changed(found)
-    for factor in found.factors:
+    yield from _untested(found)
+    for factor in found.factors if not found.same_data else ():
         yield from _factor(factor)
+
+
+def _untested(found: Comparison) -> Iterator[str]:
+    """What may differ all the same."""
+    said = []
+    for one, other in found.untested:
+        letter, known, bound = ("B", other, one) if one.at_bound else ("A", one, other)
+        far = f"{abs(known.value - bound.value) / known.error:.0f}" if known.error > 0 else "many"
+        said.append(
+            f"{one.name} ({plus_minus(bound.value, 0.0)} in {'AB'[letter == 'A']}, at its bound, where "
+            f"{letter} is {far} of its standard errors away)"
+        )
+    if said:
+        yield f"Not tested, and may differ: {', '.join(said)}."
 
 
 def _changed(found: Comparison) -> Iterator[str]:
@@ -104,7 +119,8 @@ def _changed(found: Comparison) -> Iterator[str]:
     elif found.joint.p < SIGNIFICANT:
         yield f"No parameter alone differs beyond chance, but {test}: something changed."
     else:
-        yield f"No difference seen; {test}."
+        where = " in the others" if found.untested else ""
+        yield f"No difference seen{where}; {test}."
 
 
 def _factor(factor: Factor) -> Iterator[str]:
@@ -243,8 +259,10 @@ def matters(found: Comparison, horizon: str) -> str:
     if said:
         seen = found.joint is None or found.changed or found.joint.p < SIGNIFICANT
         head = (
-            "the change matters for prediction"
-            if seen
+            "the difference matters for prediction"
+            if found.same_data
+            else "the change matters for prediction"
+            if seen or found.untested
             else "prediction shows a change that the coefficients' errors hide"
         )
         more = (

@@ -49,7 +49,7 @@ class Change:
     @property
     def manifest(self) -> bool:
         """Whether it is beyond chance, and worth a word."""
-        return self.test.manifest and self.test.gain >= WORTH and self.ratio <= 1.0 - LEAST
+        return self.test.likely and self.test.gain >= WORTH and self.ratio <= 1.0 - LEAST
 
 
 Tested = Callable[[int, str, Array], Change | None]  # of an axis, what changes, and its weights

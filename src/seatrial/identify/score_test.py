@@ -94,27 +94,3 @@ def _as_chi_square(raw: float, blocks: int, freedom: int) -> float:
         return 0.0
     left = max(1.0 - raw / blocks, np.finfo(float).eps)
     return float(-(blocks - 0.5 * freedom - 1.0) * np.log(left))
-
-
-def step_test(
-    information: Array, scores: Array, tested: list[int], neutral: Sequence[int] = ()
-) -> ScoreTest:
-    """The same by how the scores scatter once the step is taken: what is there is then no chance.
-
-    Of blocks' information (blocks, p, p) and scores (blocks, p); of few blocks as many as there are
-    parameters tell nothing. A large step would otherwise count as scatter, and hide itself.
-    """
-    n, p = scores.shape
-    whole = information.sum(axis=0)
-    rest = [i for i in range(p) if i not in tested and i not in neutral]
-    held = np.linalg.pinv(whole[np.ix_(rest, rest)], hermitian=True)
-    directions = np.zeros((p, len(tested)))  # the others follow
-    directions[tested] = np.eye(len(tested))
-    directions[rest] = -held @ whole[np.ix_(rest, tested)]
-    known = directions.T @ whole @ directions
-    total = scores.sum(axis=0) @ directions
-    step = np.linalg.pinv(known, hermitian=True) @ total
-    after = (scores - information @ (directions @ step)) @ directions
-    scatter = np.linalg.pinv(after.T @ after, hermitian=True)
-    statistic = float(total @ scatter @ total) * max(n - p, 0) / n
-    return ScoreTest(statistic, len(tested), float(total @ step), step)

@@ -17,6 +17,8 @@ from seatrial.identify.problem import Passes
 from seatrial.identify.score_test import ScoreTest
 from seatrial.identify.search import Point
 
+CHANGES = "the boat changes in the course of a recording"  # begins what is said of it
+
 
 @dataclass(frozen=True)
 class _Blocks:
@@ -49,7 +51,7 @@ def wear(at: Point) -> list[str]:
     if not said:
         return []
     return [
-        f"the boat changes in the course of a recording: {said} Coefficients are those of its middle; "
+        f"{CHANGES}: {said} Coefficients are those of its middle; "
         "for others, cut the recording with --without, and take compare"
     ]
 

@@ -15,6 +15,7 @@ from seatrial.identify import check_recordings
 from seatrial.identify.agreement import DISAGREE
 from seatrial.identify.hints import ASKED
 from seatrial.identify.output_error import output_error
+from seatrial.identify.wear import CHANGES
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
 from seatrial.select.candidates import default_candidates, given_candidates, with_terms
@@ -65,7 +66,9 @@ def select(
     model = output_error(together, vehicle)
     own = model.structure.terms
     notes = model.estimator.notes
-    asked = tuple(of_files(n) for n in notes if n.startswith((ASKED, DISAGREE)) or STANDS_OUT in n)
+    asked = tuple(
+        of_files(n) for n in notes if n.startswith((ASKED, DISAGREE, CHANGES)) or STANDS_OUT in n
+    )
     one_boat = not any(n.startswith(DISAGREE) for n in notes)
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)

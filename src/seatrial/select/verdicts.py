@@ -174,7 +174,7 @@ def reason_to_go(
     if evidence.idle:
         return _idle(evidence)
     if own and not one_boat:
-        return _too_weak(evidence)
+        return _too_weak(evidence, doubt=-np.inf)
     if not evidence.repeatable(tests) and not evidence.helps:
         return f"not repeatable: {said_by(evidence.repeats, folds)}"
     if evidence.harms:
@@ -194,12 +194,12 @@ def _idle(evidence: Evidence) -> str | None:
     return f"at its bound, 0: it moves the prediction by {evidence.reach:.1g} % at most"
 
 
-def _too_weak(evidence: Evidence) -> str | None:
+def _too_weak(evidence: Evidence, doubt: float = DOUBT) -> str | None:
     """Why a term of the file's own that is not told from zero can't stay."""
     if evidence.told:
         return None
     told, change = f"weak: not told from zero (z = {evidence.estimate.z:.1f})", evidence.change
-    if change.z < DOUBT:
+    if change.z < doubt:
         return f"{told}, held-out prediction is {-change.percent:.2g} % better without it"
     if evidence.reach < WEAK:
         return f"{told}, and moves the prediction by {evidence.reach:.1g} % at most"
