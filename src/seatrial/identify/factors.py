@@ -76,7 +76,7 @@ def changes(at: Point, tested: Tested) -> str:
 def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
     """What changes, and how the free parameters (p,) would with a factor on it: as much as they are."""
     problem = at.passes.problem
-    thrust, drag = _terms(problem.vehicle.structure, axis)
+    thrust, drag = thrust_and_drag(problem.vehicle.structure, axis)
     free = np.array(problem.free)
     for what, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):
         own = np.array([problem.names[i] in names for i in free])
@@ -85,7 +85,7 @@ def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
             yield what, weights
 
 
-def _terms(structure: Structure, axis: int) -> tuple[set[str], set[str]]:
+def thrust_and_drag(structure: Structure, axis: int) -> tuple[set[str], set[str]]:
     """Coefficients of an axis' terms with a force, and of those with velocities only."""
     forces = {force.name for force in structure.forces}
     thrust: set[str] = set()

@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from seatrial.distributions import holm, normal_two_sided
+from seatrial.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.errors import IdentificationError
-from seatrial.frames import SYMBOLS, Axes
+from seatrial.frames import AXES, SYMBOLS, Array, Axes
+from seatrial.identify.factors import CAUSES, thrust_and_drag
 from seatrial.model import Model
 from seatrial.structure import Structure, Term
 from seatrial.vehicle import Vehicle
@@ -25,6 +26,7 @@ COMMON = (
 SLIGHT = 0.2  # share of an axis' largest term below which a term is taken to be as large as that
 CLOCK = 0.05  # [s] that latency may change by: it holds what two clocks are apart
 EDGE = 0.05  # dead-zone edges are taken to be at least so large
+LEAST = 1e-6  # share of the prior's variance that a move from it has at least
 CONFLICT = 0.05  # chance that a prior that is right is said to be contradicted
 SILENT = 0.75  # share of the prior's variance from which on the recordings said nothing
 
@@ -43,7 +45,7 @@ class Shift:
     def pull(self) -> float:
         """Move away from the prior over what it should be: var(found - prior) = width^2 - error^2."""
         expected = self.width**2 - self.error**2
-        return float((self.found - self.prior) / np.sqrt(max(expected, 1e-6 * self.width**2)))
+        return float((self.found - self.prior) / np.sqrt(max(expected, LEAST * self.width**2)))
 
     @property
     def silent(self) -> bool:
@@ -170,17 +172,68 @@ def conflicts(found: Sequence[Shift]) -> list[Shift]:
     return [s for s, p in zip(heard, chance, strict=True) if p < CONFLICT]
 
 
-def shift_notes(found: Sequence[Shift], spread: float) -> list[str]:
+@dataclass(frozen=True)
+class Common:
+    """One factor by axis on thrust, drag or both: found over prior."""
+
+    what: str  # of CAUSES
+    factors: dict[str, float]  # by axis
+    p: float  # chance of factors as far from 1, of a prior that is right
+
+
+def commons(prior: Model, found: Model) -> list[Common]:
+    """By cause the factors that all coefficients of an axis share, the `prior` being widened.
+
+    One parameter may change by twice what is expected; all of a kind together hardly do.
+    """
+    heard = [s.name for s in shifts(prior, found) if not s.silent]
+    out = []
+    for what in CAUSES:
+        factors, chi2 = {}, 0.0
+        for axis, word in enumerate(AXES):
+            thrust, drag = thrust_and_drag(found.structure, axis)
+            kinds = {"thrust": thrust, "drag": drag}
+            names = [n for n in heard if n in kinds.get(what, thrust | drag)]
+            if names:
+                more, known = _factor(prior, found, names)
+                factors[word] = 1.0 + more
+                chi2 += more**2 * known
+        if factors:
+            out.append(Common(what, factors, chi2_sf(chi2, len(factors))))
+    return out
+
+
+def _factor(prior: Model, found: Model, names: Sequence[str]) -> tuple[float, float]:
+    """Relative change of coefficients, a mean weighed as the prior knows each, and its information."""
+    (old, width), (new, error) = (_of(model, names) for model in (prior, found))
+    weights = old / np.diag(width)
+    weights /= weights @ old
+    # var(found - prior) = width^2 - error^2, as in `Shift.pull`
+    wide = weights @ width @ weights
+    expected = max(wide - weights @ error @ weights, LEAST * wide)
+    return float(weights @ (new - old)), float(1.0 / expected)
+
+
+def _of(model: Model, names: Sequence[str]) -> tuple[Array, Array]:
+    """Values (m,) and covariance (m, m) of some parameters."""
+    at = [model.parameters.index(name) for name in names]
+    return np.array(_values(model))[at], model.covariance[np.ix_(at, at)]
+
+
+def shift_notes(found: Sequence[Shift], spread: float, common: Sequence[Common] = ()) -> list[str]:
     """The same in words."""
-    told = [f"Prior: an older model, widened by {100 * spread:.0f} % of every parameter."]
+    told = [f"Prior: an older model, widened by {100 * spread:.2g} % of every parameter."]
     pulled = conflicts(found)
-    if pulled:
-        listed = ", ".join(
-            f"{s.name} ({s.prior:.3g} ± {s.width:.2g} to {s.found:.3g} ± {s.error:.2g})"
-            for s in pulled
-        )
+    listed = [
+        f"{s.name} ({s.prior:.3g} ± {s.width:.2g} to {s.found:.3g} ± {s.error:.2g})" for s in pulled
+    ]
+    best = min(common, key=lambda c: c.p, default=None)
+    if best is not None and best.p * len(common) < CONFLICT:
+        factors = ", ".join(f"{factor:.2f} in {axis}" for axis, factor in best.factors.items())
+        listed.append(f"{best.what} ({factors} of the prior's)")
+    if listed:
         told.append(
-            f"Prior and recording contradict each other in {listed}: more changed than that, or the "
+            f"Prior and recording contradict each other in {', '.join(listed)}: more changed than that, or the "
             "recording is not good; take a larger --prior-spread, or drive as for a new model."
         )
     silent = [s.name for s in found if s.silent]
@@ -191,7 +244,8 @@ def shift_notes(found: Sequence[Shift], spread: float) -> list[str]:
 
 def with_prior_said(found: Model, prior: Model, spread: float) -> Model:
     """The result with what its prior was: its recordings stand behind it, too."""
-    notes = shift_notes(shifts(widened(prior, spread), found), spread)
+    wide = widened(prior, spread)
+    notes = shift_notes(shifts(wide, found), spread, commons(wide, found))
     older = [entry for entry in prior.recordings if entry not in found.recordings]
     files = {f.sha256 for entry in prior.recordings for f in entry.files}
     again = [r.name for r in found.recordings if any(f.sha256 in files for f in r.files)]
