@@ -131,7 +131,8 @@ class Model:
         if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
             raise ModelError(
                 f"vehicle {vehicle.name} has other terms than the model: its coefficients are "
-                f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}"
+                f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}; "
+                "give a vehicle file with the model's terms, --vehicle"
             )
         order = [own.coefficients.index(name) for name in new.coefficients]
         places = [*order, *range(len(order), len(self.covariance))]

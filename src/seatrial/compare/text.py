@@ -2,6 +2,7 @@
 """A comparison for the terminal."""
 
 from collections.abc import Iterator
+from math import floor, log10
 
 from seatrial.compare import Comparison, Side
 from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
@@ -13,6 +14,8 @@ from seatrial.schema import CorrelatedEntry
 TOLD = (
     2.4  # standard errors: by chance one of three axes is that far from 1 in one comparison of 20
 )
+NONE = "nothing"
+HARDLY = 1e-6  # [m], [rad] of pose errors that are not worth a word
 QUIET = 1e-5  # [m/s^2], [rad/s^2] a force that is not worth a word
 ANOTHER = 0.1  # a factor on all drag and thrust below which no payload is the reason
 FITS = 0.01  # p below which one factor does not explain an axis
@@ -174,7 +177,7 @@ def _noise(found: Comparison) -> Iterator[str]:
         f"pose noise: {1e3 * one.position:.2g} → {1e3 * two.position:.2g} mm, "
         f"{1e3 * one.heading:.2g} → {1e3 * two.heading:.2g} mrad"
     )
-    if one.correlated is not None or two.correlated is not None:
+    if {_hanging(one.correlated), _hanging(two.correlated)} != {NONE}:
         yield f"of it hangs together: {_hanging(one.correlated)} → {_hanging(two.correlated)}"
     p, q = one.process, two.process
     if p is None or q is None:
@@ -191,8 +194,8 @@ def _noise(found: Comparison) -> Iterator[str]:
 
 
 def _hanging(entry: CorrelatedEntry | None) -> str:
-    if entry is None:
-        return "nothing"
+    if entry is None or max(entry.position, entry.heading) < HARDLY:
+        return NONE
     return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.lasting}"
 
 
@@ -233,8 +236,8 @@ def _interval(one: AxisDifference, axis: int) -> str:
         low, high = -high, -low
     letter = "A" if one.difference < 0 else "B"
     if low > 0:
-        return f"{letter} is better by {low:.3f} to {high:.3f} (95 %)"
-    return f"no difference seen: {letter} by {low:.3f} to {high:.3f} (95 %)"
+        return f"{letter} is better by {low:.2g} to {high:.2g} (95 %)"
+    return f"no difference seen: {letter} by {low:.2g} to {high:.2g} (95 %)"
 
 
 def matters(found: Comparison, horizon: str) -> str:
@@ -287,8 +290,9 @@ def _better(letter: str, one: AxisDifference, axis: int) -> str:
     scale, unit = _scale(axis)
     good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
     low, high = sorted(abs(scale * x) for x in one.interval or (0.0, 0.0))
+    digits = max(0, 1 - floor(log10(abs(scale * one.difference)))) if one.difference else 3
     return (
-        f"{letter} is better in {AXES[axis]}: {scale * good:.3g} against {scale * bad:.3g} {unit} "
+        f"{letter} is better in {AXES[axis]}: {scale * good:.{digits}f} against {scale * bad:.{digits}f} {unit} "
         f"(95 %: {low:.2g} to {high:.2g} better)"
     )
 

@@ -16,6 +16,7 @@ from seatrial.identify.agreement import DISAGREE
 from seatrial.identify.hints import ASKED
 from seatrial.identify.output_error import output_error
 from seatrial.identify.wear import CHANGES
+from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON
 from seatrial.recording import Recording
 from seatrial.select.candidates import default_candidates, given_candidates, with_terms
@@ -65,11 +66,9 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
-    notes = model.estimator.notes
-    asked = tuple(
-        of_files(n) for n in notes if n.startswith((ASKED, DISAGREE, CHANGES)) or STANDS_OUT in n
-    )
-    one_boat = not any(n.startswith(DISAGREE) for n in notes)
+    notes = [n for n in model.estimator.notes if n.startswith(ASKED) or STANDS_OUT in n]
+    model, changed = _changed(search, model)
+    one_boat = not any(n.startswith(DISAGREE) for n in changed)
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)
     refused: dict[str, str] = {}
@@ -89,7 +88,21 @@ def select(
         model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
     rows = rows_of(bench, own, aliased, refused)
     chosen = with_terms(vehicle, model.structure.terms)
+    asked = tuple(of_files(n) for n in (*notes, *changed))
     return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon, asked)
+
+
+def _changed(search: Search, model: Model) -> tuple[Model, list[str]]:
+    """What a model says of a boat that changed; with newcomers, where their lack might be the reason."""
+    said = [n for n in model.estimator.notes if n.startswith((DISAGREE, CHANGES))]
+    if not said:
+        return model, []
+    whole = forward_and_back(search, model, [])
+    if whole.structure.terms == model.structure.terms:
+        return model, said
+    search.say("whether the recordings agree, with these")
+    whole = search.fit(whole.structure.terms, None)
+    return whole, [n for n in whole.estimator.notes if n.startswith((DISAGREE, CHANGES))]
 
 
 def of_files(note: str) -> str:

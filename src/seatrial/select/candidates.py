@@ -19,9 +19,9 @@ LETTERS = ("X", "Y", "N")
 def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
     """What the paper tried and left out, and what real boats need, without what is there already.
 
-    Linear and quadratic coupled drag, drag that grows with forward speed, free added mass on v r, u r
-    and u v, coupled force, a cubic in the axis' own force, and a steady trim. In yaw v r as well: one
-    of four that make N_ud.
+    Linear and quadratic coupled drag, cubic drag, drag that grows with the speed of another axis, free
+    added mass on v r, u r and u v, coupled force, a cubic in the axis' own force, and a steady trim. In
+    yaw v r as well: one of four that make N_ud.
     """
     known = {_what(term) for term in vehicle.structure.terms if term.coefficient}
     names = set(vehicle.structure.coefficients)
@@ -39,12 +39,12 @@ def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
 
 
 def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    own = SYMBOLS[axis]
     others = [symbol for i, symbol in enumerate(SYMBOLS) if i != axis]
     yield from ((symbol, (symbol,)) for symbol in others)
     yield from ((2 * symbol, (f"|{symbol}|", symbol)) for symbol in others)
     yield "".join(others), tuple(others)
-    if axis > 0:
-        yield f"u{SYMBOLS[axis]}", ("|u|", SYMBOLS[axis])
+    yield 3 * own, (own,) * 3
     for force in forces:
         short = force.name.replace("_", "")
         if force.axis == axis:
@@ -54,6 +54,7 @@ def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, 
     yield "0", ()
     if axis == 2:
         yield "vr", ("v", "r")
+    yield from ((f"{symbol}{own}", (f"|{symbol}|", own)) for symbol in others)
 
 
 def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]:

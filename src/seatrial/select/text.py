@@ -63,7 +63,8 @@ def _sum(rows: tuple[Row, ...]) -> str:
     def named(*verdicts: Verdict) -> str:
         return ", ".join(row.coefficient for row in rows if row.verdict in verdicts) or "none"
 
-    weak = ", ".join(row.coefficient for row in rows if row.reason.startswith("weak")) or "none"
+    kept = [row for row in rows if row.verdict.kept]
+    weak = ", ".join(row.coefficient for row in kept if row.reason.startswith("weak")) or "none"
     return (
         f"Came: {named(Verdict.COMES)}. Went: {named(Verdict.GOES)}. Weak: {weak}. "
         f"Aliased: {named(Verdict.ALIASED)}."
