@@ -259,14 +259,14 @@ def test_the_interval_of_a_difference_of_errors_holds():
     inside, alarms, runs = 0, 0, 400
     for _ in range(runs):
         common, a, b, c = rng.normal(size=(4, 30, 10))
-        interval, _ = rms_difference(
+        interval, _, _ = rms_difference(
             np.sum((common + 0.5 * a) ** 2, axis=1),
             np.sum((common + 0.3 * b) ** 2, axis=1),
             np.full(30, 10.0),
         )
         want = np.sqrt(1.25) - np.sqrt(1.09)
         inside += interval[0] <= want <= interval[1]
-        _, p = rms_difference(
+        _, p, _ = rms_difference(
             np.sum((common + 0.3 * b) ** 2, axis=1), np.sum((common + 0.3 * c) ** 2, axis=1),
             np.full(30, 10.0),
         )  # fmt: skip

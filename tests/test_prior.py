@@ -13,7 +13,7 @@ from seatrial.cli import main
 from seatrial.errors import IdentificationError
 from seatrial.identify import identify
 from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.prior import Shift, check_prior, conflicts, shift_notes, widened
+from seatrial.identify.prior import Shift, check_prior, commons, conflicts, shift_notes, widened
 from seatrial.identify.provenance import recording_entry
 from seatrial.io.write import write_trial
 from seatrial.model import AT_BOUND
@@ -118,6 +118,39 @@ def test_what_became_of_the_prior_is_told_in_words():
     assert notes[0] == "Prior: an older model, widened by 20 % of every parameter."
     assert "contradict each other in X_u (-0.2 ± 0.04 to -0.4 ± 0.01)" in notes[1]
     assert notes[2] == "The recording says little of Y_v: mostly the prior's values."
+
+
+@pytest.mark.parametrize(
+    ("what", "factor"), [("thrust", 0.5), ("thrust and drag", 0.5), ("drag", 2.2)]
+)
+def test_a_change_of_all_axes_is_no_change_of_each(before, what, factor):
+    """Twice the mass: each coefficient may be half of what it was by chance, all together not."""
+    wide = widened(before, 0.2)
+    thrust = {"X_F", "Y_F", "N_F", "N_uu"}
+    ways = {"thrust": thrust, "drag": set(before.values) - thrust - {"N_ud"}}
+    moved = ways.get(what, ways["thrust"] | ways["drag"])
+    values = [v * (factor if n in moved else 1.0) for n, v in before.values.items()]
+    found = replace(before, coefficients=np.array(values), covariance=0.1 * before.covariance)
+    best = min(commons(wide, found), key=lambda c: c.p)
+    assert best.what == what
+    assert best.p < 0.01
+    for axis in ("surge", "sway", "yaw"):
+        assert best.factors[axis] == pytest.approx(factor, abs=0.15)
+    (note,) = [n for n in shift_notes([], 0.2, [best]) if "contradict" in n]
+    assert f"{what} ({best.factors['surge']:.2f} in surge, " in note
+
+
+def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
+    rng, alarms = np.random.default_rng(4), 0
+    wide = widened(before, 0.2)
+    root = np.linalg.cholesky(wide.covariance + 1e-18 * np.eye(len(wide.covariance)))
+    for _ in range(400):
+        drawn = (root @ rng.normal(size=len(root)))[: len(before.coefficients)]
+        found = replace(
+            before, coefficients=before.coefficients + drawn, covariance=1e-4 * before.covariance
+        )
+        alarms += "contradict" in " ".join(shift_notes([], 0.2, commons(wide, found)))
+    assert 3 <= alarms <= 34  # three tests that hang together at 5 % in all
 
 
 def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, before, after):

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""Verdicts of `compare` that luck, a bound, or another method would make false."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+from scipy import stats
+
+from seatrial.compare import compare
+from seatrial.compare.chance import luck
+from seatrial.compare.parameters import pairs, views
+from seatrial.compare.prediction import beyond_luck
+from seatrial.compare.text import comparison_text
+from seatrial.model import AT_BOUND
+from seatrial.plan import load_plan
+from seatrial.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
+from seatrial.simulate import plant_model, simulate
+
+TRUTH = TABLE_II["AF"]
+
+
+def estimated(vehicle, rng, size):
+    """Truth and errors of `size`, that hang together."""
+    model = make_model(vehicle, TRUTH)
+    n = len(model.coefficients)
+    root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
+    drawn = model.coefficients + root @ rng.normal(size=n)
+    return replace(model, coefficients=drawn, covariance=root @ root.T)
+
+
+def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_foreseen(mp):
+    """e_A' Q e_A - e_B' Q e_B of errors drawn, against mean and variance by the difference alone."""
+    rng = np.random.default_rng(5)
+    root = rng.normal(size=(11, 4))
+    form = root @ root.T
+    truth = make_model(mp, TRUTH).coefficients
+    scores = []
+    for _ in range(500):
+        a, b = estimated(mp, rng, 0.02), estimated(mp, rng, 0.05)
+        seen = views(a, b)
+        mean, variance = luck(a, b, seen, pairs(a, b, seen, {})).difference((form, form))
+        own, other = a.coefficients - truth, b.coefficients - truth
+        scores.append((own @ form @ own - other @ form @ other - mean) / np.sqrt(variance))
+    assert stats.kstest(scores, "norm").pvalue > 0.001
+
+
+def test_given_models_leave_nothing_to_luck(mp):
+    a, b = (unsure(make_model(mp, {**TRUTH, "X_u": x}), 0.0) for x in (-0.2, -0.3))
+    seen = views(a, b)
+    found = luck(a, b, seen, pairs(a, b, seen, {})).difference((np.eye(11), np.eye(11)))
+    assert found == (0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def drive(mp):
+    """A boat, and one with a tenth less drag and thrust; a recording of the latter."""
+    plan = load_plan("paper-like")
+    plan = msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]})
+    values = {n: 0.9 * v for n, v in plan.plant.coefficients.items()}
+    other = msgspec.structs.replace(
+        plan, plant=msgspec.structs.replace(plan.plant, coefficients=values)
+    )
+    (trial,) = simulate(other, mp)
+    step = Integration("runge-kutta", 1 / 30)
+    a, b = (replace(plant_model(one, mp), integration=step) for one in (plan, other))
+    return a, b, trial.recording
+
+
+def unsure(model, size):
+    """As if all of it were known to `size` of itself."""
+    both = np.concatenate([model.coefficients, model.constants])
+    return replace(model, covariance=np.diag(np.square(size * both)))
+
+
+def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
+    a, b, record = drive
+    found = compare(unsure(a, 0.1), unsure(b, 0.1), [record])
+    assert set(found.better["1"].values()) == {"B"}
+    assert beyond_luck(found.ahead[-1].axes) == set()
+    text = comparison_text(found)
+    assert "of two estimates of one boat one may be as much better, so this shows no change" in text
+    assert "matters" not in text
+    sharp = compare(unsure(a, 1e-3), unsure(b, 1e-3), [record])
+    assert beyond_luck(sharp.ahead[-1].axes) == {"u", "v", "r"}
+    assert "=> the change matters for prediction: B is better in surge" in comparison_text(sharp)
+
+
+def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
+    a = b = estimated(mp, np.random.default_rng(1), 0.02)
+    said = np.array([0.0 if name == "X_uu" else 1.0 for name in a.values])
+    entry = EstimatorEntry("output-error", notes=[f"X_uu: 0 {AT_BOUND}"])
+    a = replace(
+        a, coefficients=said * a.coefficients, covariance=a.covariance * np.outer(said, said),
+        estimator=entry,
+    )  # fmt: skip
+    text = comparison_text(compare(a, b))
+    assert "No difference seen in the others; all together" in text
+    (line,) = [
+        t for t in text.splitlines() if t.startswith("Not tested, and may differ: X_uu (0 in A")
+    ]
+    assert line.endswith("at its bound, where B is 50 of its standard errors away).")
+
+
+def test_models_of_the_same_recordings_tell_of_no_change(mp):
+    """Half of all drag and thrust by another method is no other mass."""
+    a = unsure(make_model(mp, TRUTH), 0.01)
+    b = unsure(make_model(mp, {n: 0.5 * v for n, v in TRUTH.items()}), 0.01)
+    entries = tuple(
+        (RecordingEntry(n, 60.0, 0.0, [SourceEntry(f"{n}.bag", n)]),) for n in ("S1", "S2")
+    )
+    a = replace(a, recordings=entries[0])
+    text = comparison_text(compare(a, replace(b, recordings=entries[1])))
+    assert "as 100 % more mass" in text
+    found = compare(a, replace(b, recordings=entries[0]))
+    assert found.same_data
+    text = comparison_text(found)
+    assert "no difference is the boat's" in text
+    for claim in ("mass", "drag or thrust", "a difference that is seen is one"):
+        assert claim not in text

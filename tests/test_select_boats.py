@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""Selection for boats whose file has a term too many or one too few, and for boats that changed."""
+
+import msgspec
+import pytest
+
+import seatrial
+from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.select import default_candidates, given_candidates, select, selection_text
+from seatrial.select.candidates import with_terms
+from seatrial.select.chance import Estimate, Repeats
+from seatrial.select.held_out import Change
+from seatrial.select.search import Search
+from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
+from seatrial.simulate import plant_model, simulate
+
+FIRST, SECOND = ("S1", "S2", "S3"), ("S4", "S5", "S6")
+
+
+def plan_of(preset: str, seed: int, length: float, **coefficients: float) -> PlanFile:
+    """Trials of a boat of which some coefficients are others."""
+    plan = with_seed(load_plan(preset), seed)
+    trials = {
+        n: msgspec.structs.replace(plan.trials[n], duration=length) for n in (*FIRST, *SECOND)
+    }
+    plant = msgspec.structs.replace(
+        plan.plant, coefficients={**plan.plant.coefficients, **coefficients}
+    )
+    return msgspec.structs.replace(plan, trials=trials, plant=plant)
+
+
+def pushed(plan: PlanFile) -> PlanFile:
+    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.04, 2.0))
+    return msgspec.structs.replace(plan, plant=plant)
+
+
+def recordings(plan, vehicle, names=(*FIRST, *SECOND)):
+    trials = {name: plan.trials[name] for name in names}
+    plan = msgspec.structs.replace(plan, trials=trials)
+    return [t.recording for t in simulate(plan, vehicle, plant_model(plan, vehicle))]
+
+
+def test_a_term_that_ends_at_its_bound_goes(mp):
+    """Quadratic drag that the boat has not: half of the time its estimate is held at 0."""
+    plan = plan_of("hard", 1, 60.0, Y_vv=0.0, X_uu=0.0, N_rr=0.0)
+    found = select(recordings(plan, mp), mp, candidates=())
+    rows = {row.coefficient: row for row in found.rows}
+    assert any("at its bound, 0: it moves" in rows[n].reason for n in ("X_uu", "Y_vv", "N_rr"))
+    for name in ("X_uu", "Y_vv", "N_rr"):
+        row = rows[name]
+        if "at its bound" in row.reason:
+            assert row.verdict in (Verdict.GOES, Verdict.STAYS)
+            assert row.evidence is not None
+            assert abs(row.evidence.estimate.value) < 4 * row.evidence.estimate.error
+    assert {"X_u", "Y_v", "N_r"} <= set(found.model.values)
+
+
+@pytest.mark.parametrize(("value", "said"), [(0.04, None), (0.3, "0, it moves"), (-0.3, None)])
+def test_what_may_be_large_for_all_its_bound_stays(value, said):
+    """Its tests are without the bound: they say how far below 0 it may be."""
+    evidence = Evidence(
+        Estimate(value, 0.1, 0.5), Repeats([0, 0], [1, 1], 0.5, 0.0, 1.0),
+        Change(0.0, 0.0, 10.0, 1.0), idle=True,
+    )  # fmt: skip
+    found = reason_to_go(evidence, 10, (), own=True, one_boat=True)
+    assert found == (
+        None if said is None else "at its bound, 0: it moves the prediction by 0 % at most"
+    )
+
+
+def test_the_last_drag_of_an_axis_is_not_up_for_removal(mp):
+    search = Search(mp, (), (), lambda _: None)
+    terms = mp.structure.terms
+    assert {"X_u", "X_uu"} <= set(search.removable(terms))
+    fewer = search.removable([t for t in terms if t.coefficient != "X_u"])
+    assert "X_uu" not in fewer
+    assert {"Y_v", "Y_vv", "N_uu"} <= set(fewer)
+
+
+def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
+    """Three times the drag in surge from S4 on, pushed: the repeats are of two boats, and it is said."""
+    before = pushed(plan_of("hard", 61, 120.0))
+    more = {n: 3.0 * before.plant.coefficients[n] for n in ("X_u", "X_uu")}
+    after = pushed(plan_of("hard", 61, 120.0, **more))
+    found = select(
+        [*recordings(before, mp, FIRST), *recordings(after, mp, SECOND)], mp, candidates=()
+    )
+    assert {"X_u", "X_uu"} <= set(found.model.values)
+    (said,) = found.asked
+    assert said.startswith("the recordings do not agree: drag in surge ")
+    assert f"But {said}" in selection_text(found)
+
+
+def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
+    """|v| r and u u u are among the usual candidates; without them drag differs from drive to drive."""
+    plan = plan_of("hard", 21, 60.0)
+    extra = {"N_a": -0.8, "X_a": -3.0}
+    more = given_candidates(mp, ["N_a * |v| * r", "X_a * u * u * u"])
+    driven = with_terms(mp, (*mp.structure.terms, *more))
+    plant = msgspec.structs.replace(plan.plant, coefficients={**plan.plant.coefficients, **extra})
+    found = select(recordings(msgspec.structs.replace(plan, plant=plant), driven), mp)
+    came = [row.term.partition(" * ")[2] for row in found.rows if row.verdict is Verdict.COMES]
+    assert came == ["u * u * u", "|v| * r"]
+    assert found.asked == ()
+
+
+def test_drag_of_all_kinds_is_among_the_usual_candidates(mp):
+    texts = {t.text().partition(" * ")[2] for t in default_candidates(mp)}
+    assert {"u * u * u", "v * v * v", "r * r * r"} <= texts
+    assert {"|v| * u", "|r| * u", "|u| * v", "|r| * v", "|u| * r", "|v| * r"} <= texts
+    assert seatrial.load_vehicle("mallard-mp").structure.coefficients == mp.structure.coefficients
