@@ -122,7 +122,7 @@ def _changed(found: Comparison) -> Iterator[str]:
     elif found.joint.p < SIGNIFICANT:
         yield f"No parameter alone differs beyond chance, but {test}: something changed."
     else:
-        where = " in the others" if found.untested else ""
+        where = " in what can be tested" if found.untested else ""
         yield f"No difference seen{where}; {test}."
 
 
