@@ -81,7 +81,7 @@ def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
     }
     assert names == {
         "vehicle-MP.yaml", "vehicle-AF.yaml", "truth/plan.yaml", "truth/model-MP.yaml",
-        "truth/model-AF.yaml", "truth/S2-MP.csv", "truth/S2-AF.csv",
+        "truth/model-AF.yaml", "truth/S2-MP.csv", "truth/S2-AF.csv", "truth/written.json",
         "S2-MP/poses.csv", "S2-MP/commands.csv", "S2-AF/poses.csv", "S2-AF/commands.csv",
     }  # fmt: skip
     code, _, err = run(
@@ -229,11 +229,14 @@ def test_a_positive_drag_is_a_doubt_not_an_error(pool, tmp_path, capsys):
 @pytest.mark.parametrize(
     "arguments", [[], ["sail"], ["identify"], ["identify", "x", "--method", "magic"]]
 )
-def test_usage_errors_exit_with_2(arguments, capsys):
+def test_wrong_arguments_get_one_line_and_exit_with_1(arguments, capsys):
     with pytest.raises(SystemExit) as left:
         main(arguments)
-    assert left.value.code == 2
-    assert "usage: seatrial" in capsys.readouterr().err
+    assert left.value.code == 1
+    said = capsys.readouterr().err
+    assert said.startswith("seatrial")
+    assert said.endswith("--help\n")
+    assert said.count("\n") == 1
 
 
 def test_the_installed_command_runs_and_is_quick_to_start():

@@ -164,6 +164,16 @@ def test_simulated_trials_write_over_simulated_ones_only(tmp_path, capsys):
     mine.parent.rmdir()
     for _ in range(2):
         assert run(capsys, "simulate", "--plan", plan, "-o", out)[0] == 0
+    for edited in (out / "vehicle-MP.yaml", mine):
+        kept = edited.read_bytes()
+        edited.write_bytes(kept + b"\n")
+        before = {p: p.read_bytes() for p in out.rglob("*") if p.is_file()}
+        code, _, err = run(capsys, "simulate", "--plan", plan, "-o", out)
+        assert (code, err.count("\n")) == (1, 1)
+        assert f"{edited}: was edited since" in err
+        assert {p: p.read_bytes() for p in out.rglob("*") if p.is_file()} == before
+        edited.write_bytes(kept)
+    assert run(capsys, "simulate", "--plan", plan, "-o", out, "--format", "bag")[0] == 0
 
 
 def test_the_papers_misprint_is_not_asked_of_another_method(pool, tmp_path, capsys):

@@ -172,6 +172,18 @@ def test_correlated_residuals_widen_the_intervals():
     assert claimed > 2 * naive
 
 
+def test_the_end_of_one_recording_does_not_hang_together_with_the_next_one_s_begin():
+    """Which of them is first says nothing: the same numbers in either order."""
+    rng = np.random.default_rng(2)
+    B, noise = np.ones((120, 1)), np.cumsum(rng.normal(size=120))
+    swap = np.r_[np.arange(40, 120), np.arange(40)]
+    a = solve(B, noise, ["a"], "x", 30, rows=[40, 80])
+    b = solve(B[swap], noise[swap], ["a"], "x", 30, rows=[80, 40])
+    one = solve(B, noise, ["a"], "x", 30)
+    assert a.covariance == pytest.approx(b.covariance, rel=1e-9)
+    assert a.covariance != pytest.approx(one.covariance, rel=1e-3)
+
+
 def test_standard_errors_of_all_four_steps_are_the_spread_over_repeated_trials(mp):
     """White accelerations: no errors in variables, so the claimed errors must be the true ones."""
     c, dt, runs, n = TABLE_II["AF"], 1 / RATE, 150, 900

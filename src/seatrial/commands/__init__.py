@@ -6,6 +6,7 @@ Each reads, calls the library function of the same name, prints and writes.
 
 import argparse
 from importlib.metadata import version
+from typing import NoReturn
 
 from seatrial.commands import (
     allocate,
@@ -44,9 +45,17 @@ ORDER = (
 )
 
 
+class Parser(argparse.ArgumentParser):
+    """Its errors are one line and exit with 1, as all others of the program."""
+
+    def error(self, message: str) -> NoReturn:
+        """What is wrong with the arguments, and where to read what they may be."""
+        self.exit(1, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
 def make_parser() -> argparse.ArgumentParser:
     """Of the program: one parser below it for every command."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="seatrial", description="Dynamic models of small surface vehicles from a recording."
     )
     parser.add_argument("--version", action="version", version=f"seatrial {version('seatrial')}")

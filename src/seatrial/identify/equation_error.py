@@ -174,7 +174,8 @@ class _Steps:
         parts = [self._rows(axis, places, self.samples[i]) for i in data]
         a, B, Z = (np.concatenate([part[j] for part in parts]) for j in range(3))
         used = [self.samples[i].recording for i in data]
-        fit = solve(B, a, names, f"{equation}, {AXES[axis]}, {', '.join(used)}", self.correlation)
+        where = f"{equation}, {AXES[axis]}, {', '.join(used)}"
+        fit = solve(B, a, names, where, self.correlation, rows=[len(part[0]) for part in parts])
         self.theta[places] = fit.theta
         self._carry(places, fit, Z)
         self.steps.append(StepEntry(equation, names, used, len(a), fit.condition, fit.explained))

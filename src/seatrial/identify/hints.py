@@ -2,7 +2,8 @@
 """Effects that nobody asked for but the data do: a score test of each kind."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,13 +12,15 @@ from seatrial.filter_noise import DISTURBANCES, PROCESS, RAISED
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
 from seatrial.identify.problem import KINDS, Problem
-from seatrial.identify.score_test import score_test
+from seatrial.identify.score_test import ScoreTest, score_test
 from seatrial.identify.search import Point, search
+from seatrial.identify.unequal import with_gains
 from seatrial.identify.whiteness import explained
 
 ASKED = "less than half of the unmodelled force is left with"  # notes of effects begin so
 WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word
 GONE = 0.5  # of what pushes the boat must be left at most
+LEAST_GAIN = 0.2  # where a search begins
 CLEAR = 5.0  # standard deviations of chi-square, then
 WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
     "lever": lambda s: f"poses of a point about {np.hypot(*s):.2g} m off the origin, a lever arm",
@@ -27,43 +30,89 @@ WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
 }
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """What a score test asks for: the problem with it, where its search begins, and its words."""
+
+    gain: float  # fall of -2 log likelihood that it promises
+    problem: Problem
+    theta: Array
+    said: Callable[[Array], str]  # of the parameters that are found
+
+
 def hints(at: Point, share: float) -> list[str]:
     """The effect that the data ask for most, among those that are not sought; said in words.
 
     It is looked for only where something acts that the model does not say, and tried. `share`: how
     closely the model is believed.
     """
-    problem = at.passes.problem
-    places = {kind: _places(problem, kind) for kind in KINDS}
-    new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
-    if explained(at) or not new:
+    if explained(at):
         return []
-    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    passes = wider.passes(at.theta, at.noise, repeatable=False)
-    asked = {}
-    for kind, own in new.items():
-        tested = [wider.free.index(i) for i in own]
-        others = set(range(len(problem.free), len(wider.free))) - set(tested)
-        test = score_test(passes, tested, neutral=sorted(others))
-        likely = test.statistic > test.freedom + CLEAR * np.sqrt(2.0 * test.freedom)
-        if likely and test.gain > WORTH:
-            asked[kind] = test
+    asked = [*_effects(at), *_unlike(at)]
     if not asked:
         return []
-    kind = max(asked, key=lambda k: asked[k].gain)
-    theta = at.theta.copy()
-    theta[list(new[kind])] = asked[kind].step
-    asked_for = replace(problem, free=(*problem.free, *new[kind]))
+    most = max(asked, key=lambda a: a.gain)
+    least = least_noise(most.problem, share)
     try:
-        there = search(asked_for, theta, at.noise, least=least_noise(asked_for, share))
+        there = search(most.problem, most.theta, at.noise, least=least)
     except IdentificationError:
         return []
     if not _quieter(at.noise, there.noise):
         return []
-    return [
-        f"{ASKED} {WORDS[kind](there.theta[list(new[kind])])}: if that may be, identify with "
-        f"--effect {kind}, before further terms are sought"
-    ]
+    return [f"{ASKED} {most.said(there.theta)}, before further terms are sought"]
+
+
+def _effects(at: Point) -> list[_Asked]:
+    """Effects that nobody seeks but the data ask for."""
+    problem = at.passes.problem
+    places = {kind: _places(problem, kind) for kind in KINDS}
+    new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
+    if not new:
+        return []
+    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
+    passes = wider.passes(at.theta, at.noise, repeatable=False)
+    asked = []
+    for kind, own in new.items():
+        tested = [wider.free.index(i) for i in own]
+        others = set(range(len(problem.free), len(wider.free))) - set(tested)
+        test = score_test(passes, tested, neutral=sorted(others))
+        if not _asked_for(test):
+            continue
+        theta = at.theta.copy()
+        theta[list(own)] = test.step
+        with_it = replace(problem, free=(*problem.free, *own))
+        asked.append(_Asked(test.gain, with_it, theta, partial(_effect_said, kind, list(own))))
+    return asked
+
+
+def _effect_said(kind: str, places: list[int], theta: Array) -> str:
+    return f"{WORDS[kind](theta[places])}: if that may be, identify with --effect {kind}"
+
+
+def _unlike(at: Point) -> list[_Asked]:
+    """Thrusters that do not thrust alike, if the data ask for that."""
+    wider = with_gains(at.passes.problem, at.theta)
+    if wider is None:
+        return []
+    passes = wider.problem.passes(wider.theta, at.noise, repeatable=False)
+    test = score_test(passes, [wider.problem.free.index(i) for i in wider.places])
+    if not _asked_for(test):
+        return []
+    theta = wider.theta.copy()
+    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_GAIN)
+
+    def said(found: Array) -> str:
+        return (
+            "thrusters that do not thrust alike (is a propeller fouled or damaged?): if that may be, add "
+            f"{wider.said(found)} to the vehicle file's chain and identify again"
+        )
+
+    return [_Asked(test.gain, wider.problem, theta, said)]
+
+
+def _asked_for(test: ScoreTest) -> bool:
+    likely = test.statistic > test.freedom + CLEAR * np.sqrt(2.0 * test.freedom)
+    return bool(likely and test.gain > WORTH)
 
 
 def _quieter(before: Array, after: Array) -> bool:

@@ -24,11 +24,20 @@ class Fit:
     inverse: Array  # (p, n) B's pseudo-inverse
 
 
-def solve(B: Array, a: Array, names: Sequence[str], where: str, correlation: int) -> Fit:
+def solve(
+    B: Array,
+    a: Array,
+    names: Sequence[str],
+    where: str,
+    correlation: int,
+    *,
+    rows: Sequence[int] = (),
+) -> Fit:
     """Least squares; refuses dead columns and singular regressors, saying which.
 
     B (n, p), a (n,). `correlation`: samples over which residuals hang together; the covariance is
-    Newey and West's (1987) with Bartlett weights over them.
+    Newey and West's (1987) with Bartlett weights over them. `rows`: how many of the n are of each
+    recording, one after the other (none: all are of one); residuals of two do not hang together.
     """
     n, p = B.shape
     if n < ROWS_PER_COEFFICIENT * p:
@@ -44,10 +53,10 @@ def solve(B: Array, a: Array, names: Sequence[str], where: str, correlation: int
             "that axis is never excited here; drive pulses in it, or take the term out"
         )
     scaled = B / size
-    _, singular, rows = np.linalg.svd(scaled, full_matrices=False)
+    _, singular, right = np.linalg.svd(scaled, full_matrices=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else float("inf")
     if condition > SINGULAR:
-        weights = np.abs(rows[-1])
+        weights = np.abs(right[-1])
         tied = [n for n, w in zip(names, weights, strict=True) if w > 0.1 * weights.max()]
         raise IdentificationError(
             f"{where}: {', '.join(tied)} can't be told apart (condition number {condition:.1e}): "
@@ -58,15 +67,16 @@ def solve(B: Array, a: Array, names: Sequence[str], where: str, correlation: int
     residual = a - B @ theta
     spread = float(np.sum((a - a.mean()) ** 2))
     explained = 1.0 - float(residual @ residual) / spread if spread > 0 else 1.0
-    covariance = _newey_west(inverse, residual, correlation)
+    covariance = _newey_west(inverse * residual, correlation, rows or (n,))
     return Fit(theta, covariance, condition, explained, inverse)
 
 
-def _newey_west(inverse: Array, residual: Array, correlation: int) -> Array:
-    score = inverse * residual  # (p, n)
+def _newey_west(score: Array, correlation: int, rows: Sequence[int]) -> Array:
+    """Of scores (p, n), `rows` of them of each recording."""
     p, n = score.shape
     covariance = score @ score.T
-    for lag in range(1, min(correlation, n - 1) + 1):
-        cross = score[:, lag:] @ score[:, :-lag].T
-        covariance += (1.0 - lag / (correlation + 1)) * (cross + cross.T)
+    for own in np.split(score, np.cumsum(rows)[:-1], axis=1):
+        for lag in range(1, min(correlation, own.shape[1] - 1) + 1):
+            cross = own[:, lag:] @ own[:, :-lag].T
+            covariance += (1.0 - lag / (correlation + 1)) * (cross + cross.T)
     return np.asarray(covariance * n / (n - p))

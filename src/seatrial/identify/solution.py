@@ -7,7 +7,7 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial.filter_noise import folded, noise_entry
+from seatrial.filter_noise import OUTLIER, folded, noise_entry
 from seatrial.frames import Array, Axes
 from seatrial.identify.belief import plain_noise
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
@@ -27,7 +27,7 @@ LEVER_ERRORS = "standard errors of the lever arm"
 class OutputErrorSettings:
     """Choices of the estimator."""
 
-    outlier: float = 4.0  # [sigma] from which on a pose's error counts linearly
+    outlier: float = OUTLIER  # [sigma] from which on a pose's error counts linearly
     block: float = BLOCK  # [s] over which scores may hang together, for the standard errors
     step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought

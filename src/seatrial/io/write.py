@@ -14,6 +14,7 @@ from seatrial.io.poses import pose_columns
 from seatrial.io.read import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS, TO_SI
 from seatrial.io.write_bag import BagTopic, message_for, write_bag
+from seatrial.io.written import DIGESTS, edited, noted
 from seatrial.model import Model, save
 from seatrial.plan import PlanFile
 from seatrial.schema import Column
@@ -27,7 +28,7 @@ TRUTH = "truth"  # folder of what a real boat would not tell
 def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
     """Refuse a folder where a boat's own recordings or vehicle file have the names to be written.
 
-    What a simulation wrote has its truth beside it. Raises RecordingError.
+    What a simulation wrote has its truth beside it, and is as it was written. Raises RecordingError.
     """
     suffix = SUFFIX[vehicle.scheme]
     known = {out / f"vehicle{suffix}.yaml": out / TRUTH / "plan.yaml"}
@@ -39,36 +40,45 @@ def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
             raise RecordingError(
                 f"{path}: exists, and was not simulated (there is no {truth}); give another folder"
             )
+    for path in edited(out, out / TRUTH / DIGESTS):
+        if path in known or path.parent in known:
+            raise RecordingError(
+                f"{path}: was edited since it was simulated; give another folder, or remove it"
+            )
 
 
 def write_trial(trial: Trial, out: Path, kind: str = "csv") -> Path:
     """One trial below `out`: a folder of tables or a bag; its truth in `out`/truth. Returns it."""
-    recording = (
-        _write_tables(trial, out / trial.name)
-        if kind == "csv"
-        else _write_trial_bag(trial, out / f"{trial.name}.{kind}")
-    )
+    path = out / (trial.name if kind == "csv" else f"{trial.name}.{kind}")
+    tables = _tables(trial.vehicle)
+    with noted(out, out / TRUTH / DIGESTS, [path / x for x in tables] if kind == "csv" else [path]):
+        if kind == "csv":
+            _write_tables(trial, path)
+        else:
+            _write_trial_bag(trial, path)
     _write_truth(trial, out / TRUTH / f"{trial.name}.csv")
-    return recording
+    return path
 
 
-def _write_tables(trial: Trial, folder: Path) -> Path:
+def _tables(vehicle: Vehicle) -> tuple[str, str]:
+    """Names of the files with poses and with commands."""
+    spec = vehicle.file
+    return spec.pose.file or POSE_FILE, spec.commands.file or COMMAND_FILE
+
+
+def _write_tables(trial: Trial, folder: Path) -> None:
     spec, commands = trial.vehicle.file.pose, trial.vehicle.file.commands
+    poses, orders = _tables(trial.vehicle)
     stamp, *columns = (as_column(c) for c in (spec.stamp, spec.x, spec.y, spec.psi))
     rows = np.column_stack([_raw_stamps(trial.pose_stamps, stamp), _raw_pose(trial)])
-    _write_table(
-        folder / (spec.file or POSE_FILE), [stamp.column, *(c.column for c in columns)], rows
-    )
+    _write_table(folder / poses, [stamp.column, *(c.column for c in columns)], rows)
     stamp = as_column(commands.stamp)
     inputs = [as_column(c) for c in commands.inputs.values()]
     rows = np.column_stack([_raw_stamps(trial.command_stamps, stamp), _raw_commands(trial)])
-    _write_table(
-        folder / (commands.file or COMMAND_FILE), [stamp.column, *(c.column for c in inputs)], rows
-    )
-    return folder
+    _write_table(folder / orders, [stamp.column, *(c.column for c in inputs)], rows)
 
 
-def _write_trial_bag(trial: Trial, path: Path) -> Path:
+def _write_trial_bag(trial: Trial, path: Path) -> None:
     """Poses as PoseStamped, commands as the message that their fields belong to."""
     source = trial.vehicle.source
     topic = trial.vehicle.file.pose.topic
@@ -95,7 +105,7 @@ def _write_trial_bag(trial: Trial, path: Path) -> Path:
         topics.append(
             BagTopic(name, kind, trial.command_arrival + EPOCH, trial.command_stamps + EPOCH, paths)
         )
-    return write_bag(path, topics)
+    write_bag(path, topics)
 
 
 def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
@@ -138,7 +148,8 @@ def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> 
     """Vehicle file for the trials, the plan as it was run, and the true model."""
     suffix = SUFFIX[vehicle.scheme]
     path = out / f"vehicle{suffix}.yaml"
-    write_text(path, dump_yaml(vehicle.to_mapping()))
+    with noted(out, out / TRUTH / DIGESTS, [path]):
+        write_text(path, dump_yaml(vehicle.to_mapping()))
     write_text(
         out / TRUTH / "plan.yaml",
         dump_yaml({"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}),
