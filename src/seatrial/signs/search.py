@@ -18,6 +18,9 @@ FEW = 12.0  # so many blocks above the number of inputs double it
 TIE = 0.01  # edits: of explanations alike, y and psi mirrored, else the one that leaves the poses
 EXHAUSTIVE = 5  # more inputs than this are searched edit by edit
 MIRROR = np.diag([1.0, -1.0])
+UNLIKE = (
+    0.08  # of its thrust by which an actuator may differ from the others: its dead zone, its curve
+)
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,14 @@ class Search:
     def patterns(self) -> tuple[Pattern, Pattern, Pattern]:
         """What the file says."""
         return patterns(self.vehicle)
+
+    @cached_property
+    def loose(self) -> tuple[Gains, Gains, Gains]:
+        """The gains, when actuators need not thrust quite as the file's shares say: what is left of an
+        axis that others drive is no sign of a mistake.
+        """
+        surge, sway, yaw = (_loosened(g, p) for g, p in zip(self.gains, self.patterns, strict=True))
+        return surge, sway, yaw
 
     @cached_property
     def as_is(self) -> Repair:
@@ -122,7 +133,7 @@ class Search:
         total = np.zeros(len(matrices))
         for pattern, row in zip(self.patterns, self.body(pose), strict=True):
             axis = int(np.argmax(np.abs(row)))
-            total += _misfit(self.gains[axis], row[axis], pattern, matrices)
+            total += _misfit(self.loose[axis], row[axis], pattern, matrices)
         return total
 
     def _score(self, repair: Repair) -> float:
@@ -177,6 +188,23 @@ def _signed_permutations(
     for matrix, (order, signs) in zip(matrices, found, strict=True):
         matrix[np.arange(n), order] = signs
     return found, matrices, np.array([float(edits_of(o, s)) for o, s in found])
+
+
+def _loosened(gains: Gains, pattern: Pattern) -> Gains:
+    """Gains with `UNLIKE` in their errors, of forces as large as these gains allow.
+
+    Of a force that was hardly given they allow any size: then the axis tells little.
+    """
+    shared = np.count_nonzero(pattern.weights, axis=1) > 1  # by several actuators
+    if not shared.any():
+        return gains
+    weights, precision = pattern.weights, gains.precision
+    curvature = weights @ precision @ weights.T
+    most = float(np.linalg.norm(precision, 2)) * float(np.sum(weights**2))
+    inverse = np.linalg.inv(curvature + 1e-9 * most * np.eye(len(weights)))
+    force = np.abs(inverse @ weights @ precision @ gains.values) + 2.0 * np.sqrt(np.diag(inverse))
+    unlike = UNLIKE**2 * np.diag(((force[:, None] * weights)[shared] ** 2).sum(axis=0))
+    return replace(gains, precision=np.asarray(np.linalg.inv(np.linalg.inv(precision) + unlike)))
 
 
 def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Array:

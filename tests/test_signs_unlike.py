@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Thrusters with dead zones and curves push an axis that nobody meant to drive: that is no wrong sign."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import make_model
+from survey_boat import pulses
+
+from seatrial import _core
+from seatrial.recording import Signal, make_recording
+from seatrial.signs import check_apart, check_signs
+from seatrial.vehicle import vehicle_from
+
+TRUTH = {
+    "X_u": -0.2, "X_uu": -0.8, "X_F": 0.6, "Y_v": -0.3, "Y_vv": -1.2, "Y_F": 0.5,
+    "N_r": -0.6, "N_rr": -0.5, "N_F": 1.8,
+}  # fmt: skip
+PLACES = {
+    "triangle": [(0.3, 0.0, 90.0), (-0.15, 0.26, 210.0), (-0.15, -0.26, 330.0)],
+    "bow pair": [(0.4, 0.2, -45.0), (0.4, -0.2, 45.0), (-0.4, 0.2, 0.0), (-0.4, -0.2, 0.0)],
+}  # x, y [m], angle [deg]
+EDGES = {"dead_zone": {"forward": 0.15, "reverse": 0.15}}
+CURVE = {"dead_zone": {"forward": 0.1, "reverse": 0.1}, "power": 1.7}
+
+
+def shares(places):
+    """Shares (3, n) of surge, sway and yaw."""
+    x, y, angle = np.array(places).T
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    rows = np.array([c, s, x * s - y * c])
+    return np.round(rows / np.abs(rows).sum(axis=1)[:, None], 4)
+
+
+def boat(places, chain=()):
+    names = [f"T{i + 1}" for i in range(len(places))]
+    forces = {
+        force: {"axis": axis, "of": dict(zip(names, map(float, row), strict=True))}
+        for force, axis, row in zip(
+            ("F_u", "F_v", "F_r"), ("surge", "sway", "yaw"), shares(places), strict=True
+        )
+    }
+    structure = {
+        "surge": ["X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+    }
+    content = {
+        "seatrial": "vehicle 1", "name": "raft", "axes": "forward-left-up",
+        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
+        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in names}},
+        "forces": forces, "structure": structure, "chain": list(chain),
+    }  # fmt: skip
+    return vehicle_from(content, "raft")
+
+
+def one_by_one(places, curve, seed=3, seconds=150.0):
+    """Recordings in which one axis at a time is driven, by thrusters with this curve."""
+    rng = np.random.default_rng(seed)
+    truth = make_model(boat(places, [{"latency": 0.05, "lag": 0.1, **curve}]), TRUTH)
+    vehicle, found = boat(places), []
+    t, begin = np.arange(0.0, seconds, 0.1), np.arange(0.0, seconds, 0.05)
+    for axis in range(3):
+        wanted = pulses(rng, seconds, lambda r: r.uniform(0.25, 0.9) * r.choice([-1, 1]), 0.2)
+        values = wanted[:, None] * np.linalg.pinv(shares(places))[:, axis]
+        values /= np.abs(values).max()
+        trace = _core.Trace(
+            truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
+        )
+        states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])
+        eta = states[:, :3] + rng.normal(size=(len(t), 3)) * [2e-3, 2e-3, 3e-3]
+        commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
+        stamps = np.round(1e9 * t).astype(np.int64)
+        found.append(make_recording(f"S{axis + 1}", stamps, eta, commands))
+    return vehicle, found
+
+
+@pytest.mark.parametrize("curve", [EDGES, CURVE], ids=["edges", "curve"])
+@pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
+def test_a_right_file_is_right_for_each_axis_driven_alone(places, curve):
+    vehicle, recordings = one_by_one(places, curve)
+    assert check_apart(recordings, vehicle).findings == ()
+    for recording in recordings:
+        assert check_signs([recording], vehicle).findings == ()
+
+
+@pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
+def test_what_is_wrong_is_found_all_the_same(places):
+    vehicle, recordings = one_by_one(places, CURVE)
+    for name in vehicle.inputs:
+        signs = [-1.0 if name == n else 1.0 for n in vehicle.inputs]
+        found = check_signs([turned(r, signs) for r in recordings], vehicle).findings
+        assert any(name in f.text for f in found)
+    odd = [recordings[0], turned(recordings[1], -1.0), recordings[2]]
+    found = check_apart(odd, vehicle).findings
+    assert found and all(f.text.startswith("S2 is at odds") for f in found)
+
+
+def turned(recording, signs):
+    """With commands times signs."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
