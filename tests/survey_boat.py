@@ -64,7 +64,11 @@ def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, stamps=T
     """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag."""
     rng = np.random.default_rng(seed)
     stages = {"latency": LATENCY, "lag": LAG}
-    groups = [{**stages, **curve}] if isinstance(curve, dict) else [stages, *curve]
+    if isinstance(curve, dict):
+        groups = [{**stages, **curve}]
+    else:  # kinds of thrusters; a stage that they have of their own is not stated for all
+        own = {stage for group in curve for stage in group}
+        groups = [{k: v for k, v in stages.items() if k not in own}, *curve]
     truth = make_model(boat(groups, bow=bow), TRUTH)
     values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
     t = 1e-9 * np.round(1e9 * stamps(rng, seconds))

@@ -69,10 +69,10 @@ def test_the_summary_is_a_screenful_with_a_verdict_on_every_line(model):
 
 
 def test_noise_in_words(model):
-    """0.0068 of (0.14 + 0.20) / 2 m/s^2 is 4 %, 0.013 of 1.3 rad/s^2 is 1 %."""
+    """0.0068 of 0.14 and 0.20 m/s^2 are 4.9 and 3.4 %, 0.013 of 1.3 rad/s^2 is 1 %."""
     assert (
-        "Pose noise 4 mm and 3 mrad; unmodelled force: 4 % in surge and sway and 1 % in yaw of what "
-        "full thrust gives, lasting 2 s." in summary(model)
+        "Pose noise 4 mm and 3 mrad; unmodelled force: 4.9 % in surge, 3.4 % in sway and 1 % in yaw of "
+        "what the largest commands give, lasting 2 s." in summary(model)
     )
     quiet = replace(
         model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))

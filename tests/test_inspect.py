@@ -97,6 +97,7 @@ def test_how_sticks_are_used(inspected, sticks, field, value, words):
         own = log.command[:, 0]
         value = np.mean(np.abs(own[np.abs(own) > 0.05]) > 0.998)
         assert f"at its limit for {100 * value:.0f} %" in text
+        assert f"at these ends {100 * value:.0f} % of the time used" in text
     assert use[field] == pytest.approx(value, rel=0.03)
     if words is None:
         assert found["verdicts"] == [GOOD]

@@ -17,7 +17,9 @@ FINE = 0.05  # [s] between looks at the commands
 MOST_TIMES = 1_000_000  # looks; stamps in the wrong unit make days of minutes
 EXCITED = 0.02  # RMS in command units below which an axis counts as not excited
 CHANGES = 0.002  # in command units: what moves by less all along does not change
-FULL = 2.0  # no command goes beyond twice the full one
+FULL = 2.0  # no command goes beyond twice the full one,
+BEYOND = 1.02  # nor beyond it one way,
+LOPSIDED = 0.3  # by so much less the other
 
 
 @dataclass(frozen=True)
@@ -38,14 +40,20 @@ class Excitation:
         return axis if self.share[axis] >= DOMINANT else None
 
 
-def beyond_full(name: str, reach: float) -> list[str]:
-    """What is to be said of an input that reaches so far: nothing, or that its units are not the file's."""
-    if reach <= FULL:
-        return []
-    return [
-        f"{name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
-        "file (of a PWM 1500 and 400)"
-    ]
+def beyond_full(name: str, least: float, most: float) -> list[str]:
+    """What is to be said of an input with this range: nothing, or that its units are not the file's."""
+    reach, other = max(abs(least), abs(most)), min(abs(least), abs(most))
+    if reach > FULL:
+        return [
+            f"{name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
+            "file (of a PWM 1500 and 400)"
+        ]
+    if reach > BEYOND and least < 0.0 < most and reach - other > LOPSIDED:
+        return [
+            f"{name} goes from {least:.3g} to {most:.3g}, but full command is 1 both ways: is offset the "
+            "neutral one?"
+        ]
+    return []
 
 
 def even_times(recording: Recording) -> Array:

@@ -125,6 +125,17 @@ class Vehicle:
             for n in self.actuators
         )
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about the file: angles that are round in radians, but not in degrees."""
+        angles = np.array([t.angle_deg for t in self.file.thrusters.values() if t.angle_deg])
+        parts = np.abs(angles) / (np.pi / 12)  # of 15 deg
+        round_ones = (np.abs(parts - np.rint(parts)) < 0.02) & (parts > 0.5) & (parts < 24.5)
+        if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < 0.01):
+            return ()
+        shown = ", ".join(f"{angle:g}" for angle in angles)
+        return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
+
     @cached_property
     def structure(self) -> Structure:
         """Model structure in forward-left-up axes."""

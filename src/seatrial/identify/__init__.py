@@ -115,12 +115,12 @@ def identify(
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Inputs whose numbers can't be commands in the file's units."""
-    reach = np.max([np.abs(r.commands.values).max(axis=0, initial=0.0) for r in recordings], axis=0)
+    """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
+    own = np.concatenate([r.commands.values for r in recordings]) * vehicle.input_signs
+    ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
     return [
-        text
-        for name, far in zip(vehicle.inputs, reach, strict=True)
-        for text in beyond_full(name, far)
+        *vehicle.remarks,
+        *(text for name, least, most in ends for text in beyond_full(name, least, most)),
     ]
 
 

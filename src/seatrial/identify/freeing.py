@@ -16,7 +16,7 @@ from seatrial.identify.stages import extras
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
-MOST_EXTRAS = 3
+MOST_EXTRAS = 5
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 
 

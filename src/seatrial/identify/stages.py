@@ -2,8 +2,8 @@
 """Which stages of the actuator chain are sought: those that the file leaves open and the data show.
 
 Latency, lag and dead zone are always sought where they can be. Others (full reverse over full
-forward thrust, the curve's power, a latency for each group of actuators) are tried from their
-neutral value by a score test, and freed where the data say so.
+forward thrust, the curve's power, and each of these, latency or lag for each kind of actuator) are
+tried from their neutral value by a score test, and freed where the data say so.
 """
 
 from collections.abc import Sequence
@@ -23,6 +23,9 @@ MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
 ONE_EDGE = "one edge for both sides"
+APART = {  # stages that each kind of actuator may have of its own, in words
+    "latency": "a latency", "lag": "a lag", "power": "a power", "reverse_ratio": "a reverse over forward",
+}  # fmt: skip
 ROWS = 4000  # of commands that are looked at for it
 
 
@@ -123,7 +126,7 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
     if "edge_forward" in sought:
         both = {"reverse_ratio": "reverse over forward"} if "edge_reverse" in sought else {}
         curve = {**both, "power": "power"}
-        missing = [s for s in curve if getattr(own, s) is None and not has[s]]
+        missing = [s for s in curve if s not in sought and not has[s]]
         whole_curve = own
         for stage in missing:
             whole_curve = _with(whole_curve, stage, 1.0)
@@ -132,14 +135,16 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
             alone = wider([_with(own, stage, 1.0)])
             found.append(Extra(f"{curve[stage]} of the thrust curve", alone, {}, probe))
     groups = alike(whole)
-    if own.latency is not None and len(groups) > 1:
-        parts = [
-            ChainGroup(name=f"latency_{name}", actuators=members, latency=own.latency)
-            for name, members in groups.items()
-        ]
-        split = wider([_with(own, "latency", None), *parts])
-        origin = {f"latency.{part.name}": "latency" for part in parts}
-        found.append(Extra(f"a latency for each of {', '.join(groups)}", split, origin, split))
+    for stage, words in APART.items() if len(groups) > 1 else ():
+        shared = getattr(own, stage)
+        if shared is not None:
+            parts = [
+                _with(ChainGroup(name=f"{stage}_{name}", actuators=members), stage, shared)
+                for name, members in groups.items()
+            ]
+            split = wider([_with(own, stage, None), *parts])
+            origin = {f"{stage}.{part.name}": stage for part in parts}
+            found.append(Extra(f"{words} for each of {', '.join(groups)}", split, origin, split))
     return found
 
 

@@ -67,11 +67,12 @@ def summary(model: Model) -> str:
 
 def _effects(model: Model) -> list[str]:
     """What stood between boat and sensor, and what else acted, where it was sought."""
-    ahead, aside = model.vehicle.file.pose.lever
+    ahead, aside = model.vehicle.lever
     lines = []
     if ahead or aside:
+        fore, side = ("ahead of", "behind")[ahead < 0], ("left", "right")[aside < 0]
         lines.append(
-            f"  the measured point is {ahead:.3f} m ahead of the origin, {aside:.3f} m aside"
+            f"  the measured point is {abs(ahead):.3f} m {fore} the origin, {abs(aside):.3f} m to its {side}"
         )
     for recording in model.recordings:
         if recording.effects:
@@ -166,22 +167,26 @@ def _noise(model: Model) -> str:
         said += f" from pose to pose, {lasting} that hang together over {c.lasting}"
     if process is None:
         return f"{said}."
-    linear = [full_thrust(model, axis) for axis in (0, 1)]
-    most = float(np.mean([t for t in linear if t > 0] or [0.0])), full_thrust(model, 2)
-    sizes = process.disturbance_linear, process.disturbance_yaw
+    most = [full_thrust(model, axis) for axis in range(3)]
+    sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
     parts = [
-        f"{percent(size / thrust)} {where}"
-        for size, thrust, where in zip(sizes, most, ("in surge and sway", "in yaw"), strict=True)
+        f"{percent(size / thrust)} in {axis}"
+        for size, thrust, axis in zip(sizes, most, AXES, strict=True)
         if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
-        f"; unmodelled force: {' and '.join(parts)} of what full thrust gives, lasting "
+        f"; unmodelled force: {_listed(parts)} of what the largest commands give, lasting "
         f"{process.memory:.2g} s" if parts else "; no unmodelled force to be seen"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
         said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
     return f"{said}."
+
+
+def _listed(parts: Sequence[str]) -> str:
+    """As one says them: a, b and c."""
+    return " and ".join([*([", ".join(parts[:-1])] if parts[1:] else []), *parts[-1:]])
 
 
 def _above(least: float, *sizes: tuple[float, str]) -> str:

@@ -86,7 +86,7 @@ def inspection_json(found: Inspection) -> dict[str, Any]:
 def _view(recording: Recording, vehicle: Vehicle) -> RecordingView:
     found, axes = coverage(vehicle, recording)
     inputs = input_use(vehicle, recording)
-    said = verdicts(recording, found, inputs, vehicle.file.command_timeout) or [GOOD]
+    said = verdicts(recording, found, inputs, vehicle) or [GOOD]
     said += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
     try:
         noise = pose_noise(recording)

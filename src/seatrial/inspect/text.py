@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An inspection in words, for the terminal."""
 
-from seatrial.excitation import EXCITED
+from seatrial.excitation import EXCITED, beyond_full
 from seatrial.inspect import FaultSummary, Inspection, RecordingView
 from seatrial.inspect.coverage import AxisCoverage, InputUse
 from seatrial.streams import Clock, Stream, rhythm
@@ -23,11 +23,15 @@ def inspection_text(found: Inspection) -> str:
     signs = found.signs
     lines.append("signs and order, from all recordings given (t: gain over its standard error)")
     lines += [f"  {text}" for text in signs.text]
+    lines += [f"  => {remark}" for remark in found.vehicle.remarks]
     lines += [f"  => {finding.text}" for finding in signs.findings]
     if not signs.table:
         lines.append("  => units, signs and order could not be checked")
     elif not signs.findings:
-        lines.append("  => nothing against the vehicle file's units, signs and order")
+        used = [use for view in found.recordings for use in view.inputs]
+        odd = found.vehicle.remarks or any(beyond_full(u.name, u.least, u.most) for u in used)
+        checked = "signs and order" if odd else "units, signs and order"
+        lines.append(f"  => nothing against the vehicle file's {checked}")
     return "\n".join(lines)
 
 
@@ -88,6 +92,6 @@ def _input(use: InputUse) -> str:
         return f"{use.name} is {use.least:g} throughout"
     steps = f"in steps of {use.resolution:.3g}" if use.resolution else "continuous"
     return (
-        f"{use.name} {use.least:.3g} to {use.most:.3g}, {steps}, at its limit "
+        f"{use.name} {use.least:.3g} to {use.most:.3g}, {steps}, at these ends "
         f"{100 * use.at_limit:.0f} % of the time used"
     )

@@ -12,6 +12,7 @@ from seatrial.inspect.coverage import InputUse
 from seatrial.noise import pose_noise
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
+from seatrial.vehicle import Vehicle
 from seatrial.velocity import SLOW, motion, stencil_deviation
 
 SHORT = 30.0  # [s] a recording below it says little
@@ -26,9 +27,10 @@ AT_LIMIT = 0.5  # share of the driven time
 
 
 def verdicts(
-    recording: Recording, found: Excitation, inputs: Sequence[InputUse], timeout: float | None
+    recording: Recording, found: Excitation, inputs: Sequence[InputUse], vehicle: Vehicle
 ) -> list[str]:
-    """What to do about it, one sentence each. timeout [s]: the vehicle file's, of commands."""
+    """What to do about it, one sentence each."""
+    timeout = vehicle.file.command_timeout
     said = list(recording.remarks) + implausible(recording)
     if recording.duration < SHORT:
         said.append(f"{recording.duration:.0f} s is short: drive a few minutes")
@@ -54,7 +56,7 @@ def verdicts(
             f"stamps are off an even rhythm by {1e3 * off:.1f} ms; are they rounded, or arrival "
             "times? Velocities suffer: record the sensor's own stamps"
         )
-    said += _drive(found) + [sentence for use in inputs for sentence in _input(use)]
+    said += _drive(found, vehicle) + [sentence for use in inputs for sentence in _input(use)]
     return said
 
 
@@ -64,11 +66,13 @@ def jitter(recording: Recording) -> float:
     return float(np.std(steps[steps < 1.5 * recording.period]))
 
 
-def _drive(found: Excitation) -> list[str]:
-    said = []
+def _drive(found: Excitation, vehicle: Vehicle) -> list[str]:
+    said, forced = [], {force.axis for force in vehicle.forces}
     if found.dominant is not None:
         said.append(f"drives {AXES[found.dominant]} nearly alone: identifies that axis")
     for axis, label in enumerate(AXES):
+        if axis not in forced:
+            continue  # the boat has nothing to drive it with
         if found.rms[axis] < EXCITED:
             said.append(f"{label} is not excited: take it from another recording")
         elif not found.both_signs[axis] and found.dominant in (axis, None):
@@ -79,7 +83,7 @@ def _drive(found: Excitation) -> list[str]:
 def _input(use: InputUse) -> list[str]:
     if use.never_moves:
         return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
-    said = beyond_full(use.name, max(abs(use.least), abs(use.most)))
+    said = beyond_full(use.name, use.least, use.most)
     if use.levels <= FEW:
         said.append(
             f"{use.name} has only {use.levels} different values: drive at more than one size of command"

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""Actuators of unlike kinds, a bow thruster beside two astern: each kind's own curve and lag are found."""
+
+import pytest
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
+
+from seatrial.identify import output_error
+
+STERN, BOW = ["left", "right"], ["bow"]
+
+
+def half(rng):
+    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
+
+
+def edges(forward):
+    return {"dead_zone": {"forward": forward, "reverse": forward}}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_power_of_its_own(seed):
+    curves = [
+        {"name": "s", "actuators": STERN, **edges(0.06)},
+        {"name": "b", "actuators": BOW, "power": 2.0, **edges(0.1)},
+    ]
+    vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
+    model = output_error([recording], vehicle)
+    assert "a power for each of F_u, F_b: sought, as the data ask for it" in model.estimator.notes
+    found = {
+        "power.power_F_u": 1.0, "power.power_F_b": 2.0,
+        "edge_forward.dead_zone_F_u": 0.06, "edge_forward.dead_zone_F_b": 0.1,
+    }  # fmt: skip
+    assert as_stated(model, {**TRUTH, **found}) == {}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_lag_of_its_own(seed):
+    """Else the latencies of the two take its place, and the bow's gains are 10 standard errors off."""
+    curves = [
+        {"name": "s", "actuators": STERN, "lag": LAG, **edges(0.06)},
+        {"name": "b", "actuators": BOW, "lag": 0.5, **edges(0.06)},
+    ]
+    vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
+    model = output_error([recording], vehicle)
+    assert "a lag for each of F_u, F_b: sought, as the data ask for it" in model.estimator.notes
+    assert (
+        as_stated(model, {**TRUTH, "latency": LATENCY, "lag.lag_F_u": LAG, "lag.lag_F_b": 0.5})
+        == {}
+    )
+
+
+def test_reverse_thrust_of_its_own():
+    curves = [
+        {"name": "s", "actuators": STERN, **edges(0.06)},
+        {"name": "b", "actuators": BOW, "reverse_ratio": 0.6, **edges(0.06)},
+    ]
+    vehicle, recording = driven(curves, [half] * 3, bow=True)
+    model = output_error([recording], vehicle)
+    found = {"reverse_ratio.reverse_ratio_F_u": 1.0, "reverse_ratio.reverse_ratio_F_b": 0.6}
+    assert as_stated(model, {**TRUTH, **found}) == {}
+
+
+def test_one_kind_has_one_curve():
+    vehicle, recording = driven({"power": 1.5, **edges(0.1)}, [half] * 3, bow=True)
+    notes = output_error([recording], vehicle).estimator.notes
+    assert [n for n in notes if "as the data ask for it" in n] == [
+        "power of the thrust curve: sought, as the data ask for it"
+    ]
