@@ -9,8 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import seatrial
-from seatrial.identify.output_error import output_error
+from seatrial.chain import ESTIMATE
+from seatrial.identify.output_error import OutputErrorSettings, output_error
 from seatrial.identify.search import lowest_within
+from seatrial.identify.stages import alike
+from seatrial.schema import ChainGroup
 
 SIZES = st.floats(-3.0, 3.0, allow_subnormal=False)
 
@@ -44,13 +47,25 @@ def test_what_another_parameter_drags_to_its_bound_is_let_go_again():
 
 
 def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
+    """The lag ends at its bound, and drags none of the latencies along: they are those without a lag."""
     vehicle = seatrial.load_vehicle(CSE1 / "vehicle.yaml")
+    kinds = alike(vehicle)
+    asked = [ChainGroup(name=n, actuators=of, latency=ESTIMATE) for n, of in kinds.items()]
     runs = ("run1", "random_run1", "random_run3")
     recordings = [seatrial.read(CSE1 / "csv" / f"CSE1_data_{run}.csv", vehicle) for run in runs]
-    model = output_error(recordings, vehicle)
-    found = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))
-    errors = model.standard_errors
-    wanted = {"F_u": 0.31, "F_v": 0.14, "F_b": 0.52}  # where the vehicle file asks for each of them
-    for force, latency in wanted.items():
-        name = f"latency.latency_{force}"
-        assert found[name] == pytest.approx(latency, abs=errors[name]), name
+    free, without = (
+        output_error(
+            recordings,
+            vehicle.with_chain([*vehicle.file.chain, *asked, *lag]),
+            settings=OutputErrorSettings(extras=False),
+        )
+        for lag in ([], [ChainGroup(lag=0.0)])
+    )
+    found, none = (
+        dict(zip(m.vehicle.constants.names, m.constants.tolist(), strict=True))
+        for m in (free, without)
+    )
+    assert found["lag"] == pytest.approx(0.002)
+    for force in kinds:
+        name = f"latency.{force}"
+        assert found[name] == pytest.approx(none[name], abs=0.005), name
