@@ -229,10 +229,10 @@ def test_a_positive_drag_is_a_doubt_not_an_error(pool, tmp_path, capsys):
 @pytest.mark.parametrize(
     "arguments", [[], ["sail"], ["identify"], ["identify", "x", "--method", "magic"]]
 )
-def test_wrong_arguments_get_one_line_and_exit_with_1(arguments, capsys):
+def test_wrong_arguments_get_one_line_and_exit_with_2(arguments, capsys):
     with pytest.raises(SystemExit) as left:
         main(arguments)
-    assert left.value.code == 1
+    assert left.value.code == 2
     said = capsys.readouterr().err
     assert said.startswith("seatrial")
     assert said.endswith("--help\n")

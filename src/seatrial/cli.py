@@ -14,7 +14,7 @@ DONE, MISTAKE = 0, 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. Returns 0 done, 1 a mistake of the user's; wrong arguments exit with 1, too."""
+    """Run one command. Returns 0 done, 1 a mistake of the user's; wrong arguments exit with 2."""
     args = make_parser().parse_args(arguments)
     progress = Progress(quiet=args.quiet)
     run: Command = args.run

@@ -46,11 +46,11 @@ ORDER = (
 
 
 class Parser(argparse.ArgumentParser):
-    """Its errors are one line and exit with 1, as all others of the program."""
+    """Its errors are one line, as all others of the program, and exit with 2."""
 
     def error(self, message: str) -> NoReturn:
         """What is wrong with the arguments, and where to read what they may be."""
-        self.exit(1, f"{self.prog}: {message}; see {self.prog} --help\n")
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
 def make_parser() -> argparse.ArgumentParser:
