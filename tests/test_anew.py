@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Searches that begin anew: of boats that are pushed, with pose errors that hang together."""
+"""Searches that begin anew: of boats that are pushed, with correlated pose errors."""
 
 import sys
 
@@ -11,7 +11,7 @@ from conftest import ROOT
 from seatrial.filter_noise import NOISE_LEAST
 from seatrial.identify import anew as subject
 from seatrial.identify.anew import WORTH, anew, exchanged
-from seatrial.identify.first_noise import all_hanging, first_noise
+from seatrial.identify.first_noise import all_coloured, first_noise
 from seatrial.identify.output_error import Fit, fit
 from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import white
@@ -26,7 +26,7 @@ from benchmarks.recovery.scenes import scenes, true_parameters
 PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes
 LONG = {"correlated 0.3 mm": 1087, "correlated 8 mm": 1092}
-LET_GO, WALKING = 41, 46  # seeds: without errors that hang together, with a walk for the push
+LET_GO, WALKING = 41, 46  # seeds: without correlated errors, with a walk for the push
 OWN_BOAT = {
     "X_u": -0.30, "X_uu": -1.2, "X_F": 0.20, "Y_v": -0.35, "Y_vv": -1.5, "Y_F": 0.15,
     "N_r": -0.6, "N_rr": -0.35, "N_F": 1.0, "N_ud": 0.04, "N_uu": 0.4,
@@ -59,9 +59,9 @@ def test_a_pushed_boat_whose_pose_errors_hang_together_is_found(found):
     assert np.all(np.abs(theta - truth) < 4.5 * errors)
     drags = [found.names.index(name) for name in ("X_u", "Y_v", "N_r")]
     assert np.all(errors[drags] < 0.3 * np.abs(truth[drags]))
-    hangs = found.model().noise.correlated
-    assert hangs is not None
-    assert [hangs.position, hangs.heading, hangs.memory] == pytest.approx(
+    coloured = found.model().noise.correlated
+    assert coloured is not None
+    assert [coloured.position, coloured.heading, coloured.memory] == pytest.approx(
         [SIGMA, SIGMA, HANGS], rel=0.15
     )
 
@@ -89,9 +89,9 @@ def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes
     theta = found.theta[list(found.problem.free)]
     errors = np.array([found.errors[n] for n in found.names])
     assert np.all(np.abs(theta - true_parameters(scene.plan, found.names)) < 4.5 * errors)
-    hangs = found.model().noise.correlated
-    assert hangs is not None
-    assert hangs.memory == pytest.approx(0.3, rel=0.15)
+    coloured = found.model().noise.correlated
+    assert coloured is not None
+    assert coloured.memory == pytest.approx(0.3, rel=0.15)
 
 
 def test_where_errors_drift_the_search_begins_with_all_of_them_hanging_together(mp):
@@ -169,6 +169,6 @@ def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found)
     """The poses have no white noise; differences alone take it for a third of its size."""
     recordings = found.problem.recordings
     assert np.all(first_noise(recordings)[:2] < 0.5 * SIGMA)
-    noise = all_hanging(recordings)
+    noise = all_coloured(recordings)
     assert noise[[7, 8]] == pytest.approx([SIGMA, SIGMA], rel=0.05)
     assert noise[9] == HANGS

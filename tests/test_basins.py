@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Short recordings of pushed boats whose pose errors hang together: the search ends at the truth.
+"""Short recordings of pushed boats whose pose errors are correlated: the search ends at the truth.
 
 A velocity that wanders explains both, with quite another boat and small errors; it is less likely by hundreds.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Intervals of RMS values against known truths, on errors that hang together as real ones do."""
+"""Intervals of RMS values against known truths, on errors that are correlated as real ones do."""
 
 import numpy as np
 import pytest

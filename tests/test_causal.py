@@ -87,12 +87,12 @@ def test_a_models_own_process_noise_is_believed(truth, trial):
     white = believed_noise(model, [trial.recording])
     assert white.tolist() == [*own, *NOISE_LEAST[7:]]
     assert noise_entry(white) == model.noise
-    hangs = replace(
+    coloured = replace(
         model, noise=NoiseEntry(0.002, 0.003, process, CorrelatedEntry(0.004, 0.005, 0.3))
     )
-    noise = believed_noise(hangs, [trial.recording])
+    noise = believed_noise(coloured, [trial.recording])
     assert noise.tolist() == [*own, 0.004, 0.005, 0.3, NOISE_LEAST[10]]
-    assert noise_entry(noise) == hangs.noise
+    assert noise_entry(noise) == coloured.noise
 
 
 def test_a_model_that_diverges_is_refused(truth, trial, noise):

@@ -18,6 +18,7 @@ BAD = {
     "cut at nan": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--start", "nan", "-o", "{o}"], "can't cut at nan s"),
     "cut at inf": (["identify", "{p}/S7-AF", "--vehicle", "{v}", "--end", "inf", "-o", "{o}"], "can't cut at inf s"),
     "cut backwards": (["inspect", "{p}/S7-AF", "--vehicle", "{v}", "--start", "20", "--end", "10"], "end 10 s is not after"),
+    "cut without a vehicle": (["inspect", "{p}/S7-AF", "--without", "S7-AF=1-2"], "say with --vehicle"),
     "negative seed": (["simulate", "--seed", "-3", "-o", "{o}"], "seed"),
     "degrees": (["identify", "{p}/degrees", "--vehicle", "{v}", "-o", "{o}"], "is psi in degrees"),
     "millimetres": (["identify", "{p}/mm", "--vehicle", "{v}", "-o", "{o}"], "are x and y in mm"),

@@ -31,7 +31,7 @@ LOADED = {name: value / MORE for name, value in TRUTH.items()}
 
 
 def estimated(vehicle, values, rng=None, size=0.02):
-    """A model with errors of `size` that hang together, drawn from them if there is an `rng`."""
+    """A model with errors of `size` that are correlated, drawn from them if there is an `rng`."""
     model = make_model(vehicle, values)
     n = len(model.coefficients)
     root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
@@ -204,7 +204,7 @@ def test_what_ended_at_a_bound_is_not_tested(mp):
     assert "X_uu" in [one.name for one in found.only_b]
     told = [t for t in comparison_text(found).splitlines() if "X_uu" in t and "only" in t]
     assert [line.split()[0] for line in told] == ["X_uu", "X_uu"]
-    assert all("it is at the bound of its range in B" in line for line in told)
+    assert all("it ended at the bound of its range in B" in line for line in told)
     assert not any("given" in line for line in told)
 
 

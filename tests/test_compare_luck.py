@@ -23,7 +23,7 @@ TRUTH = TABLE_II["AF"]
 
 
 def estimated(vehicle, rng, size):
-    """Truth and errors of `size`, that hang together."""
+    """Truth and errors of `size`, that are correlated."""
     model = make_model(vehicle, TRUTH)
     n = len(model.coefficients)
     root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
@@ -81,7 +81,7 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
     assert set(found.better["1"].values()) == {"B"}
     assert beyond_luck(found.ahead[-1].axes) == set()
     text = comparison_text(found)
-    assert "of two estimates of one boat one may be as much better, so this shows no change" in text
+    assert "two estimates of one unchanged boat may differ as much, so this shows no change" in text
     assert "matters" not in text
     sharp = compare(unsure(a, 1e-3), unsure(b, 1e-3), [record])
     assert beyond_luck(sharp.ahead[-1].axes) == {"u", "v", "r"}
@@ -117,6 +117,6 @@ def test_models_of_the_same_recordings_tell_of_no_change(mp):
     found = compare(a, replace(b, recordings=entries[0]))
     assert found.same_data
     text = comparison_text(found)
-    assert "no difference is the boat's" in text
-    for claim in ("mass", "drag or thrust", "a difference that is seen is one"):
+    assert "any difference comes from how they were identified" in text
+    for claim in ("mass", "drag or thrust", "differences shown are real"):
         assert claim not in text

@@ -125,7 +125,7 @@ def test_commands_that_never_change_are_refused(clean_af, af, method):
         )
         for r in records
     ]
-    with pytest.raises(RecordingError, match=r"F_u is 0\.44 all along.*surge pulses"):
+    with pytest.raises(RecordingError, match=r"F_u is 0\.44 throughout.*surge pulses"):
         identify(held, af, method=method)
     find_roles(af, [*held[:2], records[2]])  # one in which they change will do
 

@@ -81,20 +81,20 @@ def test_noise_in_words(model):
         "no unmodelled force to be seen; besides, the velocity wanders by 2 mm/s and 9 mrad/s in a "
         "second." in summary(quiet)
     )
-    hangs = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(4e-3, 5e-3, 0.3)))
+    coloured = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(4e-3, 5e-3, 0.3)))
     assert (
-        "Pose noise 1 mm and 2 mrad from pose to pose, 4 mm and 5 mrad that hang together over 0.3 s."
-        in summary(hangs)
+        "Pose noise 1 mm and 2 mrad from pose to pose, 4 mm and 5 mrad that are correlated over 0.3 s."
+        in summary(coloured)
     )
     white = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(1e-9, 5e-3, 0.3)))
-    assert "2 mrad from pose to pose, 5 mrad that hang together over 0.3 s." in summary(white)
+    assert "2 mrad from pose to pose, 5 mrad that are correlated over 0.3 s." in summary(white)
 
 
 def test_minutes_until_it_is_known_to_five_per_cent(model):
     """15 % after 10 min: 5 % after nine times that. Lag and latency need none: their sum is known."""
-    assert "driven like these 10.0 min, 90 min for X_u." in summary(model)
+    assert "Driven like these 10.0 min, knowing them to 5 % takes 90 min for X_u." in summary(model)
     sharp = replace(model, covariance=model.covariance / 100)
-    assert "Half of every error takes four times these 10.0 min." in summary(sharp)
+    assert "Halving every error takes four times these 10.0 min." in summary(sharp)
     assert [minutes(m) for m in (3.26, 44.0, 150.0, 5000.0)] == [
         "3.3 min",
         "44 min",

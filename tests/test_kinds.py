@@ -25,7 +25,9 @@ def test_a_power_of_its_own(seed):
     ]
     vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
     model = output_error([recording], vehicle)
-    assert "a power for each of F_u, F_b: sought, as the data ask for it" in model.estimator.notes
+    assert (
+        "a power for each of F_u, F_b: estimated, as the data ask for it" in model.estimator.notes
+    )
     found = {
         "power.power_F_u": 1.0, "power.power_F_b": 2.0,
         "edge_forward.dead_zone_F_u": 0.06, "edge_forward.dead_zone_F_b": 0.1,
@@ -42,7 +44,7 @@ def test_a_lag_of_its_own(seed):
     ]
     vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
     model = output_error([recording], vehicle)
-    assert "a lag for each of F_u, F_b: sought, as the data ask for it" in model.estimator.notes
+    assert "a lag for each of F_u, F_b: estimated, as the data ask for it" in model.estimator.notes
     assert (
         as_stated(model, {**TRUTH, "latency": LATENCY, "lag.lag_F_u": LAG, "lag.lag_F_b": 0.5})
         == {}
@@ -64,5 +66,5 @@ def test_one_kind_has_one_curve():
     vehicle, recording = driven({"power": 1.5, **edges(0.1)}, [half] * 3, bow=True)
     notes = output_error([recording], vehicle).estimator.notes
     assert [n for n in notes if "as the data ask for it" in n] == [
-        "power of the thrust curve: sought, as the data ask for it"
+        "power of the thrust curve: estimated, as the data ask for it"
     ]

@@ -70,9 +70,9 @@ def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
             name
         )
     assert model.standard_errors["X_F"] < 0.02
-    hangs = model.noise.correlated
-    assert hangs is not None
-    assert 0.5 * memory < hangs.memory < 4.0 * memory
+    coloured = model.noise.correlated
+    assert coloured is not None
+    assert 0.5 * memory < coloured.memory < 4.0 * memory
     assert not [note for note in model.estimator.notes if "hardly better" in note]
 
 

@@ -26,9 +26,9 @@ from seatrial.simulate import simulate
 from seatrial.vehicle import vehicle_from
 
 DRAG = -0.7  # [1/s]
-# position, heading, walks, disturbances, memory; errors that hang together, their memory
+# position, heading, walks, disturbances, memory; correlated errors, their memory
 NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3, 0.0])
-HANGING = np.array([*NOISE[:7], 3e-3, 0.0, 0.3, 0.0])
+COLOUR_WORTH = np.array([*NOISE[:7], 3e-3, 0.0, 0.3, 0.0])
 SWINGING = np.array([*NOISE[:7], 3e-3, 0.0, 1.0, 4.0])
 CREEPING_BACK = np.array([*NOISE[:7], 3e-3, 0.0, 0.2, 4.0])  # overdamped
 START_SPREAD = np.array([0.05, 1e-9, 1e-9])
@@ -51,10 +51,10 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
 
 def dense_square(t, x, noise):
     """e' C^-1 e of the same positions, C built whole from the state's covariances."""
-    sigma, walk, disturbance, memory, hangs, together, turn = noise[[0, 2, 4, 6, 7, 9, 10]]
+    sigma, walk, disturbance, memory, coloured, together, turn = noise[[0, 2, 4, 6, 7, 9, 10]]
     n = len(t)
     state = np.array([0.0, 0.2, 0.0])
-    spread = np.diag([9 * (sigma**2 + hangs**2), START_SPREAD[0] ** 2, disturbance**2])
+    spread = np.diag([9 * (sigma**2 + coloured**2), START_SPREAD[0] ** 2, disturbance**2])
     means, states, steps = [state], [spread], []
     for a, b in pairwise(t):
         dt = b - a
@@ -78,11 +78,11 @@ def dense_square(t, x, noise):
     if turn > 0.0:  # a damped oscillation's covariance
         rate = np.sqrt(complex(turn**2 - together**-2))
         left *= np.real(np.cos(rate * apart) + np.sin(rate * apart) / (rate * together))
-    C += sigma**2 * np.eye(n) + hangs**2 * left
+    C += sigma**2 * np.eye(n) + coloured**2 * left
     return float(e @ np.linalg.solve(C, e))
 
 
-@pytest.mark.parametrize("noise", [NOISE, HANGING, SWINGING, CREEPING_BACK])
+@pytest.mark.parametrize("noise", [NOISE, COLOUR_WORTH, SWINGING, CREEPING_BACK])
 def test_the_filters_likelihood_is_the_dense_one(noise):
     """Of two recordings the likelihoods differ as those of one joint normal distribution do."""
     rng = np.random.default_rng(3)
@@ -137,10 +137,10 @@ def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
         error = model.standard_errors[name]
         assert value == pytest.approx(plan.plant.coefficients[name], abs=4.5 * error), name
         assert error < 0.05 * max(abs(value), 0.2), name
-    hangs = model.noise.correlated
-    assert hangs.position == pytest.approx(sigma, rel=0.1)
-    assert hangs.heading == pytest.approx(sigma, rel=0.1)
-    assert hangs.memory == pytest.approx(0.3, rel=0.1)
+    coloured = model.noise.correlated
+    assert coloured.position == pytest.approx(sigma, rel=0.1)
+    assert coloured.heading == pytest.approx(sigma, rel=0.1)
+    assert coloured.memory == pytest.approx(0.3, rel=0.1)
     assert model.noise.position < 0.2 * sigma
 
 
@@ -299,7 +299,7 @@ def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     others = [*recordings[1:], recordings[0]]
     strangers = [replace(a, commands=b.commands) for a, b in zip(recordings, others, strict=True)]
     notes = output_error(strangers, vehicle).estimator.notes
-    assert any("hardly better than a velocity that stays" in note for note in notes)
+    assert any("hardly better than constant or zero velocity" in note for note in notes)
     assert not output_error(recordings, vehicle).estimator.notes
 
 

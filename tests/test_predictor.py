@@ -25,7 +25,7 @@ from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES
-HANGING = (41, 42, 43)
+COLOUR_WORTH = (41, 42, 43)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_the_covariance_is_right_with_an_identified_model():
 def test_pose_errors_that_hang_together_are_believed_as_such():
     """As states the covariance is right and the velocity better; taken for white it is too small."""
     told, not_told, errors = [], [], []
-    for seed in HANGING:
+    for seed in COLOUR_WORTH:
         known = model(CORRELATED[PUSHED], seed)
         assert known.noise.correlated.memory == pytest.approx(drives.HANGS, rel=0.2)
         pair = known, consistency.taken_for_white(known)

@@ -150,7 +150,7 @@ def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
             before, coefficients=before.coefficients + drawn, covariance=1e-4 * before.covariance
         )
         alarms += "contradict" in " ".join(shift_notes([], 0.2, commons(wide, found)))
-    assert 3 <= alarms <= 34  # three tests that hang together at 5 % in all
+    assert 3 <= alarms <= 34  # three tests that are correlated at 5 % in all
 
 
 def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, before, after):

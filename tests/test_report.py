@@ -142,7 +142,7 @@ def test_coefficients_are_the_models_and_those_of_its_file(tables, model, tmp_pa
         assert row[2][1] == [error]
         assert row[3][1] == [value - NORMAL_95 * error, value + NORMAL_95 * error]
         assert row[4][0] == model.structure.units[name].replace("^", "")
-        assert row[5][0].startswith("not told from zero") == (abs(value) < 2 * error)
+        assert row[5][0].startswith("not distinguishable from zero") == (abs(value) < 2 * error)
         assert row[5][0].partition(",")[0] == identifiability(model)[name].verdict.value
         assert row[6][1] == [pytest.approx(in_file[name]["value"])]
 

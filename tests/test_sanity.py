@@ -65,7 +65,7 @@ def test_pose_noise_is_not_blamed_where_the_estimator_knows_of_it(mp):
     noise = NoiseEntry(1e-3, 2e-3, ProcessEntry(1e-9, 1e-9, 1e-3, 1e-3, 2.0))
     (doubt,) = doubts(replace(model, noise=noise))
     assert "Pose noise" not in doubt
-    assert "Drag that grows otherwise with speed" in doubt
+    assert "Drag that grows with speed in another way" in doubt
 
 
 def test_drag_that_is_positive_within_its_error_is_none(mp):

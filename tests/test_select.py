@@ -292,7 +292,7 @@ def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
     )
     shown = capsys.readouterr()
     assert (code, shown.err) == (0, "")
-    assert "stays: weak: told from zero" in shown.out
+    assert "stays: weak: distinguishable from zero" in shown.out
     content = json.loads(scores.read_text())
     assert {t["coefficient"]: t["kept"] for t in content["terms"]}["Y_r"] is False
     assert content["structure"] == seatrial.load_vehicle(str(out)).structure.lines()

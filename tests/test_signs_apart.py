@@ -43,7 +43,7 @@ def test_the_odd_one_is_named_and_what_is_wrong_with_it(mp, driven, odd, made, k
     found = check_apart(recordings, mp).findings
     assert found
     for finding in found:
-        assert finding.text.startswith(f"{odd}-MP is at odds with the vehicle file, ")
+        assert finding.text.startswith(f"{odd}-MP contradicts the vehicle file, ")
     assert {finding.kind for finding in found} <= kinds
 
 
@@ -68,4 +68,4 @@ def test_what_only_one_recording_tells_is_said_of_the_file(mp, driven):
 
 def test_identify_names_it(mp, driven):
     model = identify([driven["S1"], driven["S2"], turned(driven["S3"], -1, -1, -1)], mp)
-    assert any("S3-MP is at odds" in said for said in model.warnings)
+    assert any("S3-MP contradicts" in said for said in model.warnings)

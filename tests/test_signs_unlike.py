@@ -94,7 +94,7 @@ def test_what_is_wrong_is_found_all_the_same(places):
         assert any(name in f.text for f in found)
     odd = [recordings[0], turned(recordings[1], -1.0), recordings[2]]
     found = check_apart(odd, vehicle).findings
-    assert found and all(f.text.startswith("S2 is at odds") for f in found)
+    assert found and all(f.text.startswith("S2 contradicts") for f in found)
 
 
 def turned(recording, signs):

@@ -19,7 +19,7 @@ OVERDAMPED = CorrelatedEntry(0.01, 0.02, 0.2, 3.0)
 
 
 def noisy(entry: CorrelatedEntry, white: float, seed: int, n: int = 40000) -> Recording:
-    """A boat at rest: white errors of the poses, and such as hang together as stated (by its spectrum)."""
+    """A boat at rest: white errors of the poses, and such as are correlated as stated (by its spectrum)."""
     rng = np.random.default_rng(seed)
     lags = PERIOD * np.minimum(np.arange(n), n - np.arange(n))
     gain = np.sqrt(np.maximum(np.fft.rfft(left_of(entry, lags)).real, 0.0))
@@ -62,7 +62,7 @@ def test_stencils_have_in_common_what_is_said(entry):
 
 
 def test_a_recordings_own_noise_is_parted_as_stated():
-    """Fourth differences see part of what hangs together; the rest follows from the proportion."""
+    """Fourth differences see part of what is correlated; the rest follows from the proportion."""
     recording = noisy(SHORT, 0.002, 9)
     stated = NoiseEntry(0.001, 0.001, None, CorrelatedEntry(0.002, 0.0015, SHORT.memory))
     noise = StencilNoise.of(recording, stated).noise  # the same proportion, twice as large

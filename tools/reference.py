@@ -32,13 +32,14 @@ def option(action: argparse.Action) -> str:
     value = action.metavar or (
         "|".join(map(str, action.choices)) if action.choices else action.dest
     )
+    if isinstance(value, tuple):
+        value = " ".join(value)
     if action.nargs == 0:
         value = ""
     elif action.nargs in {"+", "*"}:
         value = f"{value} ..."
     name = " ".join([", ".join(action.option_strings), str(value)]).strip()
-    text = (action.help or "").replace("%(default)s", str(action.default))
-    text = text.replace("%(default)g", f"{action.default:g}") if "%(default)g" in text else text
+    text = (action.help or "") % {"default": action.default, "prog": "seatrial"}
     return f"| `{cell(name)}` | {cell(text)} |"
 
 

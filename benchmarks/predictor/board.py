@@ -39,7 +39,7 @@ def run(*arguments: str) -> str:
 
 
 def speed() -> str:
-    """Markdown; then with pose errors that hang together. Each line from the quickest of RUNS for it."""
+    """Markdown; then with correlated pose errors. Each line from the quickest of RUNS for it."""
     blocks = []
     for more in ((), ("coloured",)):
         said = [run("time", *more).splitlines() for _ in range(RUNS)]

@@ -119,16 +119,16 @@ def nees_table() -> str:
 
 def taken_for_white(known: seatrial.Model) -> seatrial.Model:
     """The model with all of its pose noise white, of the same size."""
-    noise, hangs = known.noise, known.noise.correlated
-    if hangs is None:
+    noise, coloured = known.noise, known.noise.correlated
+    if coloured is None:
         return known
-    position = float(np.hypot(noise.position, hangs.position))
-    heading = float(np.hypot(noise.heading, hangs.heading))
+    position = float(np.hypot(noise.position, coloured.position))
+    heading = float(np.hypot(noise.heading, coloured.heading))
     return replace(known, noise=NoiseEntry(position, heading, noise.process))
 
 
 def correlated_table() -> str:
-    """Markdown: pose errors that hang together, as states and taken for white ones.
+    """Markdown: correlated pose errors, as states and taken for white ones.
 
     Where the estimator found none there is nothing to choose: a row of its own.
     """

@@ -21,7 +21,7 @@ SCENES = {"hard": 0.0, "hard, pushed": 0.04}  # share of full thrust that no mod
 LASTS = 2.0  # [s]
 CORRELATED = {name: f"{name}, correlated" for name in SCENES}  # the same but for the poses' errors
 PUSHES = {**SCENES, **{CORRELATED[name]: share for name, share in SCENES.items()}}
-HANGS = 0.3  # [s] time constant of these
+CORRELATION = 0.3  # [s] time constant of these
 SETTLED = 5.0  # [s] from the start, not counted
 IDENTIFIED = ("S1", "S2", "S3")
 SHIP = Path(__file__).parents[2] / "data" / "cse1"
@@ -91,10 +91,10 @@ def trials(scene: str, seed: int, names: tuple[str, ...]) -> dict[str, Trial]:
     """Trials by name. The preset's false matches are left out: `matches` has its own."""
     plan = with_seed(load_plan("hard"), seed)
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
-    hangs = HANGS if scene in CORRELATED.values() else 0.0
+    correlation = CORRELATION if scene in CORRELATED.values() else 0.0
     push = Unmodelled(PUSHES[scene], LASTS) if PUSHES[scene] else None
     plan = msgspec.structs.replace(
-        plan, pose=msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=hangs),
+        plan, pose=msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=correlation),
         plant=msgspec.structs.replace(plan.plant, unmodelled=push),
         trials={name: plan.trials[name] for name in names},
     )  # fmt: skip

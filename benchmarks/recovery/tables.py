@@ -123,7 +123,7 @@ def believed(records: Sequence[Record], names: Sequence[str]) -> str:
     head = [
         "scene", "position, mm", "heading, mrad", "walk, m/s/√s", "walk, rad/s/√s",
         "disturbance, m/s²", "disturbance, rad/s²", "memory, s",
-        "hanging together, m", "rad", "memory, s", "swing, rad/s",
+        "correlated, m", "rad", "memory, s", "swing, rad/s",
     ]  # fmt: skip
     return table(head, rows)
 

@@ -3,7 +3,7 @@
 //   onboard script            a drive with late, wrong and missing inputs; prints estimates
 //   onboard time              what a step costs on this machine
 //   onboard soak STEPS SEED   random inputs of every kind; fails on whatever is not sound
-// With `coloured` after it: by a model whose pose errors hang together.
+// With `coloured` after it: by a model whose pose errors are correlated.
 #include "onboard.hpp"
 
 #include <chrono>

@@ -61,10 +61,10 @@ inline OnboardModel model() {
   return m;
 }
 
-inline constexpr double kMemory = 0.3;  // [s] of pose errors that hang together
+inline constexpr double kMemory = 0.3;  // [s] of correlated pose errors
 inline constexpr double kSwing = 2.5;   // [rad/s] of such that swing
 
-/// The same told that all but a tenth of its pose noise hangs together.
+/// The same told that all but a tenth of its pose noise is correlated.
 inline OnboardModel coloured_model() {
   OnboardModel m = model();
   MotionNoise& n = m.boat.noise;
@@ -76,7 +76,7 @@ inline OnboardModel coloured_model() {
   return m;
 }
 
-/// The same told that what hangs together swings, as waves make it.
+/// The same told that what is correlated swings, as waves make it.
 inline OnboardModel swinging_model() {
   OnboardModel m = coloured_model();
   m.boat.noise.colour_memory = 3.0;

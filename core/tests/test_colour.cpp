@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pose errors that hang together, from the first pose to a SLAM that jumps; the Kalman filter's
+// Correlated pose errors, from the first pose to a SLAM that jumps; the Kalman filter's
 // own steps are in test_belief.cpp.
 #include <doctest/doctest.h>
 
@@ -30,7 +30,7 @@ Instant begun(const OnboardModel& m) {
   return now;
 }
 
-/// Whether the errors that hang together are believed as at the start, but for links to the pose.
+/// Whether the correlated errors are believed as at the start, but for links to the pose.
 bool colour_is_new(const OnboardModel& m, const Belief& b) {
   for (int i = 0; i < kSeen; ++i) {
     const int c = kBelieved + i;
@@ -46,7 +46,7 @@ bool colour_is_new(const OnboardModel& m, const Belief& b) {
 
 }  // namespace
 
-TEST_CASE("many poses at once tell as much as their white errors; what hangs together is left") {
+TEST_CASE("many poses at once tell as much as their white errors; what is correlated is left") {
   const OnboardModel m = coloured_model();
   Instant now = begun(m);
   constexpr int kPoses = 400;
@@ -126,7 +126,7 @@ TEST_CASE("of a pose's own covariance the white part is what the model leaves; c
     std::copy(&own[0][0], &own[0][0] + std::ptrdiff_t{kSeen} * kSeen, &noise[0][0]);
     detail::leave_white(n, noise);
   };
-  leave();  // nothing hangs together: all of it is white
+  leave();  // nothing is correlated: all of it is white
   CHECK(onboard::same_bits(&noise[0][0], &own[0][0], kSeen * kSeen));
   n.colour_position = 0.003;
   n.colour_heading = 0.003;

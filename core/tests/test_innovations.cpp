@@ -13,7 +13,7 @@ using problems::Problem;
 namespace {
 
 constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0, 1e9};
-/// With errors of the poses that hang together.
+/// With correlated errors of the poses.
 constexpr FilterNoise kHanging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0, 1e9};
 /// And swing.
 constexpr FilterNoise kSwinging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 1.5, 4.0, 1e9};
@@ -105,7 +105,7 @@ TEST_CASE("where all is linear the cost is the parabola that gradient and inform
   }
 }
 
-TEST_CASE("errors that hang together by next to nothing cost what none do") {
+TEST_CASE("errors that are correlated by next to nothing cost what none do") {
   FilterNoise noise = kBelieved;
   const double none = mallard_run().pass(noise).cost;
   noise.colour_position = noise.colour_heading = 1.001 * kNoColour;

@@ -150,7 +150,7 @@ TEST_CASE("poses of a point that is not the origin, with the arm told, are those
   CHECK(b.motion.covariance[0][0] > 0.0);
 }
 
-TEST_CASE("an arm of no length changes nothing, whether or not pose errors hang together") {
+TEST_CASE("an arm of no length changes nothing, whether or not pose errors are correlated") {
   const double lever[2] = {1e-9, 0.0};
   for (const OnboardModel& m : {onboard::model(), onboard::coloured_model()}) {
     auto there = std::make_unique<Odometer>(m, lever);
@@ -168,7 +168,7 @@ TEST_CASE("an arm of no length changes nothing, whether or not pose errors hang 
   }
 }
 
-TEST_CASE("with an arm a first pose is as unsure, whether its error is white or hangs together") {
+TEST_CASE("with an arm a first pose is as unsure, whether its error is white or is correlated") {
   const double lever[2] = {0.6, 0.3};
   const double eta[3] = {1.0, 2.0, 0.8};
   OnboardModel m = onboard::model();
@@ -178,11 +178,11 @@ TEST_CASE("with an arm a first pose is as unsure, whether its error is white or 
   n.colour_heading = 0.8 * n.heading;
   n.position *= 0.6;
   n.heading *= 0.6;
-  Odometer hangs(m, lever);
+  Odometer coloured(m, lever);
   REQUIRE(white.pose(0, eta) == Taken::kUsed);
-  REQUIRE(hangs.pose(0, eta) == Taken::kUsed);
+  REQUIRE(coloured.pose(0, eta) == Taken::kUsed);
   for (int i = 0; i < kSeen; ++i) {
-    CHECK(hangs.look(0).covariance[i][i] == doctest::Approx(white.look(0).covariance[i][i]));
+    CHECK(coloured.look(0).covariance[i][i] == doctest::Approx(white.look(0).covariance[i][i]));
   }
 }
 

@@ -114,7 +114,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("and where pose errors hang together") {
+TEST_CASE("and where pose errors are correlated") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CHECK(arrival_does_not_matter(onboard::coloured_model(), seed, 9.0, 0.5));
     CHECK(arrival_does_not_matter(onboard::swinging_model(), seed, 9.0, 0.5));
@@ -222,7 +222,7 @@ TEST_CASE("it follows a noisy drive within what it says, and better than its pos
   CHECK(got.nees > 1.0);
 }
 
-TEST_CASE("pose errors that hang together are not taken for motion, nor for news") {
+TEST_CASE("correlated pose errors are not taken for motion, nor for news") {
   for (std::uint64_t seed = 8; seed < 11; ++seed) {
     const Followed told = follow(onboard::coloured_model(), seed, onboard::kMemory);
     const Followed not_told = follow(onboard::model(), seed, onboard::kMemory);

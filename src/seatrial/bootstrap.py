@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Intervals for the RMS of errors that hang together: a bootstrap over blocks of time.
+"""Intervals for the RMS of correlated errors: a bootstrap over blocks of time.
 
 Errors of overlapping predictions are correlated at least over the horizon, and what a model leaves
 out lasts. Blocks longer than both are nearly independent, so that blocks are drawn, not samples
@@ -18,7 +18,7 @@ RESAMPLES = 1000
 SEED = 1
 FEWEST = 6  # blocks: from fewer no interval is given
 ENOUGH = 10  # blocks that a recording is cut into rather than have them longer than they must be
-MOST = 40  # blocks: more of them say little more, longer ones lose less of what hangs together
+MOST = 40  # blocks: more of them say little more, longer ones lose less of the correlation
 WIDEST = 6.0  # standard deviations to an end: Student's t of two blocks, if so few hold it all
 
 
@@ -40,8 +40,8 @@ def correlation_time(squares: Array, index: NDArray[np.int64]) -> float:
 def block_length(squares: Array, index: NDArray[np.int64], overlap: int) -> int:
     """Samples in a block, for squared errors (m, q) of predictions over `overlap` samples.
 
-    Twice the overlap and six times the correlation time leave a few per cent of what hangs
-    together between blocks; where that makes too few blocks they are shorter, but never as short as
+    Twice the overlap and six times the correlation time leave a few per cent of the
+    correlation between blocks; where that makes too few blocks they are shorter, but never as short as
     overlap and correlation time.
     """
     span = int(index.max()) - int(index.min()) + 1

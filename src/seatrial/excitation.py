@@ -129,7 +129,7 @@ def _changes(vehicle: Vehicle, chosen: Sequence[Excitation], axis: int, names: s
             f"{vehicle.forces[i].name} is {m:.2g}" for i, m in zip(mine, most, strict=True)
         )
         raise RecordingError(
-            f"{names}: {values} all along; thrust is told from drag where it changes: drive a minute of "
+            f"{names}: {values} throughout; only changes tell thrust from drag: drive a minute of "
             f"{AXES[axis]} pulses to both sides, or take it out of the structure"
         )
 

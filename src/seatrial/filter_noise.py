@@ -11,7 +11,7 @@ from seatrial.parallel import spread
 from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 
 # position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory
-# [s]; errors of the poses that hang together [m], [rad], their memory [s], how fast they swing [rad/s]
+# [s]; correlated errors of the poses [m], [rad], their memory [s], how fast they swing [rad/s]
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3, 1e-9])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
@@ -48,13 +48,13 @@ def noise_vector(entry: NoiseEntry) -> Array | None:
 
 
 def correlated_vector(entry: CorrelatedEntry) -> list[float]:
-    """Errors of the poses that hang together as they stand in the noise."""
+    """Errors of the poses that are correlated as they stand in the noise."""
     turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)
     return [entry.position, entry.heading, entry.memory, turn]
 
 
 def swings(noise: Array) -> bool:
-    """Whether errors of the poses are believed to swing while they hang together."""
+    """Whether errors of the poses are believed to swing while they are correlated."""
     return bool(noise[COLOUR_TURN] > _core.NO_TURN)
 
 
@@ -62,9 +62,9 @@ def noise_entry(noise: Array) -> NoiseEntry:
     """The filter's noise (11,) as a model file has it."""
     position, heading, *rest = noise.tolist()
     process, colour = rest[:5], rest[5:]
-    hangs = max(colour[:2]) > _core.NO_COLOUR
+    coloured = max(colour[:2]) > _core.NO_COLOUR
     period = float(2.0 * np.pi / noise[COLOUR_TURN]) if swings(noise) else None
-    correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if hangs else None
+    correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if coloured else None
     return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
 
 
@@ -85,7 +85,7 @@ def most_noise(noise: Array) -> Array:
 
 
 def folded(noise: Array, period: float) -> Array:
-    """The noise (11,), errors that hang together for less than `period` [s] counted as the white ones they are.
+    """The noise (11,), errors that are correlated for less than `period` [s] counted as the white ones they are.
 
     From one pose to the next exp(-period / memory) is left of them.
     """
@@ -182,7 +182,7 @@ def likelier_noise(
         if fell or raised:
             phi, here = likelier(i, low[i] if fell else np.log(RAISED[i]), phi, here)
     explained = (phi[PROCESS] <= low[PROCESS]).all()
-    for i in COLOUR:  # as long as parameters are far off, what hangs together looks like motion
+    for i in COLOUR:  # as long as parameters are far off, what is correlated looks like motion
         if active[i] and (explained or first - here < LATE):
             phi, here = likelier(i, low[i], phi, here)
     return np.exp(phi), first - here

@@ -98,7 +98,7 @@ def _divided(t: Array, eta: Array) -> Array:
 
 
 def left_of(entry: CorrelatedEntry, t: Array) -> Array:
-    """Correlation of errors that hang together after t [s] >= 0, of any shape."""
+    """Correlation of errors that are correlated after t [s] >= 0, of any shape."""
     fades = 1.0 / entry.memory
     left = np.exp(-fades * t)
     if entry.period is None:
@@ -113,8 +113,8 @@ def left_of(entry: CorrelatedEntry, t: Array) -> Array:
     return np.asarray((ahead + back).real)  # two that fade: nothing grows, however long t is
 
 
-def hanging(period: float, entry: CorrelatedEntry) -> float:
-    """Fourth differences, root mean square, of errors that hang together, over those of white ones as large.
+def coloured_ratio(period: float, entry: CorrelatedEntry) -> float:
+    """Fourth differences, root mean square, of correlated errors, over those of white ones as large.
 
     `period` [s] of the poses.
     """

@@ -182,7 +182,7 @@ class Lookahead:
     def _floor(self, start: NDArray[np.int64], steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
-        And what stencils miss, in the same way. Two stencils that share poses, or errors that hang together:
+        And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
         less twice what that makes of their product (the turn of the boat in between is left out).
         """
         given = self.velocities

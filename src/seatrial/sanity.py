@@ -95,7 +95,7 @@ def _odd_drag(model: Model) -> list[str]:
     why = (
         "Pose noise does that to regressions"
         if model.noise.process is None
-        else "Drag that grows otherwise with speed than these terms does that"
+        else "Drag that grows with speed in another way than these terms does that"
     )
     for axis, symbol in enumerate(SYMBOLS):
         own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}

@@ -191,7 +191,7 @@ class ProcessEntry(Strict, frozen=True):
 
 
 class CorrelatedEntry(Strict, frozen=True):
-    """Errors of the poses that hang together from one pose to the next, beside the white ones.
+    """Errors of the poses that are correlated from one pose to the next, beside the white ones.
 
     What is left of them after t is exp(-t / memory). Where they swing, as waves make them, they are a damped
     oscillation: e'' + (2 / memory) e' + (2 pi / period)^2 e = white noise.

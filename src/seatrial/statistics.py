@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from seatrial.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
-BLOCK = 10.0  # [s] over which errors may hang together: blocks of it count as independent
+BLOCK = 10.0  # [s] over which errors may be correlated: blocks of it count as independent
 TIED = 1e-9  # least eigenvalue of a scaled information, 0 where a sum alone is known
 
 

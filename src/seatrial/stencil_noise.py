@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """How noisy the stencil's velocities are, and what two of them have in common.
 
-White errors of the poses are shared by stencils up to four poses apart; errors that hang together by
+White errors of the poses are shared by stencils up to four poses apart; errors that are correlated by
 all that their memory reaches. Of these a derivative sees what they change from pose to pose.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.errors import RecordingError
 from seatrial.frames import Array
-from seatrial.noise import hanging, left_of, noise_beside, pose_noise
+from seatrial.noise import coloured_ratio, left_of, noise_beside, pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import CorrelatedEntry, NoiseEntry
 from seatrial.velocity import EVEN_WEIGHTS, STENCIL_CORRELATION, stencil_deviation
@@ -31,7 +31,7 @@ class StencilNoise:
     ) -> "StencilNoise":
         """The recording's own noise, as its fourth differences show it beside how the boat `moved` (n, 3).
 
-        How much of that hangs together they don't tell: that is as a model has `stated` it. All is
+        How much of that is correlated they don't tell: that is as a model has `stated` it. All is
         as stated where there are too few poses in a row.
         """
         try:
@@ -41,7 +41,7 @@ class StencilNoise:
         entry = stated.correlated
         if entry is None:
             return cls(own, recording)
-        seen = hanging(recording.period, entry)
+        seen = coloured_ratio(recording.period, entry)
         position, place = _parted(own.position, stated.position, entry.position, seen)
         heading, turn = _parted(own.heading, stated.heading, entry.heading, seen)
         together = CorrelatedEntry(place, turn, entry.memory, entry.period)
@@ -69,6 +69,6 @@ class StencilNoise:
 
 
 def _parted(own: float, white: float, together: float, seen: float) -> tuple[float, float]:
-    """What is white and what hangs together of a recording's `own`, in the proportion that is stated."""
+    """What is white and what is correlated of a recording's `own`, in the proportion that is stated."""
     stated = float(np.hypot(white, seen * together))
     return (own / stated * white, own / stated * together) if stated > 0.0 else (own, 0.0)

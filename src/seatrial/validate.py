@@ -248,9 +248,8 @@ def _further(
         notes.append(said)
     if recording.period > SLOW:
         notes.append(
-            f"poses are {recording.period:.2g} s apart: velocities by the stencil, which errors are taken "
-            "against, miss what the boat does within four of them; the floor has as much of it as the model "
-            "itself shows"
+            f"poses are {recording.period:.2g} s apart: the stencil's velocities, which errors are taken "
+            "against, miss motion within four of them; the floor includes as much of it as the model shows"
         )
     return {"horizons": found, "correlations": left, "notes": notes}
 
@@ -320,13 +319,13 @@ def unforeseen(scores: Iterable[Scored], known: bool) -> str | None:
         return None
     farthest = max(horizon for horizon, _ in rows)
     if all(max(x)[1] < SOON and max(h for _, h in x) < farthest for x in beyond if x):
-        why = "what is gone later is the poses rather than the boat: they err otherwise than it was told"
+        why = "it is gone further ahead, so it is the poses, not the boat: their errors are not as stated"
     elif known:
         why = "though it was identified from this: its structure misses something"
     else:
         why = (
-            "payload, wind or water are not what they were when it was identified, or it was not "
-            "driven like this then"
+            "payload, wind or water changed since it was identified, or the boat is driven "
+            "differently now"
         )
     return f"the error is {', '.join(said)} what the model foresees of itself: {why}"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the on-board predictor believes of a boat: its state and disturbance with their covariance,
-// through the model's own steps; where the model has any, errors of the poses that hang together,
+// through the model's own steps; where the model has any, correlated errors of the poses,
 // too, as in the estimator's filter. The errors of the model's own parameters are considered, not
 // estimated. No heap, no exceptions.
 #pragma once
@@ -16,7 +16,7 @@ namespace seatrial {
 
 inline constexpr int kBelieved = kStates + kAxes;  // x, y, psi, u, v, r and the disturbance's three
 inline constexpr int kSeen = 3;                    // x, y [m], psi [rad] are measured
-inline constexpr int kColoured = kBelieved + kSeen;      // and the errors that hang together
+inline constexpr int kColoured = kBelieved + kSeen;      // and the correlated errors
 inline constexpr int kMostBelieved = kColoured + kSeen;  // and, where they swing, their other side
 
 enum class DisturbanceFrame : std::uint8_t { kEarth, kBody };
@@ -46,7 +46,7 @@ inline bool add_disturbance(Structure& s) {
 }
 
 /// Mean and covariance of the first n: x, y [m], psi [rad], u, v [m/s], r [rad/s], disturbance
-/// [m/s^2, rad/s^2]; errors of the poses that hang together [m, m, rad]; where these swing, as
+/// [m/s^2, rad/s^2]; correlated errors of the poses [m, m, rad]; where these swing, as
 /// waves make them, their other side [m, m, rad], by which they turn. The covariance is of all that
 /// may be wrong, the model's parameters included.
 struct Belief {
@@ -117,7 +117,7 @@ inline void add_noise(const MotionNoise& n, double c, double s, double h, double
   }
 }
 
-/// Of the errors that hang together.
+/// Of the correlated errors.
 inline void renew_colour(const MotionNoise& n, double stays, double p[][kMostBelieved]) {
   for (int i = 0; i < kSeen; ++i) {
     p[kBelieved + i][kBelieved + i] += n.colour_variance(i) * (1.0 - stays * stays);
@@ -256,8 +256,8 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
   }
   double stays[kMostBelieved - kStates];
   std::fill(stays, stays + kAxes, std::exp(-h / noise.memory));
-  const double hangs = b.swinging() ? 1.0 : std::exp(-h / noise.colour_memory);
-  std::fill(stays + kAxes, stays + kMostBelieved - kStates, hangs);
+  const double stays_coloured = b.swinging() ? 1.0 : std::exp(-h / noise.colour_memory);
+  std::fill(stays + kAxes, stays + kMostBelieved - kStates, stays_coloured);
   for (int i = kStates; i < b.n; ++i) b.x[i] *= stays[i - kStates];
   Causes push_by[kStates];
   if (boat.considered.n > 0) {
@@ -269,7 +269,7 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
     detail::carry<kMostBelieved>(f, stays, b.p);
   } else if (b.coloured()) {
     detail::carry<kColoured>(f, stays, b.p);
-    detail::renew_colour(noise, hangs, b.p);
+    detail::renew_colour(noise, stays_coloured, b.p);
   } else {
     detail::carry<kBelieved>(f, stays, b.p);
   }

@@ -73,7 +73,7 @@ inline Surprise surprise(const Belief& b, const double* eta, const double noise[
 
 namespace detail {
 
-/// Of N states; H picks the pose and, in more than kBelieved, adds the errors that hang together.
+/// Of N states; H picks the pose and, in more than kBelieved, adds the correlated errors.
 template <int N>
 void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
   const auto seen = [](const double* row, int k) {  // of a row times H'

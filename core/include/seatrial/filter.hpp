@@ -3,7 +3,7 @@
 // sensitivities.
 //
 // The state is the boat's (6), a disturbance (3): body-fixed accelerations that come and go with a
-// time constant, and, where the noise has any, errors of the poses that hang together (3), which a
+// time constant, and, where the noise has any, correlated errors of the poses (3), which a
 // filter that takes all noise for white would take for the boat's motion. Where these swing, as
 // waves make them, each is a damped oscillation, and the filter has its other side, too (3), as the
 // models of wave-frequency motion in Fossen, Handbook of Marine Craft Hydrodynamics and Motion

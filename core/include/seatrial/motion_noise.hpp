@@ -53,7 +53,7 @@ struct MotionNoise {
   double disturbance_linear = 3e-2;  // [m/s^2] that comes and goes
   double disturbance_yaw = 5e-2;     // [rad/s^2]
   double memory = 2.0;               // [s] time constant of the disturbance
-  double colour_position = 0.0;      // [m] errors of the poses that hang together, beside the white
+  double colour_position = 0.0;      // [m] correlated errors of the poses, beside the white
   double colour_heading = 0.0;       // [rad]
   double colour_memory = 0.3;        // [s] time constant of these
   double colour_turn = 0.0;          // [rad/s] how fast they swing meanwhile

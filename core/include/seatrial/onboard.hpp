@@ -62,7 +62,7 @@ inline constexpr double kUnknownPosition = 100.0;  // [m]
 inline constexpr double kUnknownHeading = 3.0;     // [rad]
 inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
 
-/// Begins the errors of the poses that hang together anew: as large as they ever are.
+/// Begins the correlated errors of the poses anew: as large as they ever are.
 inline void begin_colour(const MotionNoise& n, Belief& b) {
   if (!b.coloured()) return;
   for (int c = kBelieved; c < b.n; ++c) {
@@ -92,8 +92,8 @@ inline void place(const MotionNoise& n, const PoseSample& pose, Belief& b) {
   }
 }
 
-/// A pose's own covariance is of all its error: its white part is what the errors that hang
-/// together leave of it, no less than the model's white noise, or all of it where it is smaller
+/// A pose's own covariance is of all its error: its white part is what the correlated errors
+/// leave of it, no less than the model's white noise, or all of it where it is smaller
 /// than that. Correlations stay.
 inline void leave_white(const MotionNoise& n, double noise[kSeen][kSeen]) {
   if (!n.coloured()) return;

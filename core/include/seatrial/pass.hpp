@@ -16,7 +16,7 @@ inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard de
 
 inline constexpr int kNoiseParameters = 11;
 inline constexpr int kTurnParameter = 10;
-inline constexpr double kNoColour = 1e-8;  // [m, rad] errors that hang together below this: none
+inline constexpr double kNoColour = 1e-8;  // [m, rad] correlated errors below this: none
 
 /// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
 /// are their logarithms, in this order.
@@ -28,7 +28,7 @@ struct FilterNoise {
   double disturbance_linear;  // [m/s^2] that comes and goes, in surge and sway
   double disturbance_yaw;     // [rad/s^2]
   double memory;              // [s] time constant of the disturbance
-  double colour_position;     // [m] errors of the poses that hang together, beside the white ones
+  double colour_position;     // [m] correlated errors of the poses, beside the white ones
   double colour_heading;      // [rad]
   double colour_memory;       // [s] time constant of these
   double colour_turn;         // [rad/s] how fast they swing meanwhile, as waves make them

@@ -26,10 +26,10 @@ inline void inverse(const double* a, double* out) {
 
 /// x, y [m], psi [rad] since the start, and how far that may be off.
 ///
-/// Errors of a filtered velocity hang together. They are taken as L w: L the root of the velocity's
-/// covariance of the moment, w of unit covariance, each component forgetting with a time constant.
-/// Kept are the covariance P of the way and D = cov(way, w); as one matrix with I they stay
-/// positive semidefinite whatever L does.
+/// Errors of a filtered velocity are correlated. They are taken as L w: L the root of the
+/// velocity's covariance of the moment, w of unit covariance, each component forgetting with a time
+/// constant. Kept are the covariance P of the way and D = cov(way, w); as one matrix with I they
+/// stay positive semidefinite whatever L does.
 class Way {
  public:
   const double* pose() const { return pose_; }

@@ -46,7 +46,7 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
         said.append(
             f"No manoeuvre that was tried halves within {LONG / 60:.0f} minutes the "
             f"interval{'s' * (len(never) > 1)} of {_listed(never)}: fix a value that you know "
-            "otherwise, or take a term out that is not told from zero."
+            "otherwise, or take a term out that is not distinguishable from zero."
         )
     return said
 

@@ -29,7 +29,7 @@ def add(verbs: "Verbs") -> None:
     command.add_argument(
         "boat", type=Path, metavar="MODEL|VEHICLE", help="model or vehicle file, or mallard-af"
     )
-    add_recordings(command, vehicle_required=False, count="*")
+    add_recordings(command, count="*")
     command.add_argument(
         "--scheme", default="auto", choices=[s.value for s in AllocatorScheme],
         help="the one to choose (default: %(default)s)",

@@ -33,7 +33,7 @@ def add(verbs: "Verbs") -> None:
     )
     compare.add_argument("a", type=Path, metavar="A", help="model from before")
     compare.add_argument("b", type=Path, metavar="B", help="model from after")
-    add_recordings(compare, vehicle_required=False, count="*")
+    add_recordings(compare, count="*")
     add_horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
     add_json(compare)
     compare.add_argument(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
     identify = add_command(verbs, "identify", run, "a model from recordings")
-    add_recordings(identify, vehicle_required=True)
+    add_recordings(identify, vehicle=None)
     identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
     identify.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,

@@ -25,16 +25,21 @@ def add(verbs: "Verbs") -> None:
         run,
         "rates, gaps, faults, clocks, excitation, signs; without --vehicle the topics or columns",
     )
-    add_recordings(inspect, vehicle_required=False)
+    add_recordings(inspect, vehicle="vehicle file (default: none; topics or columns only)")
     add_json(inspect)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
+    from seatrial.errors import VehicleError
     from seatrial.files import dump_json, write_text
 
     guard(args.json, "{", args.vehicle, *args.recordings)
     if args.vehicle is None:
+        if args.without or args.start is not None or args.end is not None:
+            raise VehicleError(
+                "--start, --end and --without cut by the recordings' poses: say with --vehicle which they are"
+            )
         from seatrial.io.look import look
 
         found = [look(path, salvage=args.salvage) for path in args.recordings]

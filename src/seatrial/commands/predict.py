@@ -30,7 +30,7 @@ def add(verbs: "Verbs") -> None:
         "velocity and odometry as on board: along a recording, or live from lines",
     )  # fmt: skip
     predict.add_argument("model", type=Path, metavar="MODEL")
-    add_recordings(predict, vehicle_required=False, count="*")
+    add_recordings(predict, count="*")
     predict.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="odometry along the recording"
     )

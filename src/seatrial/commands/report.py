@@ -25,7 +25,7 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     command = add_command(verbs, "report", run, "one offline HTML file with the evidence")
     command.add_argument("model", type=Path, metavar="MODEL")
-    add_recordings(command, vehicle_required=False)
+    add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
     command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     add_exports(command)

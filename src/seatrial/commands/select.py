@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
     select = add_command(verbs, "select", run, "which terms recordings ask for, and which repeat")
-    add_recordings(select, vehicle_required=True)
+    add_recordings(select, vehicle=None)
     select.add_argument(
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
         help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",

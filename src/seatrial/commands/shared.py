@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Command = Callable[[argparse.Namespace, Progress], None]
 
+OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
+
 
 def guard(out: Path | None, begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
@@ -121,16 +123,13 @@ def add_command(
 
 
 def add_recordings(
-    command: argparse.ArgumentParser, *, vehicle_required: bool, count: str = "+"
+    command: argparse.ArgumentParser, *, vehicle: str | None = OTHER_VEHICLE, count: str = "+"
 ) -> None:
-    """Recordings, and how they are read."""
+    """Recordings, and how they are read. `vehicle`: what --vehicle is; None: it must be given."""
     command.add_argument("recordings", nargs=count, type=Path, metavar="RECORDING")
-    text = "vehicle file" + (
-        ""
-        if vehicle_required
-        else " for signals and allocation (default: the model's own); terms and chain stay the model's"
+    command.add_argument(
+        "--vehicle", required=vehicle is None, metavar="V", help=vehicle or "vehicle file"
     )
-    command.add_argument("--vehicle", required=vehicle_required, metavar="V", help=text)
     command.add_argument(
         "--start", type=float, metavar="S", help="use each recording from here [s]"
     )
@@ -139,7 +138,7 @@ def add_recordings(
     command.add_argument(
         "--without", action="append", default=[], metavar="NAME=FROM-TO",
         help="leave out a stretch [s] of a recording, where something else moved the boat; either end may be "
-        "missing; for several, several times",
+        "omitted; repeatable",
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     command = add_command(verbs, "validate", run, "how well a model predicts recordings")
     command.add_argument("model", type=Path, metavar="MODEL")
-    add_recordings(command, vehicle_required=False)
+    add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
     add_json(command, "also write scores.json")
     command.add_argument(

@@ -103,12 +103,10 @@ def _independence(a: Model, b: Model) -> list[str]:
     said = f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
     if same_data(a, b):
         return [
-            f"{said}are too large, if anything, and no difference is the boat's: it is what the two were "
-            "identified by"
+            f"{said}are too large, if anything, and any difference comes from how they were identified, not "
+            "from the boat"
         ]
-    return [
-        f"{said}are too large, if anything: a difference that is seen is one; one that is not may still be there"
-    ]
+    return [f"{said}are too large, if anything: differences shown are real, others may be missed"]
 
 
 def _methods(a: Model, b: Model) -> list[str]:

@@ -158,7 +158,7 @@ def unlike(a: Model, b: Model) -> dict[str, str]:
             found[name] = f"{', '.join(sorted(used))} is made by other actuators or weights"
     for label, model in (("A", a), ("B", b)):
         for name in model.at_bounds:
-            found[name] = f"it is at the bound of its range in {label}: how well it is known is not"
+            found[name] = f"it ended at the bound of its range in {label}: its error is unknown"
     for name in set(a.vehicle.constants.names) & set(b.vehicle.constants.names):
         if _members(a.vehicle, name) != _members(b.vehicle, name):
             found[name] = "it stands for other actuators"

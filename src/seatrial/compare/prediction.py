@@ -70,7 +70,7 @@ class _Errors:
 
     @property
     def block(self) -> float:
-        """Length [s] of a block: longer than the horizon and than errors hang together."""
+        """Length [s] of a block: longer than the horizon and than errors stay correlated."""
         scale = np.sqrt(np.maximum([self.a.mean(axis=0), self.b.mean(axis=0)], NOTHING**2))
         moved = self.a / scale[0] - self.b / scale[1]  # what the difference of RMS is a mean of
         moved = moved[:, np.ptp(moved, axis=0) > 0]
@@ -229,7 +229,7 @@ def rms_difference(
 
     `first`, `second` (b,): sums of squared errors of the same samples, block by block, `count` (b,)
     samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
-    the two models hang together, so that their difference is known better than each of them.
+    the two models are correlated, so that their difference is known better than each of them.
     """
     drawn = draws(len(count))
     whole, spread = _difference(np.ones((1, len(count))), first, second, count)

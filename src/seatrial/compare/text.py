@@ -177,8 +177,8 @@ def _noise(found: Comparison) -> Iterator[str]:
         f"pose noise: {1e3 * one.position:.2g} → {1e3 * two.position:.2g} mm, "
         f"{1e3 * one.heading:.2g} → {1e3 * two.heading:.2g} mrad"
     )
-    if {_hanging(one.correlated), _hanging(two.correlated)} != {NONE}:
-        yield f"of it hangs together: {_hanging(one.correlated)} → {_hanging(two.correlated)}"
+    if {_correlated(one.correlated), _correlated(two.correlated)} != {NONE}:
+        yield f"of it is correlated: {_correlated(one.correlated)} → {_correlated(two.correlated)}"
     p, q = one.process, two.process
     if p is None or q is None:
         return
@@ -193,7 +193,7 @@ def _noise(found: Comparison) -> Iterator[str]:
         )
 
 
-def _hanging(entry: CorrelatedEntry | None) -> str:
+def _correlated(entry: CorrelatedEntry | None) -> str:
     if entry is None or max(entry.position, entry.heading) < HARDLY:
         return NONE
     return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.lasting}"
@@ -276,7 +276,7 @@ def matters(found: Comparison, horizon: str) -> str:
         return f"{head}: {'; '.join(said)}{more}"
     if lucky:
         return (
-            f"{'; '.join(lucky)}: of two estimates of one boat one may be as much better, so this shows no "
+            f"{'; '.join(lucky)}: two estimates of one unchanged boat may differ as much, so this shows no "
             f"change{more}"
         )
     if found.changed and near:

@@ -23,7 +23,7 @@ class Identifiability:
     findings: tuple[Finding, ...]
     names: tuple[str, ...]  # (p,) of what was estimated
     correlation: Array  # (p, p)
-    condition: float  # of the correlation matrix; 1 where nothing hangs together
+    condition: float  # of the correlation matrix; 1 without correlations
     combinations: tuple[Combination, ...]
 
     def __getitem__(self, name: str) -> Finding:

@@ -14,7 +14,7 @@ from seatrial.frames import SYMBOLS, Array
 from seatrial.identifiability.verdict import Finding, Verdict, pure, verdict_of
 from seatrial.model import Model
 
-TOGETHER = 0.9  # correlation from which on two are said to hang together
+TOGETHER = 0.9  # correlation from which on it is said of two
 APART = 0.95  # from which on they can't be told apart
 NARROW = 0.2  # eigenvalue of a correlation matrix below which its direction is well determined
 SHARE = 0.3  # of the largest entry: smaller ones of an eigenvector are left out
@@ -59,7 +59,7 @@ class Known:
 
 
 def combinations(known: Known) -> tuple[Combination, ...]:
-    """Named pairs that hang together, then what else the weak parameters tell together."""
+    """Named pairs that are correlated, then what else the weak parameters tell together."""
     found = [*_sums(known), *_slopes(known)]
     used = {frozenset(c.names) for c in found}
     weak = [i for i in _loose(known) if not any(known.names[i] in names for names in used)]
@@ -72,7 +72,7 @@ def combinations(known: Known) -> tuple[Combination, ...]:
 
 
 def _loose(known: Known) -> list[int]:
-    """Parameters that one may not rely on, and those that hang together with one of them."""
+    """Parameters that one may not rely on, and those that are correlated with one of them."""
     every = range(len(known.names))
     weak = [i for i in every if not known.findings[known.names[i]].verdict.enough]
     return [
@@ -97,7 +97,7 @@ def _sums(known: Known) -> list[Combination]:
 
 
 def _slopes(known: Known) -> list[Combination]:
-    """Gain past the dead zone's edge, where gain and edge hang together."""
+    """Gain past the dead zone's edge, where gain and edge are correlated."""
     gains = {t.coefficient for t in known.model.structure.terms if pure(known.model, t)}
     found = []
     for i, gain in enumerate(known.names):

@@ -28,7 +28,7 @@ class Verdict(Enum):
     SHARP = "sharp"
     USABLE = "usable"
     WEAK = "weak"
-    ZERO = "not told from zero"
+    ZERO = "not distinguishable from zero"
     LOST = "not identifiable"
     GIVEN = "given"
     BOUND = "at its bound"

@@ -23,7 +23,7 @@ def disagreements(at: Point) -> list[str]:
     said = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
     if not said:
         return []
-    return [f"{DISAGREE}: {said} To see, identify them apart, and take compare"]
+    return [f"{DISAGREE}: {said} To check, identify them separately and run compare"]
 
 
 def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:

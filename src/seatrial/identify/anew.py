@@ -2,7 +2,7 @@
 """Searches that ended in a corner of the noise begin anew.
 
 Corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
-errors of its poses hang together. Such errors that were let go, since they looked like motion as long as
+errors of its poses are correlated. Such errors that were let go, since they looked like motion as long as
 parameters were far off, have no states any more to come back by; others end at the longest memory that a first
 search allows. Where they last for seconds, as those of GNSS do, a wandering velocity stands for them, and
 coefficients that follow it. Where a random walk of the velocity stands for a push that comes and goes, a little
@@ -32,7 +32,7 @@ from seatrial.filter_noise import (
     repeated_cost,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import LASTING, all_hanging, lasting, swinging
+from seatrial.identify.first_noise import LASTING, all_coloured, lasting, swinging
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import NOTHING, Point, approach, descend
@@ -57,7 +57,7 @@ def anew(at: Point, theta: Array) -> Point:
     """
     let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
     if let_go and not white(at):
-        at = _likelier(at, theta, all_hanging(at.passes.problem.recordings))
+        at = _likelier(at, theta, all_coloured(at.passes.problem.recordings))
     if (other := longer(at.noise)) is not None:
         at = _likelier(at, at.theta, other)
     for walk, disturbance in WALKS_AND_DISTURBANCES:
@@ -77,7 +77,7 @@ def anew(at: Point, theta: Array) -> Point:
 def _waved(at: Point, theta: Array) -> Point:
     """The most likely of `at` and what is found where the poses' errors are said to swing.
 
-    Windows that are wider than such a swing see the boat without it. From there errors that hang together
+    Windows that are wider than such a swing see the boat without it. From there correlated errors
     for a short while are tried: beside them the swing is seen, whose period is then the likeliest.
     """
     problem = at.passes.problem

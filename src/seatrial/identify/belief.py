@@ -103,9 +103,8 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
     if not poor:
         return []
     return [
-        f"in {' and '.join(poor)} one second ahead hardly better than a velocity that stays as it is, "
-        "or than none: do commands and poses belong together? To see, look at them with inspect, and at the "
-        "vehicle file's signs"
+        f"in {' and '.join(poor)}, one second ahead hardly better than constant or zero velocity: do commands "
+        "and poses belong together? Check with inspect, and the vehicle file's signs"
     ]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Block bootstrap: the spread of estimates over recordings put together anew from their blocks.
 
-Errors may hang together, but hardly over longer than a block (Künsch, Annals of Statistics 17,
+Errors may be correlated, but hardly over longer than a block (Künsch, Annals of Statistics 17,
 1989). A block that is drawn twice counts twice in the likelihood; the filter itself runs through
 the recording as it is, so that no seam is made.
 """

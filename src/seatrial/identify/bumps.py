@@ -147,7 +147,7 @@ def _difference(at: Point, covariance: Array, after: Point) -> tuple[float, str]
     ratio = float(np.median([errors[n][1] / old[n][1] for n in both]))
     most = max(both, key=lambda n: abs(errors[n][0] - old[n][0]) / old[n][1])
     value = f"{errors[most][0]:.3g} ± {errors[most][1]:.2g}"
-    words = f"Standard errors are then {ratio:.2g} times these, and {most}, which moves most, is {value}"
+    words = f"Standard errors are then {ratio:.2g} times these, and {most}, which changes most, is {value}"
     return ratio, words
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How certain the estimates are: a covariance that holds where errors hang together."""
+"""How certain the estimates are: a covariance that holds where errors are correlated."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from seatrial.statistics import TIED, inverse_of
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance
-SHORTEST = 4.0  # [s] of a block: the filter's errors hang together over less
+SHORTEST = 4.0  # [s] of a block: the filter's errors are correlated over less
 # shares of a range, at which the likelihood beside a bound is looked at
 AWAY = 0.5 ** np.arange(12, 0, -1)
 UNLIKELY = 12.0  # fall of twice its logarithm that is followed no further
@@ -22,7 +22,7 @@ SPARE = 1.2  # blocks a parameter, from which on they are shortened
 
 
 def sandwich(at: Point, inside: Mask | None = None) -> Array:
-    """Of the information and the scatter of scores over blocks, since errors may hang together.
+    """Of the information and the scatter of scores over blocks, since errors may be correlated.
 
     inside: (p,) free parameters that may move, the others stay, with 0; by default all that did not
     end at a bound.

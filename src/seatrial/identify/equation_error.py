@@ -37,7 +37,7 @@ class EquationErrorSettings:
     """Choices of the paper's method."""
 
     literal: bool = False  # Eq. (17) as printed: surge acceleration one step late
-    correlation: float = 1.0  # [s] over which residuals hang together, for the standard errors
+    correlation: float = 1.0  # [s] over which residuals are correlated, for the standard errors
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ SHARP = (
 LEAST = 0.03  # between factors: less is nothing to speak of
 CAUSES = {
     "thrust": "did the battery fall, or trim change?",
-    "drag": "did the water change, or what hangs into it, or lacks drag a term?",
+    "drag": "did the water change, or something trailing in it, or is a drag term missing?",
     "thrust and drag": "did the payload change?",
 }
 

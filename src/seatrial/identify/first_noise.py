@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The noise (11,) that a search begins with, where no model says better.
 
-Fourth differences show how much of it the poses have, but not whether it hangs together: white errors
+Fourth differences show how much of it the poses have, but not whether it is correlated: white errors
 make as large ones as larger errors do that fade over several poses.
 """
 
@@ -22,20 +22,20 @@ from seatrial.filter_noise import (
     PROCESS,
 )
 from seatrial.frames import Array
-from seatrial.noise import hanging, pose_noise
+from seatrial.noise import coloured_ratio, pose_noise
 from seatrial.recording import Recording
 from seatrial.schema import CorrelatedEntry
 
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
-COLOUR_START = 0.5  # errors of the poses that hang together over the white ones
+COLOUR_START = 0.5  # errors of the poses that are correlated over the white ones
 LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
-SWINGS = 2.0  # periods over which errors that swing hang together
-BARE = 0.1  # of the white errors that is left where all are said to hang together
+SWINGS = 2.0  # periods over which errors that swing are correlated
+BARE = 0.1  # of the white errors that is left where all are said to be correlated
 
 
 def first_noise(recordings: Sequence[Recording]) -> Array:
-    """White errors of the poses as fourth differences show them, and half as large ones that hang together."""
+    """White errors of the poses as fourth differences show them, and half as large ones that are correlated."""
     own = []
     for recording in recordings:
         with suppress(RecordingError):  # the others may do
@@ -75,11 +75,11 @@ def swinging(recordings: Sequence[Recording], times: float, period: float) -> Ar
     return noise
 
 
-def all_hanging(recordings: Sequence[Recording]) -> Array:
-    """The same fourth differences, made by errors that hang together, as good as alone."""
+def all_coloured(recordings: Sequence[Recording]) -> Array:
+    """The same fourth differences, made by correlated errors, as good as alone."""
     noise = first_noise(recordings)
     period = float(np.median([r.period for r in recordings]))
     unit = CorrelatedEntry(1.0, 1.0, float(noise[COLOUR_MEMORY]))
-    noise[COLOUR] = noise[:2] / hanging(period, unit)
+    noise[COLOUR] = noise[:2] / coloured_ratio(period, unit)
     noise[:2] *= BARE
     return noise

@@ -61,7 +61,7 @@ def freed(
         _, words, wider, theta = max(found, key=lambda f: f[0])
         least = least_noise(wider, share)
         at = search(wider, theta, at.noise, hold=settings.hold_noise, least=least)
-        notes.append(f"{words}: sought, as the data ask for it")
+        notes.append(f"{words}: estimated, as the data ask for it")
     return at, notes
 
 

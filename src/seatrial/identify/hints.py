@@ -17,7 +17,7 @@ from seatrial.identify.search import Point, search
 from seatrial.identify.unequal import with_gains
 from seatrial.identify.whiteness import explained
 
-ASKED = "less than half of the unmodelled force is left with"  # notes of effects begin so
+ASKED = "more than half of the unmodelled force would be explained by"  # notes of effects begin so
 WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word
 GONE = 0.5  # of what pushes the boat must be left at most
 LEAST_GAIN = 0.2  # where a search begins

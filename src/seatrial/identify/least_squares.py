@@ -35,9 +35,9 @@ def solve(
 ) -> Fit:
     """Least squares; refuses dead columns and singular regressors, saying which.
 
-    B (n, p), a (n,). `correlation`: samples over which residuals hang together; the covariance is
+    B (n, p), a (n,). `correlation`: samples over which residuals are correlated; the covariance is
     Newey and West's (1987) with Bartlett weights over them. `rows`: how many of the n are of each
-    recording, one after the other (none: all are of one); residuals of two do not hang together.
+    recording, one after the other (none: all are of one); residuals of two are not correlated.
     """
     n, p = B.shape
     if n < ROWS_PER_COEFFICIENT * p:

@@ -63,7 +63,7 @@ def output_error(
 ) -> Model:
     """Coefficients and the constants of the chain that the vehicle file does not state.
 
-    Latency and lag are found, and the dead zone where thrusters are driven to both sides. `start`:
+    Latency and lag are found, and the dead zone where the commands show it. `start`:
     a model to start from; `prior`: a model whose estimates count as far as its covariance says.
     Raises IdentificationError where the search does not get anywhere.
     """
@@ -107,8 +107,8 @@ def fit(
             notes.append(f"{problem.names[i]}: {at.theta[i]:g} {AT_BOUND}")
     if share:
         notes.append(
-            f"the structure is not quite right: it is believed to {100 * share:.0f} % of the way gone "
-            "in a second, which predicts one second ahead as well as the likelihood's choice, or better"
+            f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "
+            "in a second, which predicts one second ahead at least as well as the likelihood's choice"
         )
     covariance = as_likely(at, sandwich(at))
     sought = chosen.extras and (start is None or prior is not None) and not chosen.hold_noise
@@ -116,8 +116,7 @@ def fit(
         notes += bumps_said(bumped, at, covariance, _afresh)
     if _nothing_told(at, covariance):
         notes.append(
-            "no coefficient is told from zero: do commands and poses belong together? To see, look at them with "
-            "inspect"
+            "no coefficient differs clearly from zero: do commands and poses belong together? Check with inspect"
         )
     return Fit(
         at.passes.problem,

@@ -92,7 +92,7 @@ class Problem:
     free: tuple[int, ...]  # parameters that are sought
     step: float  # [s] longest of the integration
     outlier: float  # [sigma] from which on a pose's error counts linearly
-    block: float  # [s] over which scores may hang together
+    block: float  # [s] over which scores may be correlated
     prior: Prior | None = None
 
     @cached_property

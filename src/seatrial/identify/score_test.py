@@ -3,7 +3,7 @@
 
 One pass with their slopes, at the solution without them. What of their scores the free parameters
 could not take up as well is compared with its own scatter over blocks, which holds for errors that
-hang together (White, Econometrica 50, 1982, sections 3 and 4).
+are correlated (White, Econometrica 50, 1982, sections 3 and 4).
 """
 
 from collections.abc import Sequence

@@ -27,7 +27,7 @@ from seatrial.filter_noise import (
     swings,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import all_hanging, loosened
+from seatrial.identify.first_noise import all_coloured, loosened
 from seatrial.identify.problem import Passes, Problem
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
@@ -35,7 +35,7 @@ TINY = 1e-12
 RIDGE = 1e-12  # of damping, at the least: terms that are one and the same have no single step
 SETTLED = 0.01  # the cost's fall that the next step promises: 0.1 standard errors of all together
 NOISE_ENOUGH = 0.3  # by other noise, then
-HANGING = 10.0  # -2 log likelihood that errors that hang together must be worth
+COLOUR_WORTH = 10.0  # -2 log likelihood that correlated errors must be worth
 NOTHING = 0.01  # share of other process noise, or of what is tried, that does not matter
 DRIFTS = 8  # steps in a row with hanging errors as long as they may get: rather motion
 ASTRAY = 100.0  # -2 log likelihood of each pose: a model that far off says not where to go
@@ -69,8 +69,8 @@ def search(
 ) -> Point:
     """The most likely parameters and, unless they are held, noise levels, not below `least` (11,).
 
-    Errors of the poses that hang together are believed only where the data ask for them. Where they
-    drift it begins again with all errors hanging together, then with none.
+    Correlated errors of the poses are believed only where the data ask for them. Where they
+    drift it begins again with all errors correlated, then with none.
     Raises IdentificationError where the boat diverges, or where the search gets nowhere.
     """
     begin = _within(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
@@ -81,17 +81,17 @@ def search(
     try:
         at = _descent(begin, hold, least)
     except IdentificationError:
-        if not hangs(begin.noise):
+        if not coloured(begin.noise):
             raise
         at = _otherwise(begin, theta, least)
     return _needed(at, least)
 
 
 def _otherwise(begin: Point, theta: Array, least: Array) -> Point:
-    """What is found where errors that hang together drifted: from all errors hanging together, then
+    """What is found where correlated errors drifted: from all errors correlated, then
     without such errors, then by waiting for how they end."""
     problem = begin.passes.problem
-    all_of_it = np.clip(all_hanging(problem.recordings), least, None)
+    all_of_it = np.clip(all_coloured(problem.recordings), least, None)
     white = begin.noise.copy()
     white[COLOUR] = least[COLOUR]
     for noise in (all_of_it, white):
@@ -135,7 +135,7 @@ def _loosely(at: Point, hold: bool, least: Array) -> Point:
 
 
 def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) -> Point:
-    """`search` that does not start anew without errors that hang together where they drift; those
+    """`search` that does not start anew without correlated errors where they drift; those
     that begin as ones that last may do so all the way. Given up where it does not fall
     fast enough to get below the cost to `beat`."""
     begin, most = _point(problem, theta, noise), most_noise(noise)
@@ -149,7 +149,7 @@ def approach(problem: Problem, theta: Array, noise: Array, steps: int) -> Point:
 
 
 def _needed(at: Point, least: Array) -> Point:
-    """Without errors that hang together but make little likelier; as it is, where none is found without."""
+    """Without errors that are correlated but make little likelier; as it is, where none is found without."""
     while (whiter := _whiter(at, least)) is not None:
         try:
             at = _descent(_point(at.passes.problem, at.theta, whiter), False, least)
@@ -158,8 +158,8 @@ def _needed(at: Point, least: Array) -> Point:
     return at
 
 
-def hangs(noise: Array) -> bool:
-    """Whether errors of the poses are believed to hang together."""
+def coloured(noise: Array) -> bool:
+    """Whether errors of the poses are believed to be correlated."""
     return bool((noise[COLOUR] > _core.NO_COLOUR).any())
 
 
@@ -172,7 +172,7 @@ def _drifting(noise: Array, most: Array) -> bool:
 
 
 def _whiter(at: Point, least: Array) -> Array | None:
-    """The noise (11,) without errors that hang together but make little likelier; None: all do.
+    """The noise (11,) without errors that are correlated but make little likelier; None: all do.
 
     Let go, or counted as white: so those are that fade within a pose.
     """
@@ -185,7 +185,7 @@ def _whiter(at: Point, least: Array) -> Array | None:
             without = at.noise.copy()
             without[i], without[white] = least[i], size
             cost = repeated_cost(passes, problem.series, without, problem.outlier)
-            if cost < here + HANGING:
+            if cost < here + COLOUR_WORTH:
                 return without
     return None
 
@@ -256,9 +256,9 @@ def _descent(
         else:
             if hope > STUCK:
                 raise IdentificationError(
-                    "no solution: the search got to where no step makes the poses likelier, though "
-                    "it should; do poses and commands belong together, by one clock? If so, state "
-                    "what is known of the thrusters in the vehicle file (chain)"
+                    "no solution: the search is stuck where it should still improve; do poses and commands "
+                    "belong together, by one clock? If so, state what is known of the thrusters in the "
+                    "vehicle file (chain)"
                 )
             return _whole(at)
     if steps < ITERATIONS:

@@ -28,7 +28,7 @@ class OutputErrorSettings:
     """Choices of the estimator."""
 
     outlier: float = OUTLIER  # [sigma] from which on a pose's error counts linearly
-    block: float = BLOCK  # [s] over which scores may hang together, for the standard errors
+    block: float = BLOCK  # [s] over which scores may be correlated, for the standard errors
     step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
     effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
     hold_noise: bool = False  # the noise stays that of the start model

@@ -185,8 +185,8 @@ def _dead_zones(
         return [], []
     if not (vehicle.file.thrusters or vehicle.file.forces):
         return [], [
-            f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; where thrusters "
-            "have one, force coefficients come out too small: write thrusters: and allocation: into the vehicle "
+            f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; if thrusters "
+            "have one, force coefficients come out too small: add thrusters: and allocation: to the vehicle "
             "file"
         ]
     kinds = alike(vehicle)
@@ -214,8 +214,8 @@ def _dead_zone(
         side = "astern" if ahead else "ahead"
         return DeadZone(start, "forward"), (f"{ONE_EDGE}, as {names} hardly push {side}")
     return None, (
-        f"not identifiable, as with commands like these of {names} it takes the same share of each "
-        "force at all times; the force coefficients include it"
+        f"not identifiable, as under these commands of {names} it always takes the same share of each "
+        "force; the force coefficients include it"
     )
 
 

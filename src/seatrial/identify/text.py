@@ -25,7 +25,7 @@ from seatrial.velocity import STENCIL_NOISE
 
 UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
 STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
-NOISELESS = 1e-7  # [m], [rad] errors that hang together that are none
+NOISELESS = 1e-7  # [m], [rad] correlated errors that are none
 LONG = 120.0  # [min] from which on hours are said
 MANY = 3  # parameters that the minutes are said of
 
@@ -122,7 +122,7 @@ def _parameters(found: Identifiability) -> list[str]:
 
 
 def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
-    """The verdict, how much there may be of what is not told from zero, and what it hangs with."""
+    """The verdict, the most there may be of what is not distinguishable from zero, and its partners."""
     said = found.verdict.value
     if found.verdict is Verdict.ZERO and found.reach is not None:
         said += f": at most {percent(found.reach)} of full thrust"
@@ -131,13 +131,13 @@ def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
         f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > TOGETHER and n not in told
     ]
     loose = found.verdict is not Verdict.SHARP
-    return said + (f"; hangs together with {', '.join(near)}" if near and loose else "")
+    return said + (f"; correlated with {', '.join(near)}" if near and loose else "")
 
 
 def combined(found: Combination) -> str:
     """What is known of some parameters together."""
     names = " and ".join([", ".join(found.names[:-1]), found.names[-1]])
-    apart = "can't be told apart" if abs(found.correlation) > APART else "hang together"
+    apart = "can't be told apart" if abs(found.correlation) > APART else "are correlated"
     value = plus_minus(found.value, found.error)
     return (
         f"{names} {apart} ({found.correlation:.2f}): {found.text} is {value} {found.unit}, "
@@ -164,7 +164,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" from pose to pose, {lasting} that hang together over {c.lasting}"
+        said += f" from pose to pose, {lasting} that are correlated over {c.lasting}"
     if process is None:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]
@@ -205,11 +205,11 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
     if not (length and found.names) or "prior" in model.estimator.settings:
         return []
     if not loose:
-        return [f"Half of every error takes four times these {minutes(length)}."]
+        return [f"Halving every error takes four times these {minutes(length)}."]
     loose.sort(key=lambda f: -f.relative)
     wanted = [f"{minutes(length * (f.relative / SHARP) ** 2)} for {f.name}" for f in loose[:MANY]]
     return [
-        f"To know them to {100 * SHARP:.0f} % takes, driven like these {minutes(length)}, "
+        f"Driven like these {minutes(length)}, knowing them to {100 * SHARP:.0f} % takes "
         f"{', '.join(wanted)}."
     ]
 

@@ -43,7 +43,7 @@ class WeakFormSettings:
 
     step: float = 1 / 60  # [s] of the integrals, at most
     steps: int = 8  # of Gauss-Newton on the chain's constants, at most
-    block: float = BLOCK  # [s] over which scores may hang together, for the standard errors
+    block: float = BLOCK  # [s] over which scores may be correlated, for the standard errors
 
 
 def weak_form(

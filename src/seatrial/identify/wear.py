@@ -51,8 +51,8 @@ def wear(at: Point) -> list[str]:
     if not said:
         return []
     return [
-        f"{CHANGES}: {said} Coefficients are those of its middle; "
-        "for others, cut the recording with --without, and take compare"
+        f"{CHANGES}: {said} Coefficients hold for its middle; "
+        "for other parts, cut the recording with --without and run compare"
     ]
 
 

@@ -14,14 +14,14 @@ TOLD_APART = (
 )
 
 LEAST_SQUARES = """<p class="note">The standard errors are those of least squares. They cover scatter,
-also scatter that hangs together over time, but not the bias that pose noise causes: the poses are
+also scatter that is correlated over time, but not the bias that pose noise causes: the poses are
 differentiated, so the regressors are noisy too, and that moves the coefficients, drag most of all,
 by an amount that no interval here shows. R² is low because accelerations from differentiated poses are mostly
 noise; the predictions below are the measure of the model.</p>"""
 
 KNOWN = """Standard error over value. Sharp: known to 5 %. Usable: to 20 % (the dashed and the dotted line).
 Errors of latency, lag and dead zone count against 0.1 s and 0.1, or against the value if that is larger. Two
-parameters that hang together are poorly known each, and their combination well."""
+parameters that are correlated are poorly known each, and their combination well."""
 
 NOTHING_ESTIMATED = """Nothing was estimated: the model's values were given, without standard errors. So nothing
 can be said of how well the recordings know them."""
@@ -48,7 +48,7 @@ busiest $window s: drag over a stretch to zoom in, double-click for the whole ru
 
 ERRORS = """Errors are measured minus predicted, $horizon s ahead, over the whole run. Histogram: beside a
 normal curve. Autocorrelation: predictions that start less than $horizon s apart share what happened in between,
-so even a perfect model's errors hang together up to that lag (dotted line), and over the four poses more that
+so even a perfect model's errors are correlated up to that lag (dotted line), and over the four poses more that
 two differentiated velocities can share; only beyond should they stay within the bands: the narrow one of white
 errors, or the wider one of such overlapping errors. Mean error against command: away from 0, the curve of the
 thrusters or a term is wrong there. Residuals against inputs: what the model's filter did not foresee from
@@ -111,5 +111,5 @@ AHEAD = """Both models from the same starts (the mean of both filters, or measur
 be had), at the same instants. The interval of the difference is by bootstrap over blocks of time,
 of paired errors."""
 
-BOTH_ERRORS = """Errors $horizon s ahead, over the whole run: how often which, and how they hang together. The
+BOTH_ERRORS = """Errors $horizon s ahead, over the whole run: how often which, and how they are correlated. The
 bands are those of A's errors: the narrow one of white errors, the wider one of overlapping predictions."""

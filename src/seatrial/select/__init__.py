@@ -50,7 +50,7 @@ def select(
     horizon: float = DEFAULT_HORIZON,
     say: Callable[[str], None] = lambda _: None,
 ) -> Selection:
-    """Keep a term if it is told from zero, repeats agree on it, and held-out prediction is no worse.
+    """Keep a term if it is distinguishable from zero, repeats agree on it, and held-out prediction is no worse.
 
     `candidates` are terms that may come in (default: `default_candidates`); the vehicle's own may
     go, but not thrust along its own axis nor known terms. Raises IdentificationError where there is

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tests for a term: is it told from zero, and do repeats agree on it?"""
+"""Tests for a term: is it distinguishable from zero, and do repeats agree on it?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -58,7 +58,7 @@ def _aliased(alias: Alias) -> str:
 def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold]) -> str:
     if not evidence.repeatable(tests):
         return f"not repeatable: {said_by(evidence.repeats, folds)}"
-    return f"not told from zero (z = {evidence.estimate.z:.1f})"
+    return f"not distinguishable from zero (z = {evidence.estimate.z:.1f})"
 
 
 def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
@@ -69,13 +69,13 @@ def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) ->
         )
     if not evidence.told:
         text = (
-            f"weak: not told from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "
+            f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "
             f"{AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
         )
     elif evidence.weak:
-        text = f"weak: told from zero, but {_moves(evidence, term)}"
+        text = f"weak: distinguishable from zero, but {_moves(evidence, term)}"
     else:
-        text = f"told from zero, {_difference(evidence, term)} without it"
+        text = f"distinguishable from zero, {_difference(evidence, term)} without it"
     if not evidence.repeatable(tests):
         text += f"; not repeatable: {said_by(evidence.repeats, folds)}"
     return text

@@ -51,7 +51,7 @@ class Search:
 
 
 def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Model:
-    """Terms come in, the best of every axis at a time, until none is told from zero.
+    """Terms come in, the best of every axis at a time, until none is distinguishable from zero.
 
     One that came goes again where others do its work better. `refused` ones do not come in.
     """
@@ -89,7 +89,7 @@ def newcomers(search: Search, model: Model, refused: Sequence[str]) -> list[Term
 
 
 def leaver(search: Search, model: Model) -> str | None:
-    """The newcomer that is least told from zero, if there is one that is not any more."""
+    """The newcomer that is least distinguishable from zero, if there is one that is not any more."""
     look = slopes(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
     names = [n for n in search.removable(model.structure.terms) if n not in own]

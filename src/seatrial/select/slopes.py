@@ -3,7 +3,7 @@
 
 The likelihood's gradient and Fisher's information, at the model as it is: a Gauss-Newton step is a
 refit, a part of the gradient that the others can't explain is a test for a term that is not there
-(Rao's score test). Scores are summed over blocks, over which errors may hang together.
+(Rao's score test). Scores are summed over blocks, over which errors may be correlated.
 """
 
 from collections.abc import Sequence

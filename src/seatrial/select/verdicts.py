@@ -21,7 +21,7 @@ WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it 
 NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
 UNREPEATABLE = 0.5  # of its own size: how far a coefficient may spread between repeats
 HARM = -3.0  # [standard errors] held-out prediction must not be better without a term by as much
-DOUBT = -1.0  # [standard errors] the same for a term that is not told from zero
+DOUBT = -1.0  # [standard errors] the same for a term that is not distinguishable from zero
 SPREAD_CHANCE = 0.01  # that one of the kept terms is called unrepeatable when all are
 
 
@@ -52,7 +52,7 @@ class Evidence:
 
     @property
     def told(self) -> bool:
-        """Whether it is told from zero, looked at alone."""
+        """Whether it is distinguishable from zero, looked at alone."""
         return self.estimate.p < CHANCE
 
     @property
@@ -82,7 +82,7 @@ class Evidence:
 
     @property
     def weak(self) -> bool:
-        """Whether it hardly moves the prediction, or is not told from zero."""
+        """Whether it hardly moves the prediction, or is not distinguishable from zero."""
         return self.change.moves < WEAK or not self.told
 
 
@@ -167,7 +167,7 @@ def reason_to_go(
 ) -> str | None:
     """Why a term of the model can't stay; None if it can.
 
-    The file's own need not be told from zero: they go where repeats or prediction speak against
+    The file's own need not be distinguishable from zero: they go where repeats or prediction speak against
     them, or where they are too small to matter. Unless the repeats are of `one_boat` neither does.
     """
     change = evidence.change
@@ -183,7 +183,9 @@ def reason_to_go(
         return _too_weak(evidence)
     small = change.moves < NOTHING
     return (
-        f"told from zero, but moves the prediction by {change.moves:.1g} % only" if small else None
+        f"distinguishable from zero, but moves the prediction by {change.moves:.1g} % only"
+        if small
+        else None
     )
 
 
@@ -195,10 +197,13 @@ def _idle(evidence: Evidence) -> str | None:
 
 
 def _too_weak(evidence: Evidence, doubt: float = DOUBT) -> str | None:
-    """Why a term of the file's own that is not told from zero can't stay."""
+    """Why a term of the file's own that is not distinguishable from zero can't stay."""
     if evidence.told:
         return None
-    told, change = f"weak: not told from zero (z = {evidence.estimate.z:.1f})", evidence.change
+    told, change = (
+        f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f})",
+        evidence.change,
+    )
     if change.z < doubt:
         return f"{told}, held-out prediction is {-change.percent:.2g} % better without it"
     if evidence.reach < WEAK:

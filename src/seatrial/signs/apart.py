@@ -29,7 +29,7 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
     findings = [
         Finding(
             finding.kind,
-            f"{recording.name} is at odds with the vehicle file, the others are not; leave it out, or mend its "
+            f"{recording.name} contradicts the vehicle file, the others do not; leave it out, or correct its "
             f"columns: {finding.text}",
         )
         for recording, own in zip(recordings, apart, strict=True)

@@ -167,7 +167,7 @@ def _normal(inputs: Array) -> Array:
 
 
 def _gains(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
-    """Least squares at the best delay, with errors that hold for residuals that hang together."""
+    """Least squares at the best delay, with errors that hold for correlated residuals."""
     fits = [(x, _solve(x, motion)) for x in inputs]
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))
     residual, n = motion - x @ values, x.shape[1]

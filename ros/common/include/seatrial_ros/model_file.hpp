@@ -67,12 +67,12 @@ inline MotionNoise read_noise(const Value& noise) {
   MotionNoise n;
   n.position = noise.at("position").not_negative();
   n.heading = noise.at("heading").not_negative();
-  if (const auto hangs = noise.find("correlated")) {
-    hangs->only({"position", "heading", "memory", "period"});
-    n.colour_position = hangs->at("position").not_negative();
-    n.colour_heading = hangs->at("heading").not_negative();
-    n.colour_memory = hangs->at("memory").positive();
-    if (const auto swings = hangs->find("period")) {
+  if (const auto coloured = noise.find("correlated")) {
+    coloured->only({"position", "heading", "memory", "period"});
+    n.colour_position = coloured->at("position").not_negative();
+    n.colour_heading = coloured->at("heading").not_negative();
+    n.colour_memory = coloured->at("memory").positive();
+    if (const auto swings = coloured->find("period")) {
       n.colour_turn = 2.0 * kPi / swings->positive();
     }
   }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of what is left: how errors are spread, how they hang together, what they follow."""
+"""Plots of what is left: how errors are spread, how they are correlated, what they follow."""
 
 import numpy as np
 

@@ -88,7 +88,7 @@ def share(found: Finding) -> Cell:
 
 
 def said(found: Finding) -> str:
-    """The verdict, and how much there may be of what is not told from zero."""
+    """The verdict, and how much there may be of what is not distinguishable from zero."""
     text = found.verdict.value
     if found.verdict is Verdict.ZERO and found.reach is not None:
         text += f", at most {percent(found.reach)} of full thrust"
