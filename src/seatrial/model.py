@@ -126,7 +126,10 @@ class Model:
         )  # fmt: skip
 
     def with_vehicle(self, vehicle: Vehicle) -> "Model":
-        """The same boat and actuator chain with another vehicle's signals and allocation."""
+        """The same boat and actuator chain with another vehicle's signals and allocation.
+
+        Where that vehicle states no lever arm, the poses' point is still the model's.
+        """
         own, new = self.structure, vehicle.structure
         if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
             raise ModelError(
@@ -138,7 +141,7 @@ class Model:
         places = [*order, *range(len(order), len(self.covariance))]
         return replace(
             self,
-            vehicle=vehicle.with_chain(self.vehicle.file.chain),
+            vehicle=vehicle.with_chain(self.vehicle.file.chain).about_origin_of(self.vehicle),
             coefficients=self.coefficients[order],
             covariance=self.covariance[np.ix_(places, places)],
         )

@@ -204,6 +204,17 @@ class Vehicle:
         """The same vehicle with another actuator chain."""
         return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
 
+    def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
+        """The same vehicle with the poses' point there, ahead of the origin and to port [m]."""
+        ahead, left = lever
+        second = -left if self.axes is Axes.FRD else left
+        pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
+        return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
+
+    def about_origin_of(self, other: "Vehicle") -> "Vehicle":
+        """The same vehicle; where it states no lever, with another's: the point is taken to be the same."""
+        return self if any(self.lever) else self.with_lever(other.lever)
+
     def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
         """The same vehicle with other numbers, by constant."""
         return self.with_chain(stated(self.file.chain, values))

@@ -191,24 +191,50 @@ inline double decay(const Chain& c, const double* q, int k, double h) {
   return lag > kShortestLag ? std::exp(-h / lag) : 0.0;
 }
 
-/// What a lag leaves, over one step, of an actuator's distance to its target.
+/// What a lag leaves, over one step, of an actuator's distance to its target, by the nodes of the
+/// step: such that its velocity and its position both have the exact integrals of what is left.
 struct Fade {
-  double end = 0.0;     // at the step's end
-  double middle = 0.0;  // at the middle node, such that Simpson's rule has the step's exact mean
+  double end = 0.0;     // as it is there
+  double middle = 0.0;  // like exp(-x / 2) where the lag is long beside the step
+  double begin = 0.0;   // like 1
 };
 
-/// The fade over x = h / lag, and its derivative to x. However short the lag is beside the step,
-/// the impulse is exact: exp(-x / 2) in the middle would act like up to h / 6 of latency.
+namespace detail {
+
+/// Mean over the step of exp(-x s), s in (0, 1), and of (1 - s) exp(-x s); derivatives to x.
+struct Left {
+  double mean, moment;
+  double dmean, dmoment;
+};
+
+inline Left left_of(double x, double end) {
+  if (x < 1e-2) {  // series: differences of nearly equal numbers otherwise
+    return {1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0)))),
+            0.5 - x * (1.0 / 6.0 -
+                       x * (1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0 - x / 5040.0)))),
+            -0.5 + x * (1.0 / 3.0 - x * (0.125 - x * (1.0 / 30.0 - x / 144.0))),
+            -1.0 / 6.0 + x * (1.0 / 12.0 - x * (0.025 - x * (1.0 / 180.0 - x / 1008.0)))};
+  }
+  const double mean = -std::expm1(-x) / x;
+  const double moment = (1.0 - mean) / x;
+  const double dmean = (end - mean) / x;
+  return {mean, moment, dmean, -(dmean + moment) / x};
+}
+
+}  // namespace detail
+
+/// The fade over x = h / lag, and its derivative to x. A Runge-Kutta step has h (f0 + 4 f1 + f2) /
+/// 6 of a force in its velocity and h^2 (f0 + 2 f1) / 6 in its position. However short the lag is
+/// beside the step both are exact: 1 and exp(-x / 2) would act like up to h / 6 of latency.
 inline Fade fade(double x, Fade* slope = nullptr) {
   const double end = std::exp(-x);
-  const bool small = x < 1e-4;
-  const double mean = small ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) : -std::expm1(-x) / x;
+  const detail::Left l = detail::left_of(x, end);
   if (slope != nullptr) {
-    const double dmean = small ? -0.5 + x * (1.0 / 3.0 - x * (0.125 - x / 30.0)) : (end - mean) / x;
     slope->end = -end;
-    slope->middle = 0.25 * (6.0 * dmean + end);
+    slope->middle = 0.5 * (6.0 * l.dmean + end - 6.0 * l.dmoment);
+    slope->begin = 12.0 * l.dmoment - 6.0 * l.dmean - end;
   }
-  return {end, 0.25 * (6.0 * mean - 1.0 - end)};
+  return {end, 0.5 * (6.0 * l.mean - end - 6.0 * l.moment), 12.0 * l.moment - 6.0 * l.mean + end};
 }
 
 /// What drives the boat at one instant: for each actuator where its thrust is and where it goes.

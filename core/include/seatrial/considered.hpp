@@ -85,11 +85,11 @@ inline void error_fades(const Chain& c, const double* q, double h, Fade* fading,
     ErrorFade& e = out[k];
     e = ErrorFade{};
     e.left = fade(h / time, &slope);
-    e.mean = (1.0 + 4.0 * e.left.middle + e.left.end) / 6.0;
+    e.mean = (e.left.begin + 4.0 * e.left.middle + e.left.end) / 6.0;
     fading[k] = lags ? e.left : Fade{};
     if (!lags) continue;
     const double dx = -h / (lag * lag);
-    e.mean_slope = dx * (4.0 * slope.middle + slope.end) / 6.0;
+    e.mean_slope = dx * (slope.begin + 4.0 * slope.middle + slope.end) / 6.0;
     e.end_slope = dx * slope.end;
   }
 }
@@ -105,7 +105,8 @@ inline void force_errors(const Chain& c, const Considered& d, const Fade* fading
     const std::int8_t own = c.actuators[k].lag;
     const Causes& lag = own >= 0 ? d.constant[own] : none;
     const double away = f.level[k] - f.target[k];
-    const double level = f.target[k] + away * (1.0 + 4.0 * fading[k].middle + fading[k].end) / 6.0;
+    const Fade& left = fading[k];
+    const double level = f.target[k] + away * (left.begin + 4.0 * left.middle + left.end) / 6.0;
     Causes output;
     for (int i = 0; i < kMostConsidered; ++i) {
       const double moved =

@@ -82,7 +82,7 @@ inline void step_forces(const Chain& c, const Fade* fading, Thrust& f,
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double away = f.level[k] - f.target[k];
     const double end = f.target[k] + away * fading[k].end;
-    output[0][k] = f.multiplier[k] * f.level[k];
+    output[0][k] = f.multiplier[k] * (f.target[k] + away * fading[k].begin);
     output[1][k] = f.multiplier[k] * (f.target[k] + away * fading[k].middle);
     output[2][k] = f.multiplier[k] * end;
     f.level[k] = end;

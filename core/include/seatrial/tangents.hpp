@@ -214,7 +214,6 @@ inline void step_forces_tangent(const Chain& c, const double* q, const Columns& 
                                 detail::StepForces& to) {
   double output[3][kMaxActuators];
   double doutput[3][kMaxActuators][kMaxConstants];
-  const double none[kMaxConstants] = {0.0};
   bool lags = false;
   Fade fading;
   Fade slope;
@@ -233,8 +232,8 @@ inline void step_forces_tangent(const Chain& c, const double* q, const Columns& 
     }
     double dfade[kMaxConstants];
     double dlevel[kMaxConstants];
-    // without a lag the level has jumped to its target
-    double level = detail::level_tangent(columns, f, df, k, lags ? 1.0 : 0.0, none, dlevel);
+    detail::scaled(dx, columns.n_constants, slope.begin, dfade);
+    double level = detail::level_tangent(columns, f, df, k, fading.begin, dfade, dlevel);
     output[0][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[0][k]);
     detail::scaled(dx, columns.n_constants, slope.middle, dfade);
     level = detail::level_tangent(columns, f, df, k, fading.middle, dfade, dlevel);

@@ -135,19 +135,20 @@ def _corrected(chances: Mapping[str, float | None]) -> dict[str, float]:
 
 
 def driven_by(model: Model, vehicle: Vehicle) -> Model:
-    """The model with the signals and the allocation that recordings were made with."""
+    """The model with the signals and the allocation that recordings were made with, about its origin."""
     flip = vehicle.axes is Axes.FRD
     structure = model.structure.flipped() if flip else model.structure
     file = msgspec.structs.replace(
         vehicle.file, structure=structure.lines(), chain=model.vehicle.file.chain
     )
-    return replace(model, vehicle=Vehicle(file, vehicle.source))
+    return replace(model, vehicle=Vehicle(file, vehicle.source).about_origin_of(model.vehicle))
 
 
 def same_drive(a: Vehicle, b: Vehicle) -> bool:
     """Whether a recording of the one can be read, and is allocated, as one of the other."""
     names = "axes", "pose", "commands", "scales", "thrusters", "forces", "allocation"
-    return all(getattr(a.file, n) == getattr(b.file, n) for n in names)
+    other = b.with_lever(a.lever)
+    return a.same_origin(b) and all(getattr(a.file, n) == getattr(other.file, n) for n in names)
 
 
 def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[str, list[Motion]]:

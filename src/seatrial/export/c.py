@@ -303,14 +303,14 @@ def _prepare(content: Content, name: str) -> str:
     n = len(content.actuators)
     if "fade" in _functions(content):
         lines.append(
-            f"double middle[{n}], end[{n}]; /* what the lag leaves of the distance to the target */"
+            f"double begin[{n}], middle[{n}], end[{n}]; /* what the lag leaves of the distance to the target */"
         )
     if content.scales:
         lines.append(f"double gain[{n}]; /* of the known signals */")
     for k, a in enumerate(content.actuators):
         if "fade" in _functions(content):
             lag = _macro(name, a.constants["lag"]) if content.lagged(a) else "0.0"
-            lines.append(f"{name}_fade(h, {lag}, &middle[{k}], &end[{k}]);")
+            lines.append(f"{name}_fade(h, {lag}, &begin[{k}], &middle[{k}], &end[{k}]);")
     for k, a in enumerate(content.actuators):
         if content.scales:
             lines.append(f"gain[{k}] = {_multiplier(content, name, a)};")
@@ -339,7 +339,7 @@ def _levels(content: Content) -> list[str]:
         return [f"thrust[0][k] = thrust[1][k] = thrust[2][k] = {gain}boat->level[k];"]
     return [
         "const double away = boat->level[k] - boat->target[k];",
-        f"thrust[0][k] = {gain}boat->level[k];",
+        f"thrust[0][k] = {gain}{'(' if gain else ''}boat->target[k] + away * begin[k]{')' if gain else ''};",
         f"thrust[1][k] = {gain}{'(' if gain else ''}boat->target[k] + away * middle[k]{')' if gain else ''};",
         "boat->level[k] = boat->target[k] + away * end[k];",
         f"thrust[2][k] = {gain}boat->level[k];",

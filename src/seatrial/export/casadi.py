@@ -5,6 +5,7 @@ States x are [x, y, psi, u, v, r] (m, m, rad, m/s, m/s, rad/s), forces F and com
 In the library all is forward-left-up; in a file the axes are the vehicle file's.
 """
 
+import math
 import tempfile
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 Symbol = Any  # casadi has no types: an SX
 STATES = 6
+SERIES = 1e-2  # step over lag below which differences of nearly equal numbers are a series
 
 
 def casadi_dynamics(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
@@ -118,12 +120,7 @@ class Functions:
             self._symbol("target", n),
         )
         scale, dt = self._scale(), self._symbol("dt", 1)
-        middle, end = self._fades(dt)
-        away = level - target
-        levels = [level, target + middle * away, target + end * away]
-        # without a lag the level has jumped to its target
-        still = [not self.content.lagged(a) for a in self.content.actuators]
-        levels[0] = self.ca.vertcat(*(target[k] if s else level[k] for k, s in enumerate(still)))
+        levels = [target + left * (level - target) for left in self._fades(dt)]
         after = self._runge_kutta(x, [self._mix(f, scale) for f in levels], dt)
         given = {"x": x, "level": level, "target": target, "scale": scale, "dt": dt}
         return self._function("drive", given, {"x_next": after, "level_next": levels[2]})
@@ -247,21 +244,26 @@ class Functions:
             given.append(ratio ** self._own(a, "scale_power", 1.0) * f[k])
         return ca.mtimes(ca.DM(self.content.mix), ca.vertcat(*given))
 
-    def _fades(self, h: Symbol) -> tuple[Symbol, Symbol]:
-        """What the lags leave of the distance to the targets, in the middle and at the end of h."""
-        ca, middle, end = self.ca, [], []
+    def _fades(self, h: Symbol) -> tuple[Symbol, Symbol, Symbol]:
+        """What the lags leave of the distance to the targets, at begin, middle and end of h as the core has it."""
+        ca, found = self.ca, []
         for a in self.content.actuators:
             if not self.content.lagged(a):
-                middle.append(ca.SX(0.0))
-                end.append(ca.SX(0.0))
+                found.append((ca.SX(0.0),) * 3)
                 continue
-            ratio = h / self.content.values[a.constants["lag"]]
-            mean = ca.if_else(
-                ratio < 1e-4, 1.0 - ratio / 2.0 + ratio**2 / 6.0, -ca.expm1(-ratio) / ratio
-            )
-            end.append(ca.exp(-ratio))
-            middle.append((6.0 * mean - 1.0 - end[-1]) / 4.0)
-        return ca.vertcat(*middle), ca.vertcat(*end)
+            x = h / self.content.values[a.constants["lag"]]
+            mean = ca.if_else(x < SERIES, _series(x, 1), -ca.expm1(-x) / x)
+            moment = ca.if_else(x < SERIES, _series(x, 2), (1.0 - mean) / x)
+            end = ca.exp(-x)
+            middle = 3.0 * mean - 0.5 * end - 3.0 * moment
+            found.append((12.0 * moment - 6.0 * mean + end, middle, end))
+        begin, middle, end = (ca.vertcat(*node) for node in zip(*found, strict=True))
+        return begin, middle, end
+
+
+def _series(x: Symbol, first: int) -> Symbol:
+    """1 / first! - x / (first + 1)! + ..., six terms."""
+    return sum((-1.0) ** k / math.factorial(first + k) * x**k for k in range(6))
 
 
 def casadi_module() -> ModuleType:

@@ -169,7 +169,7 @@ def _latencies(content: Content) -> tuple[list[str], list[int]]:
 
 
 def _prepare(content: Content) -> list[str]:
-    lines = ["[middle, final] = fade(h, lags(p));"]
+    lines = ["[begin, middle, final] = fade(h, lags(p));"]
     if not content.scales:
         return lines
     references = list(content.scales.values())

@@ -226,7 +226,10 @@ def _step(problem: Problem, theta: Array) -> float:
 def _whole(
     vehicle: Vehicle, recordings: Sequence[Recording], start: Model | None
 ) -> tuple[Vehicle, list[str]]:
-    """The vehicle with all stages that are sought: the start model's own, where it has some."""
+    """The vehicle with all stages that are sought: the start model's own, where it has some.
+
+    What the vehicle file states goes before what the start model found.
+    """
     if start is not None and start.estimator.method == METHOD:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
@@ -241,7 +244,9 @@ def _whole(
             both = [_parted(g) if g.name in apart else g for g in chain]
             if both != chain:
                 kept = [note for note in kept if ONE_EDGE not in note]
-            return vehicle.with_chain(both), kept
+            own = dict(zip(vehicle.constants.names, vehicle.constants.values.tolist(), strict=True))
+            stated = {name: own[name] for name in known - set(vehicle.estimated)}
+            return vehicle.with_chain(both).with_stated(stated), kept
     return staged(vehicle, recordings)
 
 
@@ -303,7 +308,7 @@ def _first(
         theta[:n], theta[n : n + m] = start_values(recordings, problem.vehicle, sought)
     else:
         theta[n : n + m] = problem.vehicle.constants.values
-    for i, name in enumerate(problem.names[: n + m]):
-        theta[i] = given.get(name, theta[i])
+    for i in (i for i in problem.free if i < n + m):
+        theta[i] = given.get(problem.names[i], theta[i])
     noise = None if start is None else noise_vector(start.noise)
     return theta, first_noise(recordings) if noise is None else noise

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Settings of the prediction-error estimator, and what it ends with."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import msgspec
 import numpy as np
 
 from seatrial.filter_noise import OUTLIER, folded, noise_entry
-from seatrial.frames import Array, Axes
+from seatrial.frames import Array
 from seatrial.identify.belief import plain_noise
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
 from seatrial.identify.provenance import envelope, recording_entry
@@ -115,8 +115,4 @@ def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
     """The vehicle with its lever arm longer by what was found, forward-left-up [m]."""
     if ahead == left == 0.0:
         return vehicle
-    pose = vehicle.file.pose
-    second = -left if vehicle.axes is Axes.FRD else left
-    lever = (pose.lever[0] + ahead, pose.lever[1] + second)
-    changed = msgspec.structs.replace(pose, lever=lever)
-    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, pose=changed))
+    return vehicle.with_lever((vehicle.lever[0] + ahead, vehicle.lever[1] + left))

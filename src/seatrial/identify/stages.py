@@ -6,6 +6,7 @@ forward thrust, the curve's power, and each of these, latency or lag for each ki
 tried from their neutral value by a score test, and freed where the data say so.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -155,13 +156,19 @@ def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:
 
 
 def alike(vehicle: Vehicle) -> dict[str, list[str]]:
-    """Actuators that serve the same generalised forces, by the first of these."""
+    """Actuators that serve the same generalised forces, by the first of these; by all, if it leads two kinds."""
     if vehicle.file.thrusters:
         return {}  # of one kind, as far as the file says
     groups: dict[tuple[int, ...], list[str]] = {}
     for k, name in enumerate(vehicle.actuators):
         groups.setdefault(tuple(np.flatnonzero(vehicle.mix[:, k]).tolist()), []).append(name)
-    return {vehicle.forces[serves[0]].name: names for serves, names in groups.items() if serves}
+    kinds = {serves: names for serves, names in groups.items() if serves}
+    first = Counter(serves[0] for serves in kinds)
+    named = {}
+    for serves, names in kinds.items():
+        own = [vehicle.forces[i].name for i in serves]
+        named[own[0] if first[serves[0]] == 1 else "_".join(own)] = names
+    return named
 
 
 def _stated(vehicle: Vehicle) -> dict[str, bool]:

@@ -72,19 +72,26 @@ function s = advance(p, s, len)
 ${prepare}
   for i = 1:n
     away = s.level - s.target;
-    level = [s.level, s.target + middle .* away, s.target + final .* away];
+    level = [s.target + begin .* away, s.target + middle .* away, s.target + final .* away];
     s.level = level(:, 3);
     s.x = runge_kutta(p, h, mix(${gain}level), s.x);
   end
 end
 
-function [middle, final] = fade(h, lag)
-  % What a lag leaves of the distance to the target: in the middle such that Simpson's rule has the
-  % exact mean, and at the end.
-  ratio = h ./ max(lag, 1e-6);
-  share = -expm1(-ratio) ./ ratio;
-  final = exp(-ratio);
-  middle = (6 * share - 1 - final) / 4;
+function [begin, middle, final] = fade(h, lag)
+  % What a lag leaves of the distance to the target: at the end, and at begin and middle such that a
+  % Runge-Kutta step has the exact integrals of it in velocity and position.
+  x = h ./ max(lag, 1e-6);
+  share = -expm1(-x) ./ x;
+  moment = (1 - share) ./ x;
+  few = x < 1e-2;
+  y = x(few);
+  share(few) = 1 - y .* (1 / 2 - y .* (1 / 6 - y .* (1 / 24 - y .* (1 / 120 - y / 720))));
+  moment(few) = 1 / 2 - y .* (1 / 6 - y .* (1 / 24 - y .* (1 / 120 - y .* (1 / 720 - y / 5040))));
+  final = exp(-x);
+  middle = (6 * share - final - 6 * moment) / 2;
+  begin = 12 * moment - 6 * share + final;
+  begin(lag <= 1e-6) = 0;
   middle(lag <= 1e-6) = 0;
   final(lag <= 1e-6) = 0;
 end

@@ -26,13 +26,18 @@ static inline double ${name}_table(double f) {
   return thrust[i - 1] + (f - command[i - 1]) / (command[i] - command[i - 1]) * (thrust[i] - thrust[i - 1]);
 }
 /* ---- fade */
-/* What a lag leaves over h [s] of the distance to the target: at the end, and in the middle such that
- * Simpson's rule has the exact mean. */
-static inline void ${name}_fade(double h, double lag, double* middle, double* end) {
-  const double x = lag > 1e-6 ? h / lag : 0.0;
-  const double mean = x < 1e-4 ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)) : -expm1(-x) / x;
+/* What a lag leaves over h [s] of the distance to the target: at the end, and at begin and middle such
+ * that a Runge-Kutta step has the exact integrals of it in velocity and position. */
+static inline void ${name}_fade(double h, double lag, double* begin, double* middle, double* end) {
+  const double x = lag > 1e-6 ? h / lag : 1.0;
+  const int small = x < 1e-2;
+  const double mean = small ? 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x / 720.0))))
+                            : -expm1(-x) / x;
+  const double moment = small ? 0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0 - x / 5040.0))))
+                              : (1.0 - mean) / x;
   *end = lag > 1e-6 ? exp(-x) : 0.0;
-  *middle = lag > 1e-6 ? 0.25 * (6.0 * mean - 1.0 - *end) : 0.0;
+  *middle = lag > 1e-6 ? 0.5 * (6.0 * mean - *end - 6.0 * moment) : 0.0;
+  *begin = lag > 1e-6 ? 12.0 * moment - 6.0 * mean + *end : 0.0;
 }
 /* ---- multiplier */
 /* What a known signal does to thrust: (signal / reference)^power, 0 where it is not positive. */
