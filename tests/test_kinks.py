@@ -12,6 +12,7 @@ from seatrial.identify.covariance import sandwich
 from seatrial.identify.output_error import OutputErrorSettings, fit
 from seatrial.identify.profile import profile
 from seatrial.identify.search import Point
+from seatrial.identify.short_lag import by_squares
 from seatrial.statistics import NORMAL_95
 
 EDGES = "edge_forward", "edge_reverse"
@@ -25,8 +26,9 @@ def found(scene, seed):
 
 
 def wider(result):
-    """Standard errors over those of the sandwich alone, by name."""
-    plain = sandwich(Point(result.theta, result.noise, result.passes))
+    """Standard errors over those without a look at the edges, by name."""
+    at = Point(result.theta, result.noise, result.passes)
+    plain = by_squares(at, sandwich(at))
     ratio = np.sqrt(np.diag(result.covariance) / np.diag(plain))
     return dict(zip(result.names, ratio, strict=True))
 

@@ -309,4 +309,4 @@ def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
     steps = [0.02 * rng.normal(size=r.eta.shape) for r in recordings]
     lost = [replace(r, eta=np.cumsum(s, axis=0)) for r, s in zip(recordings, steps, strict=True)]
     notes = output_error(lost, vehicle).estimator.notes
-    assert any("look at them with inspect" in note for note in notes)
+    assert any("Check with inspect" in note for note in notes)

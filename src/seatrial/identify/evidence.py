@@ -15,6 +15,7 @@ from seatrial.identify.output_error import fit
 from seatrial.identify.problem import KINDS
 from seatrial.identify.profile import Profile, profile
 from seatrial.identify.search import search
+from seatrial.identify.short_lag import by_squares
 from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
 from seatrial.identify.text import plus_minus, table
 from seatrial.model import Model
@@ -74,7 +75,7 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     near = fit(recordings, vehicle, start=model, settings=settings)
     share = float(chosen.get("belief") or 0.0)
     at = search(near.problem, near.theta, near.noise, least=least_noise(near.problem, share))
-    covariance = as_likely(at, sandwich(at))
+    covariance = by_squares(at, as_likely(at, sandwich(at)))
     if set(near.names) <= set(model.parameters):  # without effects: the errors that it states
         own = [model.parameters.index(name) for name in near.names]
         covariance = model.covariance[np.ix_(own, own)]

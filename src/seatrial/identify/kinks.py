@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""How uncertain dead-zone edges and short lags are: by the likelihood's whole course, not its curvature.
+"""How uncertain dead-zone edges are: by the likelihood's whole course, not its curvature at the best.
 
 A command within the dead zone says nothing of the edge, one beyond it does: the curvature changes
 from edge to edge. Thrusters in opposite pairs pass both edges at once if these are equal; of their
 difference that says little, but more and more where it is not 0. The likelihood may then even have
 two summits, and the curvature at the higher one knows nothing of the other.
-
-A lag that is short beside its error acts by its square (what it delays on the whole, latency can do as
-well), so that its curvature falls to nothing with it: beside a lag of 0 any estimate would seem sharp.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,40 +17,33 @@ from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point
 
 KINKED = ("edge_forward", "edge_reverse", "pair_dead_zone")
-LAG = "lag"
-LONG = 7.0  # standard errors from which on a lag's likelihood is a parabola
-SHARP = (
-    1e-3  # an edge, or a lag [s]; no command comes much nearer to an edge: there is nothing to see
-)
+SHARP = 1e-3  # an edge to which hardly any command comes so near: there is nothing to see
 OUT = 2.0  # [standard errors] at which it is looked whether the likelihood is a parabola
 STRAIGHT = 1.15  # the ratio of the error there to that at the best, up to which it is
 STEP = 1.5  # [standard errors] from look to look where it is not
 LOOKS = 10  # at most to either side
 OVER = 9.0  # rise of the cost, in variances, beyond which nothing is left: exp(-4.5)
-INTERVAL = 1.96  # standard errors to either side, of 95 %
 FINE = 400  # points of the integral
 Places = NDArray[np.int64]
 Path = tuple[Array, Array]  # distances and rises of the cost
 
 
 def as_likely(at: Point, covariance: Array) -> Array:
-    """The covariance (p, p) with edges and short lags as uncertain as the likelihood along its course has them.
+    """The covariance (p, p) with the edges as uncertain as the likelihood along its course has them.
 
-    For each group of actuators along the combination of its edges that is known least, and along each lag; all
-    others follow as far as they are correlated with it. The likelihood is scaled by what the covariance
+    For each group of actuators along the combination of its edges that is known least; all others
+    follow as far as they are correlated with it. The likelihood is scaled by what the covariance
     knows beyond the curvature (Chandler and Bate, Biometrika 94, 2007).
     """
     out = covariance
-    lags = _short_lags(at, covariance)
-    for together in [*_groups(at.passes.problem), *lags]:
-        values, vectors = np.linalg.eigh(out[np.ix_(together, together)])
+    for edges in _groups(at.passes.problem):
+        values, vectors = np.linalg.eigh(out[np.ix_(edges, edges)])
         if OUT * np.sqrt(max(values[-1], 0.0)) < SHARP:
             continue
         along = np.zeros(len(out))
-        along[together] = vectors[:, -1]
+        along[edges] = vectors[:, -1]
         error = float(np.sqrt(values[-1]))
-        course = _farthest if together in lags else _spread
-        factor = (_error(_Line(at, out, along), error, course) / error) ** 2
+        factor = (_error(_Line(at, out, along), error) / error) ** 2
         shift = out @ along / error
         out = out + (factor - 1.0) * np.outer(shift, shift)  # of what the groups before left
     return out
@@ -66,46 +56,18 @@ def _groups(problem: Problem) -> Iterator[list[int]]:
         yield [k for k, (kind, _, suffix) in enumerate(names) if kind in KINKED and suffix == group]
 
 
-def _short_lags(at: Point, covariance: Array) -> list[list[int]]:
-    """Places among the free parameters of lags that are not long beside their errors; each by itself."""
-    problem, errors = at.passes.problem, np.sqrt(np.diag(covariance))
-    return [
-        [k]
-        for k, i in enumerate(problem.free)
-        if problem.names[i].partition(".")[0] == LAG
-        and 0.0 < errors[k]
-        and at.theta[i] < LONG * errors[k]
-    ]
-
-
-def _error(line: "_Line", error: float, of: Callable[[Path, Path], float]) -> float:
-    """Standard error of a combination: its curvature's, or what follows `of` its course to both sides."""
+def _error(line: "_Line", error: float) -> float:
+    """Standard error of a combination: the root mean square of its distance from the best."""
     near = [line.look([side * OUT * error]) for side in (-1.0, 1.0)]
     roots = [np.sqrt(max(float(r), 1e-9)) for _, rise in near for r in rise]
     if len(roots) == len(near) and all(1.0 / STRAIGHT < OUT / r < STRAIGHT for r in roots):
         return error * OUT * float(np.mean(1.0 / np.array(roots)))
     steps = STEP * error * np.arange(1, LOOKS + 1)
     low, high = (line.look((side * steps).tolist()) for side in (-1.0, 1.0))
-    if (
-        len(low[0]) + len(high[0]) == 0
-    ):  # nowhere to look: the bounds are near, or the boat runs away
-        return error
-    return of(low, high)
-
-
-def _farthest(low: Path, high: Path) -> float:
-    """An error of which 1.96 reach as far as the likelihood's 95 % interval does, or to the bound before."""
-    ends = [0.0]
-    for distance, rise in (low, high):
-        way, risen = np.abs([0.0, *distance]), np.maximum.accumulate([0.0, *rise])
-        ends.append(float(np.interp(INTERVAL**2, risen, way)))
-    return max(ends) / INTERVAL
-
-
-def _spread(low: Path, high: Path) -> float:
-    """The root mean square of the distance from the best."""
     distance = np.concatenate([low[0][::-1], [0.0], high[0]])
     rise = np.concatenate([low[1][::-1], [0.0], high[1]])
+    if len(distance) == 1:  # nowhere to look: the bounds are near, or the boat runs away
+        return error
     fine = np.linspace(distance[0], distance[-1], FINE)
     weight = np.exp(-0.5 * np.interp(fine, distance, rise))
     return float(np.sqrt(np.sum(weight * fine**2) / np.sum(weight)))

@@ -32,6 +32,7 @@ from seatrial.identify.kinks import as_likely
 from seatrial.identify.lever import first_lever, of_origin
 from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
 from seatrial.identify.search import Point, astray, search
+from seatrial.identify.short_lag import by_squares
 from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
@@ -110,7 +111,7 @@ def fit(
             f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "
             "in a second, which predicts one second ahead at least as well as the likelihood's choice"
         )
-    covariance = as_likely(at, sandwich(at))
+    covariance = by_squares(at, as_likely(at, sandwich(at)))
     sought = chosen.extras and (start is None or prior is not None) and not chosen.hold_noise
     if sought and (bumped is not None or not explained(at)):
         notes += bumps_said(bumped, at, covariance, _afresh)

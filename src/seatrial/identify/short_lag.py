@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""How uncertain lags are: by their squares.
+
+A lag delays thrust as a latency does; what sets the two apart is how much it is spread in time, and that
+goes with the square of the lag. So it is the square that is known as well everywhere: the likelihood of the
+lag itself is the flatter the shorter it is, and by its curvature at the best any lag would seem sharp.
+"""
+
+import numpy as np
+
+from seatrial.frames import Array
+from seatrial.identify.search import Point
+from seatrial.statistics import NORMAL_95
+
+LAG = "lag"
+
+
+def by_squares(at: Point, covariance: Array) -> Array:
+    """The covariance (p, p) with lags as uncertain as `lag_error` has it, and what is correlated with them."""
+    out, problem = covariance, at.passes.problem
+    for k, i in enumerate(problem.free):
+        if problem.names[i].partition(".")[0] == LAG and out[k, k] > 0.0:
+            variance = float(out[k, k])
+            wider = lag_error(float(at.theta[i]), float(np.sqrt(variance))) ** 2
+            out = out + (wider / variance - 1.0) / variance * np.outer(out[k], out[k])
+    return out
+
+
+def lag_error(lag: float, error: float) -> float:
+    """Of a lag whose square has the 95 % interval that its `error` by curvature says; that may reach to no lag.
+
+    1.96 of it reach to the farther end of that interval. All in seconds.
+    """
+    square, reach = lag**2, NORMAL_95 * 2.0 * lag * error
+    low, high = np.sqrt(max(square - reach, 0.0)), np.sqrt(square + reach)
+    return float(max(lag - low, high - lag) / NORMAL_95)
