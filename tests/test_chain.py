@@ -236,3 +236,27 @@ def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
         assert errors[name] < 0.02
     assert found["pair_offset_along"] == 0.0
     assert errors["pair_offset_along"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("group", "stage"),
+    [
+        ({"reverse_ratio": 0.5}, "reverse_ratio"),
+        ({"dead_zone": {"forward": 0.1, "reverse": 0.05}}, "dead_zone"),
+        ({"dead_zone": "estimate"}, "dead_zone"),
+        ({"table": [[-1.0, -0.5], [0.0, 0.0], [1.0, 1.0]]}, "a table"),
+    ],
+)
+def test_what_tells_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
+    """F_v of a forward-right-down file is turned when it is read: its reverse would be taken for forward."""
+    column = {name: {"column": name} for name in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
+    content = {
+        "seatrial": "vehicle 1", "name": "boat", "axes": "forward-right-down", "structure": "mallard",
+        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
+        "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
+    }  # fmt: skip
+    with pytest.raises(VehicleError, match=f"chain: {stage} tells .*F_v count the other way"):
+        vehicle_from({**content, "chain": [{"actuators": ["F_v"], **group}]}, "boat")
+    vehicle_from({**content, "chain": [{"actuators": ["F_u"], **group}]}, "boat")
+    even = {"dead_zone": {"forward": 0.1, "reverse": 0.1}}
+    vehicle_from({**content, "chain": [{"actuators": ["F_v"], **even}]}, "boat")

@@ -11,6 +11,7 @@ from survey_boat import LAG, LATENCY, TRUTH, boat, pulses
 
 import seatrial
 from seatrial import _core
+from seatrial.compare import drive_of
 from seatrial.errors import SeatrialError
 from seatrial.filter_noise import folded, noise_entry
 from seatrial.identify.belief import plain_noise
@@ -70,6 +71,17 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     assert "standard errors of the lever arm: " in said
     error = found.errors[f"current_x.{first.name}"]
     assert f"current_x {plus_minus(first.effects['current_x'], error)}, current_y" in said
+    # what it was identified at is of the origin, through the water
+    still = fit(recordings, vehicle).model()
+    for symbol, range_ in still.envelope.speeds.items():
+        np.testing.assert_allclose(model.envelope.speeds[symbol], range_, atol=0.01)
+    # a vehicle file without a lever does not put the measured point at the origin
+    assert model.with_vehicle(vehicle).vehicle.same_origin(model.vehicle)
+    nearly = replace(model, vehicle=with_lever(model.vehicle, 3e-5, 0.0))
+    assert drive_of(model, nearly) == (model, nearly)
+    assert all(m.vehicle.same_origin(model.vehicle) for m in drive_of(model, nearly, vehicle))
+    stated = vehicle.with_lever((0.1, 0.0))
+    assert model.with_vehicle(stated).vehicle.lever == (0.1, 0.0)
 
 
 def test_short_recordings_in_fast_water_each_find_their_own_current():

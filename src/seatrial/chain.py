@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import VehicleError
-from seatrial.frames import Array
+from seatrial.frames import Array, Mask
 from seatrial.schema import ChainGroup, DeadZone, Estimate, PairEntry
 
 ESTIMATE: Final = "estimate"
@@ -125,7 +125,34 @@ class ChainReader:
                 rows[members, USES.index("tabulated")] = 1
             if group.pair is not None:
                 self._place_pairs(rows, group.pair, signs)
+            if group.table is not None and not _odd(group.table):
+                self._refuse_turned([k for k in members if signs[k] < 0], "a table")
+        sides = {"reverse_ratio": self._uneven(constants), "dead_zone": self._two_edges(constants)}
+        for stage, ones in sides.items():
+            self._refuse_turned(np.flatnonzero(ones & (signs < 0)).tolist(), stage)
         return np.ascontiguousarray(np.column_stack([constants.index, rows]))
+
+    def _uneven(self, constants: Constants) -> Mask:
+        return np.asarray(constants.index[:, STAGES.index("reverse_ratio")] >= 0)
+
+    def _two_edges(self, constants: Constants) -> Mask:
+        """Whether each actuator's edges differ, or may."""
+        ahead, astern = (
+            constants.index[:, STAGES.index(e)] for e in ("edge_forward", "edge_reverse")
+        )
+        values = np.append(constants.values, 0.0)
+        sought = np.array([*(n in constants.estimated for n in constants.names), False])
+        differ = (values[ahead] != values[astern]) | sought[ahead] | sought[astern]
+        return np.asarray((ahead != astern) & differ)
+
+    def _refuse_turned(self, places: Sequence[int], stage: str) -> None:
+        """Forward and reverse of a command that was turned when it was read would be exchanged."""
+        if places:
+            names = " and ".join(self.actuators[k] for k in places)
+            raise VehicleError(
+                f"{self.source}: chain: {stage} tells forward from reverse, but in forward-right-down axes "
+                f"{names} count the other way; name thrusters or forces, or make it alike on both sides"
+            )
 
     def _place_pairs(self, rows: NDArray[np.int32], pair: PairEntry, signs: Array) -> None:
         for names in pair.of:
@@ -184,6 +211,12 @@ class ChainReader:
                     f"{self.source}: chain: {name} is one of a pair, which stands instead of "
                     "dead_zone, power, reverse_ratio and table"
                 )
+
+
+def _odd(table: Sequence[Sequence[float]]) -> bool:
+    """Whether a table (rows of command and thrust) is the same both ways."""
+    rows = np.array(table, dtype=float)
+    return bool(np.allclose(rows, -rows[::-1], atol=1e-9))
 
 
 def stated(groups: Sequence[ChainGroup], values: Mapping[str, float]) -> list[ChainGroup]:

@@ -10,6 +10,7 @@ import numpy as np
 from seatrial.filter_noise import OUTLIER, folded, noise_entry
 from seatrial.frames import Array
 from seatrial.identify.belief import plain_noise
+from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.search import Point
@@ -17,7 +18,7 @@ from seatrial.model import Model
 from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
-from seatrial.velocity import motion
+from seatrial.velocity import Motion, motion
 
 METHOD = "output-error"
 LEVER_ERRORS = "standard errors of the lever arm"
@@ -84,10 +85,18 @@ class Fit:
             with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
             noise_entry(noise),
-            envelope(problem.vehicle, constants, recordings, [motion(r) for r in recordings]),
+            envelope(problem.vehicle, constants, recordings, self._moving()),
             tuple(self._entry(i) for i in range(len(recordings))),
             EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),
         )  # fmt: skip
+
+    def _moving(self) -> list[Motion]:
+        """How the boat's origin moved through the water, by recording."""
+        found = []
+        for i, recording in enumerate(self.problem.recordings):
+            lever, current = np.split(self.theta[self.problem.effects(i)][:4], 2)
+            found.append(motion(of_origin(recording, lever, current)))
+        return found
 
     def _entry(self, recording: int) -> RecordingEntry:
         """A recording with the effects on it that were sought."""
