@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -243,6 +244,18 @@ def test_what_can_not_be_told_apart_is_named():
         solve(np.hstack([x, 0 * x]), x[:, 0], ["X_a", "X_b"], "here", 5)
     with pytest.raises(IdentificationError, match="10 usable samples"):
         solve(x[:10], x[:10, 0], ["X_a"], "here", 5)
+
+
+def test_one_coefficient_of_two_axes_is_refused(mp, clean_mp):
+    """Step after step the later axis would overwrite what the earlier one has of it."""
+    lines = {
+        axis: [t.replace("Y_v * v", "X_u * v") for t in own]
+        for axis, own in mp.structure.lines().items()
+    }
+    twice = replace(mp, file=msgspec.structs.replace(mp.file, structure=lines))
+    recordings = [clean_mp[s].recording for s in ("S1", "S2", "S3")]
+    with pytest.raises(IdentificationError, match="X_u stands in surge and sway"):
+        seatrial.identify(recordings, twice, method="equation-error")
 
 
 def test_a_boat_without_drag_is_refused_as_unstable(mp):

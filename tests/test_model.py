@@ -13,7 +13,7 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial import _core
 from seatrial.errors import FileError, ModelError, SeatrialError
-from seatrial.model import load, save
+from seatrial.model import AT_BOUND, load, save
 from seatrial.schema import ChainGroup, DeadZone
 from seatrial.vehicle import vehicle_from
 
@@ -48,6 +48,15 @@ def test_a_model_survives_its_file(identified, tmp_path):
     same(identified, again)
     save(again, tmp_path / "again.yaml")
     assert (tmp_path / "again.yaml").read_text() == path.read_text()
+
+
+def test_a_parameter_at_its_bound_is_known_by_any_name(mp):
+    """Names of groups are the owner's: a colon in one is not the end of it."""
+    lagged = mp.with_chain([ChainGroup(name="fast: 1", lag=0.05)])
+    model = make_model(lagged, TABLE_II["AF"])
+    note = f"lag.fast: 1: 0.002 {AT_BOUND}"
+    model = replace(model, estimator=msgspec.structs.replace(model.estimator, notes=[note]))
+    assert model.at_bounds == {"lag.fast: 1"}
 
 
 def frd(vehicle: seatrial.Vehicle) -> seatrial.Vehicle:

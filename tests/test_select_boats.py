@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Selection for boats whose file has a term too many or one too few, and for boats that changed."""
 
+from dataclasses import replace
+
 import msgspec
 import pytest
 
@@ -107,5 +109,11 @@ def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
 def test_drag_of_all_kinds_is_among_the_usual_candidates(mp):
     texts = {t.text().partition(" * ")[2] for t in default_candidates(mp)}
     assert {"u * u * u", "v * v * v", "r * r * r"} <= texts
+    lines = {axis: [t for t in own if "|" not in t] for axis, own in mp.structure.lines().items()}
+    linear = replace(mp, file=msgspec.structs.replace(mp.file, structure=lines))
+    missing = {t.text() for t in default_candidates(linear)} - {
+        t.text() for t in default_candidates(mp)
+    }
+    assert {"X_uu * |u| * u", "Y_vv * |v| * v", "N_rr * |r| * r"} <= missing
     assert {"|v| * u", "|r| * u", "|u| * v", "|r| * v", "|u| * r", "|v| * r"} <= texts
     assert seatrial.load_vehicle("mallard-mp").structure.coefficients == mp.structure.coefficients

@@ -110,6 +110,8 @@ def test_a_flipped_structure_is_the_same_boat_seen_in_the_other_axes(rows, seed)
 def test_text_and_terms_are_each_others_inverse():
     s = mallard()
     assert parse("again", s.lines(), FORCES).terms == s.terms
+    known = parse("known", {"surge": ["-1.23456789 * u", "1.5e-07 * X_v * v"]}, FORCES)
+    assert parse("again", known.lines(), FORCES).terms == known.terms
 
 
 def test_equations_read_with_names_and_with_numbers():

@@ -96,7 +96,7 @@ class Model:
     @cached_property
     def at_bounds(self) -> frozenset[str]:
         """Names of parameters that ended at the bound of their range: the data say no more of them."""
-        said = [note.partition(":")[0] for note in self.estimator.notes if note.endswith(AT_BOUND)]
+        said = [note.rpartition(":")[0] for note in self.estimator.notes if note.endswith(AT_BOUND)]
         return frozenset(name for name in said if self.standard_errors.get(name) == 0.0)
 
     @cached_property

@@ -14,7 +14,7 @@ from importlib import resources
 
 from seatrial import _core
 from seatrial.errors import StructureError
-from seatrial.files import read_yaml
+from seatrial.files import DIGITS, read_yaml
 from seatrial.frames import AXES, SYMBOLS
 
 VELOCITIES = ("u", "v", "r", "|u|", "|v|", "|r|")  # in the order of the core's Signal codes
@@ -47,7 +47,7 @@ class Term:
         parts = (
             []
             if self.number == 1.0 and (self.coefficient or self.factors)
-            else [f"{self.number:g}"]
+            else [f"{self.number:.{DIGITS}g}"]
         )
         parts += [self.coefficient] if self.coefficient else []
         parts += self.factors

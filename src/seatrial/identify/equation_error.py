@@ -68,6 +68,7 @@ def equation_error(
             f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {METHOD} takes "
             "the actuators as known: use output-error or weak-form, or give numbers"
         )
+    _refuse_shared(vehicle.structure)
     found = find_roles(vehicle, recordings, roles)
     moving = [motion(r) for r in recordings] if motions is None else list(motions)
     period = float(np.median([r.period for r in recordings]))
@@ -93,6 +94,17 @@ def equation_error(
             METHOD, {"literal": chosen.literal, "correlation": chosen.correlation}, solver.steps
         ),
     )
+
+
+def _refuse_shared(structure: Structure) -> None:
+    """Axis after axis, a later one would overwrite what an earlier one has of the same coefficient."""
+    for name in structure.coefficients:
+        axes = sorted({term.axis for term in structure.terms if term.coefficient == name})
+        if len(axes) > 1:
+            raise IdentificationError(
+                f"{name} stands in {' and '.join(AXES[axis] for axis in axes)}, but {METHOD} solves axis by axis; "
+                "give it two names, or take another --method"
+            )
 
 
 def sample_rows(

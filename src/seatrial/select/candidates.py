@@ -19,7 +19,7 @@ LETTERS = ("X", "Y", "N")
 def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
     """What the paper tried and left out, and what real boats need, without what is there already.
 
-    Linear and quadratic coupled drag, cubic drag, drag that grows with the speed of another axis, free
+    Linear and quadratic drag, coupled or not, cubic drag, drag that grows with the speed of another axis, free
     added mass on v r, u r and u v, coupled force, a cubic in the axis' own force, and a steady trim. In
     yaw v r as well: one of four that make N_ud.
     """
@@ -41,8 +41,8 @@ def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
 def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, ...]]]:
     own = SYMBOLS[axis]
     others = [symbol for i, symbol in enumerate(SYMBOLS) if i != axis]
-    yield from ((symbol, (symbol,)) for symbol in others)
-    yield from ((2 * symbol, (f"|{symbol}|", symbol)) for symbol in others)
+    yield from ((symbol, (symbol,)) for symbol in (own, *others))
+    yield from ((2 * symbol, (f"|{symbol}|", symbol)) for symbol in (own, *others))
     yield "".join(others), tuple(others)
     yield 3 * own, (own,) * 3
     for force in forces:
