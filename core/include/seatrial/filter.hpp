@@ -114,8 +114,16 @@ class Filter {
     add_process_noise(passed);
   }
 
-  /// The pose may be anywhere: it jumped.
-  void loosen() {
+  /// The pose may be anywhere: it jumped. Where that is further than anywhere, it is there.
+  void loosen(const double* eta, double t) {
+    const double* l = effects_.lever;
+    const double c = std::cos(x_[2]);
+    const double s = std::sin(x_[2]);
+    const double arm[2] = {c * l[0] - s * l[1], s * l[0] + c * l[1]};
+    for (int i = 0; i < 2; ++i) {
+      const double leap = eta[i] - x_[i] - arm[i] - effects_.current[i] * t;
+      if (std::abs(leap) > kAnywhere[i]) x_[i] += leap;
+    }
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j < N; ++j) p_[i][j] = p_[j][i] = 0.0;
       p_[i][i] = kAnywhere[i] * kAnywhere[i];
@@ -127,8 +135,8 @@ class Filter {
   void loosen_if_likelier(const double* eta, double t) {
     Filter stays(*this);
     Filter jumps(*this);
-    jumps.loosen();
-    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen();
+    jumps.loosen(eta, t);
+    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen(eta, t);
   }
 
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the

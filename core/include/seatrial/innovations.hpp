@@ -48,7 +48,7 @@ namespace detail {
 template <int N>
 void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
   const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
-  if (poses.use[k] == kJumped) filter.loosen();
+  if (poses.use[k] == kJumped) filter.loosen(poses.eta + at, poses.time[k]);
   if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
   if (poses.use[k] == kBeginning) {
     filter.begin_afresh(poses.eta + at, poses.velocity + at, poses.time[k]);

@@ -193,7 +193,7 @@ def _dead_zones(
     if not (vehicle.file.thrusters or vehicle.file.forces):
         return [], [
             f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; if thrusters "
-            "have one, force coefficients come out too small: add thrusters: and allocation: to the vehicle "
+            "have one, force and drag coefficients come out wrong: add thrusters: and allocation: to the vehicle "
             "file"
         ]
     kinds = alike(vehicle)

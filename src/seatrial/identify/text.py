@@ -113,9 +113,14 @@ def _parameters(found: Identifiability) -> list[str]:
     names = max(len(f.name) for f in found.findings)
     units = max(len(f.unit) for f in found.findings)
     lines = []
-    for one in found.findings:
-        value, _, error = plus_minus(one.value, one.error).partition(" ± ")
-        shown = f"{value:>10} ± {error:<8}" if error else f"{value:>10}{'':<11}"
+    texts = [plus_minus(f.value, f.error).partition(" ± ") for f in found.findings]
+    values, errors = (max(least, *(len(t[i]) for t in texts)) for i, least in ((0, 10), (2, 8)))
+    for one, (value, _, error) in zip(found.findings, texts, strict=True):
+        shown = (
+            f"{value:>{values}} ± {error:<{errors}}"
+            if error
+            else f"{value:>{values}}{'':<{errors + 3}}"
+        )
         said = f"{one.unit:<{units}}  {_verdict(one, found.combinations)}"
         lines.append(f"  {one.name:<{names}} {shown} {said}")
     return lines

@@ -104,7 +104,7 @@ def _forces(drive: Drive) -> list[str]:
     if not drive.forces:
         return [
             "# check: how the boat's software makes thruster commands of F_u, F_v and F_r. Most thrusters have a",
-            "# dead zone; without these lines it is not found, and force coefficients come out too small",
+            "# dead zone; without these lines it is not found, and force and drag coefficients come out wrong",
             "# (docs/vehicle.md):",
             "# thrusters:                    # positions [m]; directions of push [deg] from forward on",
             "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",

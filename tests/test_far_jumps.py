@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""Poses that jump by more than any boat goes: a sensor that says 0, 0, 0 until it has a fix, in world coordinates."""
+
+import numpy as np
+import pytest
+from survey_boat import TRUTH, as_stated, driven
+
+from seatrial.identify import output_error
+from seatrial.recording import make_recording
+
+UTM = np.array([500_000.0, 5_800_000.0])  # [m]
+
+
+def half(rng):
+    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return driven({}, [half] * 3, seconds=200.0, bow=True)
+
+
+def moved(recording, poses, by):
+    """The recording with these poses elsewhere."""
+    eta = recording.eta.copy()
+    eta[poses, :2] += by
+    return make_recording(recording.name, recording.stamps, eta, recording.commands)
+
+
+@pytest.mark.parametrize("seconds", [0.3, 3.0])
+def test_a_log_that_begins_without_a_fix_is_identified_as_one_with(drive, seconds):
+    """The leap to the first fix was an outlier to the filter, which believed it less, and all after it."""
+    vehicle, recording = drive
+    far = moved(recording, slice(None), UTM)
+    eta = far.eta.copy()
+    eta[: round(10 * seconds)] = 0.0
+    model = output_error([make_recording("far", far.stamps, eta, far.commands)], vehicle)
+    assert as_stated(model, TRUTH) == {}
+    assert model.standard_errors["X_u"] < 0.01
+
+
+@pytest.mark.parametrize("leap", [100.0, 1e4, 1e6])
+def test_a_jump_for_good_costs_the_same_however_far_it_is(drive, leap):
+    vehicle, recording = drive
+    near, far = (
+        output_error([moved(recording, slice(1000, None), by)], vehicle) for by in (1.0, leap)
+    )
+    for name, error in near.standard_errors.items():
+        if name in TRUTH:
+            assert far.values[name] == pytest.approx(near.values[name], abs=0.02 * error), name
+            assert far.standard_errors[name] == pytest.approx(error, rel=0.02)
