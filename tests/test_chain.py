@@ -15,7 +15,7 @@ from seatrial import _core
 from seatrial.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.files import convert
 from seatrial.identify.output_error import output_error
-from seatrial.identify.stages import staged
+from seatrial.identify.stages import staged, with_room
 from seatrial.model import load, save, thrust_trace
 from seatrial.plan import load_plan
 from seatrial.recording import Signal, make_recording
@@ -236,6 +236,34 @@ def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
         assert errors[name] < 0.02
     assert found["pair_offset_along"] == 0.0
     assert errors["pair_offset_along"] == 0.0
+
+
+def test_more_constants_than_the_core_takes_are_one_line():
+    """And of a full chain no more is asked than there is room for."""
+    names = [f"a{k}" for k in range(8)]
+    column = {name: {"column": name} for name in ("t", "x", "y", "psi", *names)}
+    forces = {f"F_{k}": {"axis": "surge", "of": {n: 1.0}} for k, n in enumerate(names)}
+
+    def eight(**own):
+        chain = [{"name": f"g{k}", "actuators": [n], **own} for k, n in enumerate(names)]
+        return vehicle_from(
+            {
+                "seatrial": "vehicle 1", "name": "boat", "axes": "forward-left-up", "forces": forces,
+                "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
+                "commands": {"stamp": column["t"], "inputs": {n: column[n] for n in names}},
+                "structure": {"surge": ["X_u * u", *(f"X_{k} * F_{k}" for k in range(8))]}, "chain": chain,
+            },
+            "boat",
+        )  # fmt: skip
+
+    edges = {"dead_zone": {"forward": 0.1, "reverse": 0.1}}
+    full = eight(latency=0.1, lag=0.1, **edges)
+    assert len(full.constants.names) == _core.MAX_CONSTANTS
+    with pytest.raises(VehicleError, match="40 constants of the chain; at most 32"):
+        eight(latency=0.1, lag=0.1, power=1.2, **edges)
+    one_more = ChainGroup(name="gain", gains={"a0": 1.0})
+    assert with_room(full, [*full.file.chain, one_more]) is None
+    assert with_room(eight(lag=0.1), [*eight(lag=0.1).file.chain, one_more]) is not None
 
 
 @pytest.mark.parametrize(

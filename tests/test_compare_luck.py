@@ -9,6 +9,7 @@ import pytest
 from conftest import TABLE_II, make_model
 from scipy import stats
 
+from seatrial import _core
 from seatrial.compare import compare
 from seatrial.compare.chance import luck
 from seatrial.compare.parameters import pairs, views
@@ -16,6 +17,7 @@ from seatrial.compare.prediction import beyond_luck
 from seatrial.compare.text import comparison_text
 from seatrial.model import AT_BOUND
 from seatrial.plan import load_plan
+from seatrial.recording import Signal, make_recording
 from seatrial.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
 from seatrial.simulate import plant_model, simulate
 
@@ -120,3 +122,20 @@ def test_models_of_the_same_recordings_tell_of_no_change(mp):
     assert "any difference comes from how they were identified" in text
     for claim in ("mass", "drag or thrust", "differences shown are real"):
         assert claim not in text
+
+
+def test_an_axis_that_both_predict_exactly_is_no_change(mp):
+    """A boat that only surges, without noise: of sway and yaw both are right, by as much as nothing."""
+    straight = {**TRUTH, "N_ud": 0.0, "N_uu": 0.0}
+    a, b = (unsure(make_model(mp, {**straight, "X_u": x}), 0.02) for x in (-0.2, -0.4))
+    begin = np.arange(0.0, 120.0, 0.5)
+    values = np.zeros((len(begin), 3))
+    values[:, 0] = np.sign(np.sin(0.4 * begin)) * (1.0 + (begin > 60.0)) / 2.0
+    none = np.zeros((0, 0))
+    trace = _core.Trace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
+    t = np.arange(0.0, 119.0, 0.1)
+    states = np.asarray(_core.simulate(a.boat, trace, np.zeros(6), t)[0])
+    commands = Signal(mp.inputs, np.rint(1e9 * begin).astype(np.int64), values)
+    recording = make_recording("line", np.rint(1e9 * t).astype(np.int64), states[:, :3], commands)
+    found = compare(a, b, [recording])
+    assert found.better["1"] == {"u": "A", "v": None, "r": None}

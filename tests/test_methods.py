@@ -104,3 +104,15 @@ def test_a_recording_that_is_too_short_is_refused_in_words(method, trial):
     vehicle, recordings = trial
     with pytest.raises(SeatrialError, match=r"S1-MP, S2-MP, S3-MP: 8.9 s in all is too short"):
         seatrial.identify([r.cut(30, 33) for r in recordings], vehicle, method=method)
+
+
+@pytest.mark.parametrize("method", ["weak-form", "smoother"])
+def test_a_recording_without_poses_in_a_row_beside_good_ones_tells_nothing(method, mp, clean_mp):
+    """Half of its poses are missing, three of six: there is no second of it to look at."""
+    good = [clean_mp[s].recording for s in ("S1", "S2", "S3")]
+    more = clean_mp["S4"].recording
+    valid = more.valid & (np.arange(len(more.t)) % 6 < 3)
+    gappy = replace(more, name="gappy", valid=valid, segment=np.arange(len(valid)) // 6)
+    alone, beside = (seatrial.identify(r, mp, method=method) for r in (good, [*good, gappy]))
+    for name, value in alone.values.items():
+        assert beside.values[name] == pytest.approx(value, abs=0.02 * abs(value) + 0.01), name

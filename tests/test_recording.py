@@ -192,6 +192,10 @@ def test_cutting_keeps_the_commands_that_still_act_at_the_start():
     assert part.duration == pytest.approx(7.0, abs=0.1)
     assert part.offset == pytest.approx(12.0, abs=0.07)
     assert part.cut(2.0).offset == pytest.approx(14.0, abs=0.07)
+    late = make_recording("cut", stamps, eta, commands).cut(
+        12.0, 19.5
+    )  # a clock may be late by 0.5 s
+    assert late.seconds(late.commands.stamps) == pytest.approx([-10.0, -2.0, 8.0], abs=0.07)
     with pytest.raises(RecordingError, match=r"it lasts 39\.9 s"):
         make_recording("cut", stamps, eta, commands).cut(100.0, None)
 

@@ -270,8 +270,8 @@ def test_a_term_that_changes_sign_between_repeats_goes(mp):
 
 
 def test_too_little_data_for_the_terms_is_refused(six, mp):
-    """20 s for each coefficient at least, and for each constant that the thrusters turn out to have."""
-    with pytest.raises(IdentificationError, match=r"^50 s in all.* recordings of 220 s or more"):
+    """20 s for each coefficient and each constant that will be sought, said before anything is fitted."""
+    with pytest.raises(IdentificationError, match=r"^50 s in all.* recordings of 300 s or more"):
         select([r.cut(0, 15) for r in six[:3]], mp)
     with pytest.raises(
         IdentificationError, match=r"^2[45]0 s in all.* recordings of 300 s or more"

@@ -137,6 +137,16 @@ def test_what_is_wrong_with_a_term_is_said(line, words):
         parse("s", {"surge": [line]}, FORCES)
 
 
+@pytest.mark.parametrize(
+    ("count", "words"), [(40, "41 coefficients; at most 37"), (46, "47 terms")]
+)
+def test_more_than_the_filter_has_room_for_is_one_line(count, words):
+    lines = {"surge": ["X_F * F_u", *(f"X_a{i} * u" for i in range(count))]}
+    with pytest.raises(StructureError, match=words):
+        parse("many", lines, FORCES)
+    parse("full", {"surge": lines["surge"][:37]}, FORCES)
+
+
 def test_a_coefficient_shared_by_terms_of_different_parity_is_refused():
     with pytest.raises(StructureError, match="name them apart"):
         parse("s", {"surge": ["X_a * u", "X_a * v"]}, FORCES)

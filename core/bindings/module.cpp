@@ -306,6 +306,9 @@ NB_MODULE(_core, m) {
   m.attr("MAX_FACTORS") = kMaxFactors;
   m.attr("MAX_TERMS") = kMaxTerms;
   m.attr("MAX_ACTUATORS") = kMaxActuators;
+  m.attr("MAX_COEFFICIENTS") = kMaxCoefficients;
+  m.attr("MAX_CONSTANTS") = kMaxConstants;
+  m.attr("MAX_SCALES") = kMaxScales;
   m.attr("MAX_TABLE") = kMaxTable;
   m.attr("FIRST_FORCE") = static_cast<int>(kForce0);
 

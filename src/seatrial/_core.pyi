@@ -17,6 +17,12 @@ MAX_TERMS: int = 48
 
 MAX_ACTUATORS: int = 8
 
+MAX_COEFFICIENTS: int = 40
+
+MAX_CONSTANTS: int = 32
+
+MAX_SCALES: int = 4
+
 MAX_TABLE: int = 256
 
 FIRST_FORCE: int = 6

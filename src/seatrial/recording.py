@@ -15,7 +15,8 @@ from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
 from seatrial.streams import Stream, only_changes
 
-BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag
+BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag;
+AFTER = 1.0  # [s] and after it: their clock may be late, which looks like a negative latency
 AT_REST = 0.05  # of an input's largest command: less is nothing
 
 
@@ -39,10 +40,11 @@ class Signal:
             raise RecordingError(f"signal {', '.join(self.names)}: stamps must rise")
 
     def cut(self, start: int, end: int) -> "Signal":
-        """Rows in [start, end) [ns] and those `BEFORE` it, which still act at the start; the row that
-        holds where they begin is moved there.
+        """Rows in [start, end) [ns], those `BEFORE` it, which still act at the start, and those `AFTER`; the
+        row that holds where they begin is moved there.
         """
         start -= round(BEFORE * 1e9)
+        end += round(AFTER * 1e9)
         first = int(np.searchsorted(self.stamps, start, side="right")) - 1
         keep = (self.stamps >= start) & (self.stamps < end)
         stamps, values = self.stamps[keep], self.values[keep]

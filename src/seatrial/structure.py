@@ -76,6 +76,9 @@ class Term:
 
 
 Row = tuple[int, int, float, int, list[int]]
+DISTURBANCES = 3  # terms and coefficients of the filter's own
+MOST_TERMS = _core.MAX_TERMS - DISTURBANCES
+MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCES
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,15 @@ class Structure:
     forces: tuple[Force, ...]
 
     def __post_init__(self) -> None:
+        for what, count, most in (
+            ("terms", len(self.terms), MOST_TERMS),
+            ("coefficients", len(self.coefficients), MOST_COEFFICIENTS),
+            ("forces", len(self.forces), _core.MAX_FORCES),
+        ):
+            if count > most:
+                raise StructureError(
+                    f"structure {self.name}: {count} {what}; at most {most}: leave some out"
+                )
         known = {force.name for force in self.forces}
         for term in self.terms:
             for name in term.factors:

@@ -178,6 +178,12 @@ class Vehicle:
                 f"{self.source}: {len(self.inputs)} inputs and {len(self.actuators)} actuators; at most "
                 f"{_core.MAX_ACTUATORS} of each"
             )
+        for what, count, most in (
+            ("scales", len(self.scales), _core.MAX_SCALES),
+            ("constants of the chain", len(self.constants.names), _core.MAX_CONSTANTS),
+        ):
+            if count > most:
+                raise VehicleError(f"{self.source}: {count} {what}; at most {most}")
         limit = self.file.allocation.limit
         scheme = self.scheme
         offset = self.file.allocation.F_os

@@ -84,7 +84,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         prior=prior, effects=args.effect,
         prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
     )  # fmt: skip
-    told = ""
+    save(model, args.out)
+    progress.clear()
+    print(summary(model))
     if args.minutes or args.profile or args.bootstrap:
         from seatrial.identify.evidence import evidence
 
@@ -93,10 +95,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
             model, recordings, vehicle,
             replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip
-    save(model, args.out)
-    progress.clear()
-    print(summary(model))
-    print(f"\n{told}\n" if told else "", end="")
+        progress.clear()
+        print(f"\n{told}\n")
     print(f"wrote {args.out}")
 
 

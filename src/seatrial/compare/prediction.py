@@ -212,7 +212,7 @@ def _differences(every: Sequence[_Errors], block: float, luck: Luck) -> dict[str
         if blocks is not None:
             interval, p, spread = rms_difference(*blocks[:, [axis, 3 + axis, 6]].T)
             by, variance = luck.difference((moved[0][axis], moved[1][axis]))
-            both = float(rms.sum())  # a^2 - b^2 = (a - b) (a + b)
+            both = max(float(rms.sum()), 1e-12)  # a^2 - b^2 = (a - b) (a + b); 0: both are exact
             same = _beyond(apart - by / both, float(np.hypot(spread, np.sqrt(variance) / both)))
         out[symbol] = AxisDifference(float(rms[0]), float(rms[1]), apart, interval, p, same)
     return out

@@ -8,6 +8,7 @@ tried from their neutral value by a score test, and freed where the data say so.
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import msgspec
@@ -15,6 +16,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.chain import ESTIMATE, STAGES, STARTS
+from seatrial.errors import VehicleError
 from seatrial.frames import Array
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
@@ -118,8 +120,8 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
     own = chain[place]
     found = []
 
-    def wider(groups: list[ChainGroup]) -> Vehicle:
-        return whole.with_chain([*chain[:place], *groups, *chain[place + 1 :]])
+    def wider(groups: list[ChainGroup]) -> Vehicle | None:
+        return with_room(whole, [*chain[:place], *groups, *chain[place + 1 :]])
 
     sought = {
         n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
@@ -134,7 +136,9 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
         probe = wider([whole_curve])
         for stage in missing:
             alone = wider([_with(own, stage, 1.0)])
-            found.append(Extra(f"{curve[stage]} of the thrust curve", alone, {}, probe))
+            if alone is not None:
+                words = f"{curve[stage]} of the thrust curve"
+                found.append(Extra(words, alone, {}, probe or alone))
     groups = alike(whole)
     for stage, words in APART.items() if len(groups) > 1 else ():
         shared = getattr(own, stage)
@@ -144,9 +148,18 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
                 for name, members in groups.items()
             ]
             split = wider([_with(own, stage, None), *parts])
+            if split is None:
+                continue
             origin = {f"{stage}.{part.name}": stage for part in parts}
             found.append(Extra(f"{words} for each of {', '.join(groups)}", split, origin, split))
     return found
+
+
+def with_room(vehicle: Vehicle, chain: list[ChainGroup]) -> Vehicle | None:
+    """The vehicle with this chain; None where it has more constants than the core takes."""
+    with suppress(VehicleError):
+        return vehicle.with_chain(chain)
+    return None
 
 
 def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:

@@ -45,13 +45,16 @@ class WithGains:
 def with_gains(problem: Problem, theta: Array) -> WithGains | None:
     """The problem with gains, all 1; one of a kind is held, as all together are the coefficients.
 
-    None where commands like these do not tell the gains apart, and where the file states some.
+    None where commands like these do not tell the gains apart, where the file states some, and where the
+    core has no room for them.
     """
     vehicle = problem.vehicle
     if np.any(vehicle.constants.index[:, STAGES.index("gain")] >= 0):
         return None
-    kinds = [kind for kind in _kinds(vehicle) if _told(vehicle, kind, problem.recordings)]
-    if not kinds:
+    room = _core.MAX_CONSTANTS - len(vehicle.constants.names)
+    likely = [kind for kind in _kinds(vehicle) if len(kind) <= room]
+    kinds = [kind for kind in likely if _told(vehicle, kind, problem.recordings)]
+    if not kinds or sum(map(len, kinds)) > room:
         return None
     place = problem.size + problem.constants
     firsts = np.cumsum([0, *map(len, kinds)])

@@ -112,7 +112,7 @@ def numbered_blocks(times: Sequence[Array], block: float) -> NDArray[np.int64]:
     for t in times:
         mine = (t // block).astype(np.int64) + first
         numbers.append(mine)
-        first = int(mine.max()) + 1
+        first = int(mine.max(initial=first - 1)) + 1
     return np.concatenate(numbers)
 
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from seatrial.identify import check_recordings
 from seatrial.identify.agreement import DISAGREE
 from seatrial.identify.hints import ASKED
-from seatrial.identify.output_error import output_error
+from seatrial.identify.output_error import output_error, with_free_stages
 from seatrial.identify.wear import CHANGES
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON
@@ -58,7 +58,7 @@ def select(
     """
     check_recordings(recordings)
     blocks = math.ceil(sum(r.duration for r in recordings) / BLOCK)
-    freedom(blocks, len(vehicle.structure.coefficients))
+    freedom(blocks, _sought(vehicle, recordings))
     tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -90,6 +90,13 @@ def select(
     chosen = with_terms(vehicle, model.structure.terms)
     asked = tuple(of_files(n) for n in (*notes, *changed))
     return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon, asked)
+
+
+def _sought(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
+    """Parameters that identification will seek: coefficients, and the chain's constants that are not stated."""
+    whole = with_free_stages(vehicle, recordings)
+    stated = set(vehicle.constants.names) - set(whole.estimated)
+    return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
 def _changed(search: Search, model: Model) -> tuple[Model, list[str]]:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial import _core
 from seatrial.errors import StructureError
 from seatrial.identify.output_error import output_error
 from seatrial.model import Model
@@ -15,13 +14,11 @@ from seatrial.select.aliasing import Alias, aliases
 from seatrial.select.candidates import drag_of, is_essential, with_terms
 from seatrial.select.chance import estimate
 from seatrial.select.slopes import Slopes, slopes
-from seatrial.structure import Term
+from seatrial.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
 from seatrial.vehicle import Vehicle
 
 CHANCE = 0.05  # that any term comes in which is not there, however many are tried
 ROUNDS = 12
-MOST_COEFFICIENTS = 40  # of the core
-DISTURBANCES = 3  # terms and coefficients that the filter takes for itself
 Say = Callable[[str], None]
 
 
@@ -102,11 +99,11 @@ def leaver(search: Search, model: Model) -> str | None:
 def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[Term, Slopes]]:
     """Each term that is not in the model, with the slopes of the model and of it alone."""
     terms, coefficients = len(model.structure.terms), len(model.values)
-    room = min(_core.MAX_TERMS - terms, MOST_COEFFICIENTS - coefficients) - DISTURBANCES
+    room = min(MOST_TERMS - terms, MOST_COEFFICIENTS - coefficients)
     if room < 1 and out:
         raise StructureError(
             f"{terms} terms with {coefficients} coefficients leave no room for a candidate; at most "
-            f"{_core.MAX_TERMS - DISTURBANCES - 1} and {MOST_COEFFICIENTS - DISTURBANCES - 1} do"
+            f"{MOST_TERMS - 1} and {MOST_COEFFICIENTS - 1} do"
         )
     for first in range(0, len(out), max(1, room)):
         batch = out[first : first + room]
