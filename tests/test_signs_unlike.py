@@ -55,15 +55,17 @@ def boat(places, chain=()):
     return vehicle_from(content, "raft")
 
 
-def one_by_one(places, curve, seed=3, seconds=150.0):
-    """Recordings in which one axis at a time is driven, by thrusters with this curve."""
+def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):
+    """Recordings in which one axis at a time is driven, by thrusters with this curve; the others by a share."""
     rng = np.random.default_rng(seed)
     truth = make_model(boat(places, [{"latency": 0.05, "lag": 0.1, **curve}]), TRUTH)
     vehicle, found = boat(places), []
     t, begin = np.arange(0.0, seconds, 0.1), np.arange(0.0, seconds, 0.05)
     for axis in range(3):
         wanted = pulses(rng, seconds, lambda r: r.uniform(0.25, 0.9) * r.choice([-1, 1]), 0.2)
-        values = wanted[:, None] * np.linalg.pinv(shares(places))[:, axis]
+        besides = [pulses(rng, seconds, lambda r: others * r.normal(), 0.2) for _ in range(3)]
+        force = np.where(np.arange(3) == axis, wanted[:, None], np.column_stack(besides))
+        values = force @ np.linalg.pinv(shares(places)).T
         values /= np.abs(values).max()
         trace = _core.Trace(
             truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
@@ -101,3 +103,21 @@ def turned(recording, signs):
     """With commands times signs."""
     c = recording.commands
     return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
+
+
+CORNERS = [(0.3, 0.22, -45.0), (0.3, -0.22, 45.0), (-0.3, 0.22, 45.0), (-0.3, -0.22, -45.0)]
+
+
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_poses_of_a_point_off_the_origin_are_no_wrong_sign(seed):
+    """When it turns the point moves aside; of the one recording that turns it was said that a thruster is wrong."""
+    vehicle, recordings = one_by_one(CORNERS, EDGES, seed=seed, seconds=180.0, others=0.08)
+    moved = []
+    for recording in recordings:
+        eta = recording.eta.copy()
+        eta[:, :2] += 0.25 * np.column_stack([np.cos(eta[:, 2]), np.sin(eta[:, 2])])
+        moved.append(replace(recording, eta=eta))
+    assert check_apart(moved, vehicle).findings == ()
+    odd = [moved[0], turned(moved[1], -1.0), moved[2]]
+    found = check_apart(odd, vehicle).findings
+    assert found and all(f.text.startswith("S2 contradicts") for f in found)

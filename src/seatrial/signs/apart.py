@@ -12,6 +12,8 @@ from seatrial.signs.check import SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
 from seatrial.vehicle import Vehicle
 
+ARMS = tuple(0.02 * k for k in range(-75, 76))  # [m] of the measured point, ahead or to port
+
 
 def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
     """`check_signs` of all together; where the file is right for the others, what is wrong in those for which it
@@ -26,16 +28,36 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
         return together
     if all(_said(own) == _said(together) for own in apart if own.findings):
         return together  # of what the others do not tell
+    fits = _of_one_point(apart)
+    if all(fit for fit, own in zip(fits, apart, strict=True) if own.findings):
+        return together
     findings = [
         Finding(
             finding.kind,
             f"{recording.name} contradicts the vehicle file, the others do not; leave it out, or correct its "
             f"columns: {finding.text}",
         )
-        for recording, own in zip(recordings, apart, strict=True)
-        for finding in own.findings
+        for recording, own, fit in zip(recordings, apart, fits, strict=True)
+        for finding in (() if fit else own.findings)
     ]
     return replace(together, findings=tuple(findings))
+
+
+def _of_one_point(apart: Sequence[SignReport]) -> list[bool]:
+    """For which of them the file is right if the poses are of a point off the origin, the same for all."""
+    searches = [own.search for own in apart]
+    if any(s is None or s.mirrored for s in searches) or any(
+        any(own.repair.units) for own in apart
+    ):
+        return [False] * len(apart)
+    known = [s for s in searches if s is not None]
+
+    def misfits(ahead: float, left: float) -> list[float]:
+        return [s.moved((ahead, left)).misfit(s.as_is) for s in known]
+
+    ahead = min(ARMS, key=lambda arm: sum(misfits(arm, 0.0)))  # moves sway
+    left = min(ARMS, key=lambda arm: sum(misfits(0.0, arm)))  # moves surge
+    return [fit < s.price for fit, s in zip(misfits(ahead, left), known, strict=True)]
 
 
 def _said(report: SignReport) -> tuple[object, set[Wrong]]:

@@ -2,7 +2,7 @@
 """The check of a vehicle file against recordings, and its report."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -50,6 +50,7 @@ class SignReport:
     table: tuple[Gain, ...]
     text: tuple[str, ...]  # what each input moves, and what was not checked
     repair: Repair
+    search: Search | None = field(default=None, compare=False)  # None: nothing could be told
 
     def mended(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle file with all findings put right."""
@@ -82,6 +83,7 @@ def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
         _table(vehicle, found),
         (*(f"{name} {does}" for name, does in seen.items()), *_untold(vehicle, search, repair)),
         repair,
+        search,
     )
 
 

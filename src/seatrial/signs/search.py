@@ -105,6 +105,15 @@ class Search:
         """Chi-square of the gains against what the repaired file allows."""
         return float(self._misfits(repair, repair.matrix[None])[0])
 
+    def moved(self, arm: tuple[float, float]) -> "Search":
+        """The same of a point so far behind and to starboard [m] of the measured one, forward-left-up."""
+        ahead, left = arm
+        surge, sway, yaw = self.gains
+        side = -1.0 if self.mirrored else 1.0
+        surge = replace(surge, values=surge.values + left * side * yaw.values)
+        sway = replace(sway, values=sway.values - ahead * side * yaw.values)
+        return replace(self, gains=(surge, sway, yaw))
+
     def body(self, repair: Repair) -> Array:
         """What the repair of the poses does to [surge, sway, yaw] of the gains: (3, 3)."""
         flip = MIRROR if self.vehicle.axes is Axes.FRD else np.eye(2)
