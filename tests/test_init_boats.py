@@ -286,3 +286,40 @@ def test_a_short_look_goes_by_names_or_says_what_is_missing(tmp_path, propose, c
     unnamed = tables(log, tmp_path / "unnamed", commands="t,a,b,c")
     line = refused(capsys, unnamed, "-o", tmp_path / "v.yaml")
     assert "8 s do not show which of a, b, c move the boat; record some minutes" in line
+
+
+# Sensors off the origin. #
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+@pytest.mark.parametrize("lever", [(0.25, 0.0), (-0.15, 0.1)])
+def test_a_sensor_off_the_origin_is_a_lever_not_a_force(lever, axes, tmp_path, propose):
+    """Turning moves it aside: F_r was taken for a part of what drives the boat sideways."""
+    log = drive(180.0)
+    x, y, psi = log.pose.T
+    c, s = np.cos(psi), np.sin(psi)
+    moved = [x + c * lever[0] - s * lever[1], y + s * lever[0] + c * lever[1], psi]
+    turn = np.array([1.0, -1.0, -1.0]) if axes == "forward-right-down" else np.ones(3)
+    log = log.but(pose=np.column_stack(moved) * turn, command=log.command * turn)
+    vehicle, text = propose(tables(log, tmp_path / "off"), "--axes", axes)
+    assert set(vehicle.inputs) == set(NAMES)
+    assert not vehicle.file.forces
+    assert vehicle.lever == pytest.approx(lever, abs=0.04)
+    assert "check: where the sensor" in text
+
+
+def test_the_sensors_place_is_asked_for_where_nothing_is_seen_of_it(tmp_path, propose):
+    vehicle, text = propose(tables(drive(120.0), tmp_path / "at"))
+    assert vehicle.lever == (0.0, 0.0)
+    assert re.search(r"# lever: \[0, 0\] +# check: where the sensor", text)
+
+
+def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
+    """It pushes sideways and turns at once, and nothing else pushes sideways: that is no lever."""
+    mix = np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0], [-0.4, 0.4, 0.8]])  # left, right, bow
+    log = drive(180.0, sticks=lambda t, seed: thrust(t)[:, :3] @ mix.T)
+    log = log.but(command=thrust(log.command_t)[:, :3])
+    vehicle, _ = propose(tables(log, tmp_path / "bow", commands="t,left,right,bow"))
+    assert vehicle.lever == (0.0, 0.0)
+    assert set(vehicle.file.forces["F_v"].of) == {"bow"}
+    assert set(vehicle.file.forces["F_r"].of) == {"left", "right", "bow"}

@@ -21,8 +21,8 @@ from seatrial.frames import POSE_SIGNS, Axes
 from seatrial.plan import load_plan, with_seed
 from seatrial.recording import Recording, Signal, make_recording
 from seatrial.schema import AllocationEntry
-from seatrial.signs import Repair, Wrong, check_signs, mended, propose_inputs
-from seatrial.signs.gains import read_run
+from seatrial.signs import Repair, Wrong, assignments, check_signs, mended
+from seatrial.signs.gains import gains, read_run
 from seatrial.signs.repair import ANGLES, LENGTHS
 from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle, as_column
@@ -329,7 +329,7 @@ def test_what_could_not_be_checked_is_said(mp):
 
 
 def test_an_unlabelled_joypad_is_assigned():
-    """Channels of a PWM receiver in some order, one reversed, one a switch, one never moved."""
+    """Channels of a PWM receiver in some order, one reversed, one a switch."""
     record = simulated("paper-like", "S7", "mallard-mp")[0].recording
     F = record.commands.values
     rng = np.random.default_rng(4)
@@ -339,14 +339,14 @@ def test_an_unlabelled_joypad_is_assigned():
             1500 + 400 * F[:, 2],
             switch,
             1500 - 400 * F[:, 0],
-            np.full(len(F), 7.0),
             1500 + 400 * F[:, 1],
         ]
     )
-    names = tuple(f"axes[{i}]" for i in range(5))
-    found = propose_inputs([record], [Signal(names, record.commands.stamps, values)])
+    names = tuple(f"axes[{i}]" for i in range(4))
+    run = read_run(record, Signal(names, record.commands.stamps, values))
+    found = list(assignments(names, np.array([g.t for g in gains([run])])))
     assert {(a.axis, a.channel, a.sign) for a in found} == {
-        (0, "axes[2]", -1), (1, "axes[4]", 1), (2, "axes[0]", 1),
+        (0, "axes[2]", -1), (1, "axes[3]", 1), (2, "axes[0]", 1),
     }  # fmt: skip
     assert all(a.trusted for a in found)
 

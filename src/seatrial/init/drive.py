@@ -4,6 +4,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,12 @@ from seatrial.frames import AXES, Array
 from seatrial.init.sources import Sources
 from seatrial.io.read import read
 from seatrial.recording import Recording
-from seatrial.signs import Assignment, Gain, SignReport, check_signs, propose_inputs
+from seatrial.signs import Assignment, Gain, SignReport, assignments, check_signs
 from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
 
 SEEN = 6.0  # t from which on a channel is said to drive an axis,
 SHARE = 0.3  # with at least this share of the effect of the strongest there
+LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] of the measured point that are proposed
 MOST_CHANNELS = 8  # those that vary most: a vehicle has no more inputs
 PWM = (900.0, 2100.0)  # [us]
 PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us]
@@ -44,6 +46,9 @@ class Drive:
     thrusters: bool  # that several channels drive an axis together
     undriven: tuple[str, ...]  # axes that nothing is seen to drive
     pose: dict[str, Any]  # as found, units put right
+    lever: (
+        tuple[float, float] | None
+    )  # [m] of the measured point, in the file's axes, as far as seen
     findings: tuple[str, ...]  # what was put right
     on_change: bool
 
@@ -57,13 +62,56 @@ class Channels:
     t: Array  # (3, n)
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command
-    assigned: tuple[Assignment, ...]
+
+    @cached_property
+    def assigned(self) -> tuple[Assignment, ...]:
+        """For each axis the channel that moves it most clearly, none twice."""
+        t = self.t.copy()
+        if self.lever is not None:
+            t[:2, self.turning] = 0.0
+        return tuple(a for a in assignments(self.names, t) if abs(a.t) > SEEN)
+
+    @property
+    def turning(self) -> int:
+        """The channel that turns the boat most."""
+        return int(np.argmax(self.effects[2]))
+
+    @property
+    def effects(self) -> Array:
+        """How much (3, n) each channel does to each axis, where that is seen."""
+        return np.where(np.abs(self.t) > SEEN, np.abs(self.gains) * self.spread, 0.0)
 
     @property
     def clear(self) -> NDArray[np.bool_]:
-        """Channels (3, n) that drive an axis visibly, and not only by the way."""
-        seen = np.where(np.abs(self.t) > SEEN, np.abs(self.gains) * self.spread, 0.0)
-        return np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
+        """Channels (3, n) that drive an axis visibly, and not only by the way.
+
+        What turns the boat moves a point off its origin aside: that is no drive of surge or sway.
+        """
+        seen = self.effects
+        found = np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
+        if self.lever is not None:
+            found[:2, self.turning] = False
+        return found
+
+    @cached_property
+    def lever(self) -> tuple[float, float] | None:
+        """The measured point [m] from the origin, if the one channel that turns the boat seems to push it, too.
+
+        Others must drive surge and sway as well: else the same is seen of a single thruster at the bow.
+        """
+        seen = self.effects
+        k = self.turning
+        if np.count_nonzero(seen[2] >= max(SHARE * seen[2].max(), 1e-12)) != 1:
+            return None
+        aside = seen[:2, k] > 0.0
+        others = np.delete(seen[:2], k, axis=1).max(axis=1, initial=0.0) >= SHARE * seen[:2].max(
+            axis=1
+        )
+        if not aside.any() or not others[aside].all():
+            return None
+        along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]
+        ahead, second = round(float(across), 2) + 0.0, round(float(-along), 2) + 0.0
+        return (ahead, second) if LEAST_LEVER < np.hypot(ahead, second) < MOST_LEVER else None
 
     @property
     def shared(self) -> bool:
@@ -85,8 +133,8 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
-        channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, tuple(said),
-        on_change,
+        channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
+        tuple(said), on_change,
     )  # fmt: skip
 
 
@@ -159,10 +207,9 @@ def _channels(
         t[gain.axis, i] = turn * gain.t
         gains[gain.axis, i] = turn * gain.value
     columns = {n: sources.channels[n] | s for n, s in zip(names, scales, strict=True)}
-    assigned = [a for a in propose_inputs(recordings, signals) if abs(a.t) > SEEN]
     sizes = np.array([s.get("scale", 1.0) for s in scales])
     spread = values.std(axis=0) / sizes
-    return Channels(names, columns, t, gains * sizes, spread, tuple(assigned))
+    return Channels(names, columns, t, gains * sizes, spread)
 
 
 def _scale(values: Array, full: float | None = None) -> dict[str, float]:
@@ -202,7 +249,11 @@ def _sticks(found: Channels) -> Parts:
         positive = found.t[a.axis, found.names.index(a.channel)] > 0
         name = WRENCH[a.axis]
         inputs[name] = found.columns[a.channel] | ({} if positive else {"sign": -1})
-        doubt = "" if a.trusted else "; check: another channel moves it nearly as clearly"
+        doubt = (
+            ""
+            if a.trusted or found.lever
+            else "; check: another channel moves it nearly as clearly"
+        )
         remarks[name] = f"seen to move {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
         forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
     return inputs, remarks, forces

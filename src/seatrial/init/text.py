@@ -56,7 +56,26 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
 def _pose(sources: Sources, drive: Drive) -> list[str]:
     lines = [_commented("pose:", *sources.notes.get("pose", []))]
     lines += [f"  # {text}" for text in drive.findings]
-    return lines + [f"  {_line(key, value)}" for key, value in drive.pose.items()]
+    lines += [f"  {_line(key, value)}" for key, value in drive.pose.items()]
+    return [*lines, *_lever(drive)]
+
+
+def _lever(drive: Drive) -> list[str]:
+    """Where the measured point is."""
+    where = "check: where the sensor, or SLAM's frame, is from the point that thrusters turn the boat about"
+    if drive.lever is None:
+        return [
+            _commented(
+                "  # lever: [0, 0]", f"{where} [m];", "ahead, and along the file's second axis"
+            )
+        ]
+    return [
+        _commented(
+            f"  lever: [{drive.lever[0]:g}, {drive.lever[1]:g}]",
+            f"{where} [m], by what was seen;",
+            "ahead, and along the file's second axis; measure it, or add --effect lever to identify",
+        )
+    ]
 
 
 def _commands(sources: Sources, drive: Drive) -> list[str]:

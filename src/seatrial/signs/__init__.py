@@ -14,7 +14,7 @@ hardly excited, which the report says.
 from seatrial.signs.apart import check_apart
 from seatrial.signs.check import Gain, SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
-from seatrial.signs.propose import Assignment, propose_inputs
+from seatrial.signs.propose import Assignment, assignments
 from seatrial.signs.repair import Repair, mended
 
 __all__ = [
@@ -24,8 +24,8 @@ __all__ = [
     "Repair",
     "SignReport",
     "Wrong",
+    "assignments",
     "check_apart",
     "check_signs",
     "mended",
-    "propose_inputs",
 ]

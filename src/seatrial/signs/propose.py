@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Which channel of an unlabelled joypad moves which axis: a start for a vehicle file."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial.frames import Array
-from seatrial.recording import Recording, Signal
-from seatrial.signs.gains import enough, gains, read_run
 
 SEEN = 8.0  # t from which on a channel may be given an axis,
 ALONE = 0.5  # and the largest t of another channel there, as a share
@@ -25,29 +23,8 @@ class Assignment:
     trusted: bool  # it is clear, and no other channel moves the axis nearly as clearly
 
 
-def propose_inputs(
-    recordings: Sequence[Recording], channels: Sequence[Signal]
-) -> tuple[Assignment, ...]:
-    """For each axis the channel that moves it, clearest first, none twice; () if nothing can be told.
-
-    channels: the same of each recording; their offsets and scales do not matter (PWM may be given
-    as it is).
-    """
-    varied = [(c.values != c.values[:1]).any(axis=0) for c in channels]
-    kept = np.flatnonzero(np.any(varied, axis=0))
-    names = tuple(channels[0].names[i] for i in kept)
-    runs = [
-        read_run(recording, Signal(names, c.stamps, c.values[:, kept]))
-        for recording, c in zip(recordings, channels, strict=True)
-    ]
-    if not names or not enough(runs):
-        return ()
-    t = np.array([g.t for g in gains(runs)])  # (3, channels)
-    return tuple(_assigned(names, t))
-
-
-def _assigned(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:
-    """Axis by axis, the clearest first."""
+def assignments(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:
+    """Axis by axis, the clearest first; t (3, channels): how clearly each moves each axis."""
     left = np.abs(t)
     for _ in range(min(t.shape)):
         axis, best = (int(i) for i in np.unravel_index(int(np.argmax(left)), t.shape))
