@@ -139,3 +139,14 @@ def test_an_axis_that_both_predict_exactly_is_no_change(mp):
     recording = make_recording("line", np.rint(1e9 * t).astype(np.int64), states[:, :3], commands)
     found = compare(a, b, [recording])
     assert found.better["1"] == {"u": "A", "v": None, "r": None}
+
+
+def test_what_is_sure_but_next_to_nothing_hardly_matters(drive):
+    """Two models that are known exactly: a thousandth of drag and thrust is no reason to identify again."""
+    _, boat, recording = drive
+    a, b = (unsure(replace(boat, coefficients=boat.coefficients * f), 1e-9) for f in (1.004, 1.003))
+    found = compare(a, b, [recording])
+    assert "B" in found.better["1"].values()
+    said = comparison_text(found)
+    assert "beyond chance, but less than 0.5 % of the error, which hardly matters" in said
+    assert "the change matters" not in said

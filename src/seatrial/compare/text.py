@@ -18,6 +18,7 @@ NONE = "nothing"
 HARDLY = 1e-6  # [m], [rad] of pose errors that are not worth a word
 QUIET = 1e-5  # [m/s^2], [rad/s^2] a force that is not worth a word
 ANOTHER = 0.1  # a factor on all drag and thrust below which no payload is the reason
+SLIGHT = 0.005  # of the error one second ahead: a smaller difference hardly matters, however sure it is
 FITS = 0.01  # p below which one factor does not explain an axis
 
 
@@ -247,11 +248,14 @@ def matters(found: Comparison, horizon: str) -> str:
         return "too short to tell which predicts better: record a minute or more"
     beyond = beyond_luck(axes)
     said: list[str] = []
+    slight: list[str] = []
     lucky: list[str] = []
     for axis, symbol in enumerate(SYMBOLS):
-        letter = found.better[horizon][symbol]
+        letter, one = found.better[horizon][symbol], axes[symbol]
         if letter is not None:
-            (said if symbol in beyond else lucky).append(_better(letter, axes[symbol], axis))
+            small = abs(one.difference) < SLIGHT * min(one.a, one.b)
+            kind = lucky if symbol not in beyond else slight if small else said
+            kind.append(_better(letter, one, axis))
     near = [
         AXES[axis]
         for axis, symbol in enumerate(SYMBOLS)
@@ -273,7 +277,12 @@ def matters(found: Comparison, horizon: str) -> str:
             if lucky
             else more
         )
-        return f"{head}: {'; '.join(said)}{more}"
+        return f"{head}: {'; '.join(said + slight)}{more}"
+    if slight:
+        return (
+            f"{'; '.join(slight)}: beyond chance, but less than {100 * SLIGHT:g} % of the error, which hardly "
+            f"matters{more}"
+        )
     if lucky:
         return (
             f"{'; '.join(lucky)}: two estimates of one unchanged boat may differ as much, so this shows no "
