@@ -142,9 +142,9 @@ def test_an_axis_that_both_predict_exactly_is_no_change(mp):
 
 
 def test_what_is_sure_but_next_to_nothing_hardly_matters(drive):
-    """Two models that are known exactly: a thousandth of drag and thrust is no reason to identify again."""
+    """Two models that are known exactly: a hundredth of drag and thrust is no reason to identify again."""
     _, boat, recording = drive
-    a, b = (unsure(replace(boat, coefficients=boat.coefficients * f), 1e-9) for f in (1.004, 1.003))
+    a, b = (unsure(replace(boat, coefficients=boat.coefficients * f), 1e-9) for f in (1.03, 1.02))
     found = compare(a, b, [recording])
     assert "B" in found.better["1"].values()
     said = comparison_text(found)

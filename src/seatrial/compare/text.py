@@ -18,7 +18,9 @@ NONE = "nothing"
 HARDLY = 1e-6  # [m], [rad] of pose errors that are not worth a word
 QUIET = 1e-5  # [m/s^2], [rad/s^2] a force that is not worth a word
 ANOTHER = 0.1  # a factor on all drag and thrust below which no payload is the reason
-SLIGHT = 0.005  # of the error one second ahead: a smaller difference hardly matters, however sure it is
+SLIGHT = (
+    0.005  # of the error one second ahead: a smaller difference hardly matters, however sure it is
+)
 FITS = 0.01  # p below which one factor does not explain an axis
 
 
@@ -278,16 +280,13 @@ def matters(found: Comparison, horizon: str) -> str:
             else more
         )
         return f"{head}: {'; '.join(said + slight)}{more}"
-    if slight:
-        return (
-            f"{'; '.join(slight)}: beyond chance, but less than {100 * SLIGHT:g} % of the error, which hardly "
-            f"matters{more}"
+    if slight or lucky:
+        why = (
+            f"beyond chance, but less than {100 * SLIGHT:g} % of the error, which hardly matters"
+            if slight
+            else "two estimates of one unchanged boat may differ as much, so this shows no change"
         )
-    if lucky:
-        return (
-            f"{'; '.join(lucky)}: two estimates of one unchanged boat may differ as much, so this shows no "
-            f"change{more}"
-        )
+        return f"{'; '.join(slight or lucky)}: {why}{more}"
     if found.changed and near:
         return f"coefficients changed; in the prediction {chance}: record longer to tell"
     if found.changed:
