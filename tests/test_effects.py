@@ -20,6 +20,7 @@ from seatrial.identify.search import Point
 from seatrial.identify.solution import with_lever
 from seatrial.identify.text import plus_minus, summary
 from seatrial.io.poses import in_vehicle_terms
+from seatrial.model import LEVER_ERRORS
 from seatrial.plan import load_plan, with_seed
 from seatrial.recording import Signal, make_recording
 from seatrial.simulate import plant_model, simulate
@@ -77,6 +78,12 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
         np.testing.assert_allclose(model.envelope.speeds[symbol], range_, atol=0.01)
     # a vehicle file without a lever does not put the measured point at the origin
     assert model.with_vehicle(vehicle).vehicle.same_origin(model.vehicle)
+    errors = model.lever_errors
+    assert errors == pytest.approx([found.errors["lever_x"], found.errors["lever_y"]], rel=0.05)
+    unsure = [f"{LEVER_ERRORS}: 1.0e-02 m ahead, 1.0e-02 m aside"]
+    unsure = replace(model, estimator=msgspec.structs.replace(model.estimator, notes=unsure))
+    assert unsure.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
+    assert not model.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
     nearly = replace(model, vehicle=with_lever(model.vehicle, 3e-5, 0.0))
     assert drive_of(model, nearly) == (model, nearly)
     assert all(m.vehicle.same_origin(model.vehicle) for m in drive_of(model, nearly, vehicle))

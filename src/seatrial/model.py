@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The identified model: coefficients with covariance, thrusters, provenance; its file."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,10 +28,14 @@ from seatrial.schema import (
     RecordingEntry,
 )
 from seatrial.structure import Structure
-from seatrial.vehicle import Vehicle, vehicle_from
+from seatrial.vehicle import SAME_POINT, Vehicle, vehicle_from
 
 MODEL_FORMAT: Final = "model 2"
 ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
+LEVER_ERRORS = (
+    "standard errors of the lever arm"  # a note that begins so has them: 1e-3 m ahead, 2e-3 m aside
+)
+SURELY = 3.0  # standard errors from which on two lever arms are two
 AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
@@ -98,6 +103,21 @@ class Model:
         """Names of parameters that ended at the bound of their range: the data say no more of them."""
         said = [note.rpartition(":")[0] for note in self.estimator.notes if note.endswith(AT_BOUND)]
         return frozenset(name for name in said if self.standard_errors.get(name) == 0.0)
+
+    @cached_property
+    def lever_errors(self) -> tuple[float, float]:
+        """Standard errors [m] of the lever arm, ahead and aside, where it was found; 0 where it was given."""
+        for note in self.estimator.notes:
+            if note.startswith(LEVER_ERRORS):
+                ahead, aside = re.findall(r"([\d.e+-]+) m", note)
+                return float(ahead), float(aside)
+        return 0.0, 0.0
+
+    def same_origin(self, other: "Model") -> bool:
+        """Whether the two are about one point of the boat, as far as it is known."""
+        apart = np.abs(np.subtract(self.vehicle.lever, other.vehicle.lever))
+        errors = np.hypot(self.lever_errors, other.lever_errors)
+        return bool((apart < np.maximum(SAME_POINT, SURELY * errors)).all())
 
     @cached_property
     def known_vehicle(self) -> Vehicle:

@@ -125,7 +125,7 @@ def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model,
 
     That is `vehicle`, or the models' own where these agree; raises ModelError where they don't.
     """
-    if not a.vehicle.same_origin(b.vehicle):
+    if not a.same_origin(b):
         raise ModelError(
             f"the models are of two origins (the poses' point is {origin(a.vehicle)} of A's, "
             f"{origin(b.vehicle)} of B's): leave the recordings out, or take validate A RECORDING --against B"

@@ -146,7 +146,7 @@ def _vehicles(a: Model, b: Model) -> list[str]:
             f"A's file is in {one.axes.value} axes, B's in {two.axes.value}: both are compared in "
             f"{Axes.FLU.value} axes"
         )
-    if not one.same_origin(two):
+    if not a.same_origin(b):
         found.append(
             f"two origins: the poses' point is {origin(one)} of A's, {origin(two)} of B's; coefficients of two "
             "points of a boat differ"

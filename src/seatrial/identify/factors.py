@@ -14,6 +14,7 @@ from seatrial.frames import AXES, Array
 from seatrial.identify.score_test import ScoreTest
 from seatrial.identify.search import Point
 from seatrial.structure import Structure
+from seatrial.vehicle import Vehicle
 
 WORTH = 20.0  # fall of -2 log likelihood from which on factors are worth a word
 SHARP = (
@@ -25,6 +26,8 @@ CAUSES = {
     "drag": "did the water change, or something trailing in it, or is a drag term missing?",
     "thrust and drag": "did the payload change?",
 }
+ZONES = ("edge_forward", "edge_reverse", "pair_dead_zone")
+UNZONED = "is that the dead zone, which was not sought (small commands thrust less for it)? Else, "
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,14 @@ def changes(at: Point, tested: Tested) -> str:
         share = 100.0 * (1.0 - change.ratio)
         where.setdefault(less, []).append(f"in {AXES[change.axis]} {share:.0f} %")
     places = [f"{', '.join(axes)} {less}" for less, axes in where.items()]
-    return f"{what} {'; '.join(places)}: {CAUSES[what]}" if places else ""
+    zone = UNZONED if what == "thrust" and not _zoned(at.passes.problem.vehicle) else ""
+    return f"{what} {'; '.join(places)}: {zone}{CAUSES[what]}" if places else ""
+
+
+def _zoned(vehicle: Vehicle) -> bool:
+    """Whether the thrusters have a dead zone, known or sought."""
+    kinds = {name.partition(".")[0] for name in vehicle.constants.names}
+    return bool(kinds & set(ZONES)) or any(group.table for group in vehicle.file.chain)
 
 
 def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:

@@ -33,12 +33,12 @@ from seatrial.identify.lever import first_lever, of_origin
 from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
 from seatrial.identify.search import Point, astray, search
 from seatrial.identify.short_lag import by_squares
-from seatrial.identify.solution import LEVER_ERRORS, METHOD, Fit, OutputErrorSettings
+from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
 from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.identify.wear import wear
 from seatrial.identify.whiteness import explained
-from seatrial.model import AT_BOUND, Model
+from seatrial.model import AT_BOUND, LEVER_ERRORS, Model
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
 from seatrial.statistics import inverse_of

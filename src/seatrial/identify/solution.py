@@ -14,14 +14,13 @@ from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.search import Point
-from seatrial.model import Model
+from seatrial.model import LEVER_ERRORS, Model
 from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
 from seatrial.velocity import Motion, motion
 
 METHOD = "output-error"
-LEVER_ERRORS = "standard errors of the lever arm"
 
 
 @dataclass(frozen=True)
