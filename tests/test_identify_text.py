@@ -92,7 +92,10 @@ def test_noise_in_words(model):
 
 def test_minutes_until_it_is_known_to_five_per_cent(model):
     """15 % after 10 min: 5 % after nine times that. Lag and latency need none: their sum is known."""
-    assert "Driven like these 10.0 min, knowing them to 5 % takes 90 min for X_u." in summary(model)
+    assert (
+        "Driven like these 10.0 min, knowing them to 5 % takes 90 min for X_u; the report says"
+        in summary(model)
+    )
     sharp = replace(model, covariance=model.covariance / 100)
     assert "Halving every error takes four times these 10.0 min." in summary(sharp)
     assert [minutes(m) for m in (3.26, 44.0, 150.0, 5000.0)] == [

@@ -40,7 +40,7 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
         listed = _listed(same)
         many = "s" if len(same) > 1 else ""
         said.append(
-            f"{seconds_said(longest)} more of {one.manoeuvre} would halve the interval{many} of {listed}."
+            f"{seconds_said(longest)} more of {one.manoeuvre} would halve the 95 % interval{many} of {listed}."
         )
     if never:
         said.append(

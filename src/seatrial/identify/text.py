@@ -215,7 +215,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
     wanted = [f"{minutes(length * (f.relative / SHARP) ** 2)} for {f.name}" for f in loose[:MANY]]
     return [
         f"Driven like these {minutes(length)}, knowing them to {100 * SHARP:.0f} % takes "
-        f"{', '.join(wanted)}."
+        f"{', '.join(wanted)}; the report says what to drive instead."
     ]
 
 
