@@ -20,7 +20,7 @@ from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle
 
 sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import CORRELATED, HANGS, IDENTIFIED, LASTS, SCENES, trials
+from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
 from benchmarks.recovery.scenes import scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
@@ -38,7 +38,7 @@ PUSH = SCENES[PUSHED] * np.array(  # [m/s^2, rad/s^2]
     [np.sqrt(0.5 * (TRUTH["X_F"] ** 2 + TRUTH["Y_F"] ** 2)), TRUTH["N_F"]]
 )
 # the filter's noise as the plan has it
-AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, HANGS, 1e-9])
+AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, CORRELATION, 1e-9])
 
 
 def solved(seed: int) -> Fit:
@@ -62,7 +62,7 @@ def test_a_pushed_boat_whose_pose_errors_hang_together_is_found(found):
     coloured = found.model().noise.correlated
     assert coloured is not None
     assert [coloured.position, coloured.heading, coloured.memory] == pytest.approx(
-        [SIGMA, SIGMA, HANGS], rel=0.15
+        [SIGMA, SIGMA, CORRELATION], rel=0.15
     )
 
 
@@ -124,7 +124,7 @@ def solved_on(
         plant=replace(
             plan.plant, coefficients=coefficients, unmodelled=Unmodelled(SCENES[PUSHED], LASTS)
         ),
-        pose=replace(plan.pose, noise_correlation=HANGS),
+        pose=replace(plan.pose, noise_correlation=CORRELATION),
         trials={name: replace(plan.trials[name], duration=150.0) for name in IDENTIFIED},
     )
     made = list(simulate(plan, vehicle))
@@ -171,4 +171,4 @@ def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found)
     assert np.all(first_noise(recordings)[:2] < 0.5 * SIGMA)
     noise = all_coloured(recordings)
     assert noise[[7, 8]] == pytest.approx([SIGMA, SIGMA], rel=0.05)
-    assert noise[9] == HANGS
+    assert noise[9] == CORRELATION

@@ -130,7 +130,7 @@ def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
     swing = 0.004 * np.sin(2.0 * np.pi * recording.t[:, None] + np.array([0.0, 1.0, 2.0]))
     shaken = replace(recording, eta=recording.eta + swing * [1.0, 1.0, 0.0])
     (note,) = [n for n in validate(model, [shaken]).recordings[0].notes if "foresees" in n]
-    assert "they err otherwise" in note
+    assert "their errors are not as stated" in note
     assert "payload" not in note
     assert "in yaw" not in note
 

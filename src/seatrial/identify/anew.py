@@ -5,7 +5,8 @@ Corners hold a search though the likelihood is higher elsewhere, above all where
 errors of its poses are correlated. Such errors that were let go, since they looked like motion as long as
 parameters were far off, have no states any more to come back by; others end at the longest memory that a first
 search allows. Where they last for seconds, as those of GNSS do, a wandering velocity stands for them, and
-coefficients that follow it. Where a random walk of the velocity stands for a push that comes and goes, a little
+coefficients that follow it. Where errors are correlated and the boat is pushed, walks of the velocity may
+stand for both. Where a random walk of the velocity stands for a push that comes and goes, a little
 of the latter beside it explains nothing more. And waves are errors that swing, which a search comes to only from
 near their period. So where there are signs of one the search begins anew from the corner opposite, and the
 likelier solution is kept.
@@ -32,7 +33,13 @@ from seatrial.filter_noise import (
     repeated_cost,
 )
 from seatrial.frames import Array
-from seatrial.identify.first_noise import LASTING, all_coloured, lasting, swinging
+from seatrial.identify.first_noise import (
+    LASTING,
+    all_coloured,
+    lasting,
+    pushed_and_coloured,
+    swinging,
+)
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import NOTHING, Point, approach, descend
@@ -58,6 +65,8 @@ def anew(at: Point, theta: Array) -> Point:
     let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
     if let_go and not white(at):
         at = _likelier(at, theta, all_coloured(at.passes.problem.recordings))
+    if not white(at):
+        at = _likelier(at, theta, pushed_and_coloured(at.passes.problem.recordings))
     if (other := longer(at.noise)) is not None:
         at = _likelier(at, at.theta, other)
     for walk, disturbance in WALKS_AND_DISTURBANCES:

@@ -21,22 +21,26 @@ from seatrial.filter_noise import (
     PROCESS,
     fitted_noise,
     likelier_noise,
+    noise_entry,
 )
 from seatrial.frames import AXES, Array
 from seatrial.identify.anew import WORTH
+from seatrial.identify.factors import thrust_and_drag
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, search
 from seatrial.identify.whiteness import explained, white
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
-from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
+from seatrial.schema import EnvelopeEntry, Integration
+from seatrial.statistics import inverse_of
 from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
 LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
 KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
+OBEYED = 15.0  # standard errors of a force's coefficient from which on commands move the boat
 NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
 
 
@@ -59,7 +63,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     problem = at.passes.problem
     if hold or not _comparable(problem) or explained(at) or white(at):
         return at.noise, at, 0.0
-    best = _ahead(problem, at.theta)
+    best = _ahead(problem, at.theta, at.noise)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
         return at.noise, at, 0.0
     chosen, share = at, 0.0
@@ -71,7 +75,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
         closer = _closer(at, found)
         if closer is not at:
             return believed(closer)
-        ahead = _ahead(problem, found.theta)
+        ahead = _ahead(problem, found.theta, at.noise)
         if ahead is None:
             continue
         worse = float(np.mean(np.log(ahead.rms / best.rms)))
@@ -88,7 +92,7 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
     """
     if explained(at) or not _comparable(at.passes.problem):
         return []
-    ahead = _ahead(at.passes.problem, at.theta)
+    ahead = _ahead(at.passes.problem, at.theta, at.noise)
     if ahead is None:
         return [
             "no second of these recordings can be predicted: the model runs away from the velocities "
@@ -99,6 +103,8 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
     ratio = ahead.rms / np.maximum(least, 1e-12)
     pushed = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
     known = (pushed < KNOWN * ahead.rms) & (share == 0.0)
+    known |= ahead.rms**2 < NOISY * ahead.floor**2
+    known |= np.array([_obeys(at, axis) for axis in range(3)])
     poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR and not k]
     if not poor:
         return []
@@ -106,6 +112,16 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
         f"in {' and '.join(poor)}, one second ahead hardly better than constant or zero velocity: do commands "
         "and poses belong together? Check with inspect, and the vehicle file's signs"
     ]
+
+
+def _obeys(at: Point, axis: int) -> bool:
+    """Whether thrust of an axis is so clearly seen that poses and commands do belong together."""
+    problem = at.passes.problem
+    thrust, _ = thrust_and_drag(problem.vehicle.structure, axis)
+    free = np.array(problem.free)
+    errors = np.sqrt(np.diag(inverse_of(at.passes.information)))
+    own = np.array([problem.names[i] in thrust for i in free])
+    return bool((np.abs(at.theta[free]) > OBEYED * errors)[own].any())
 
 
 def _closer(at: Point, found: Point) -> Point:
@@ -156,12 +172,12 @@ def plain_noise(at: Point, noise: Array) -> Array:
     return noise
 
 
-def _ahead(problem: Problem, theta: Array) -> Ahead | None:
-    """Errors of the model with these parameters; None where it runs away."""
+def _ahead(problem: Problem, theta: Array, noise: Array) -> Ahead | None:
+    """Errors of the model with these parameters, the noise being (11,); None where it runs away."""
     n, m = problem.size, problem.constants
     model = Model(
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
-        Integration("runge-kutta", problem.step), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
+        Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
     )  # fmt: skip
     squares, floors, stays, moves, count = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0
     for i, recording in enumerate(problem.recordings):

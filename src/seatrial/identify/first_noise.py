@@ -15,6 +15,7 @@ from seatrial.filter_noise import (
     COLOUR,
     COLOUR_MEMORY,
     COLOUR_TURN,
+    DISTURBANCES,
     MEMORY,
     NOISE_FIRST,
     NOISE_LEAST,
@@ -30,6 +31,7 @@ from seatrial.schema import CorrelatedEntry
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 COLOUR_START = 0.5  # errors of the poses that are correlated over the white ones
 LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
+PUSHED, PUSHED_FOR = (0.03, 0.3), 1.5  # [m/s^2, rad/s^2], [s] of a boat that is pushed
 SWINGS = 2.0  # periods over which errors that swing are correlated
 BARE = 0.1  # of the white errors that is left where all are said to be correlated
 
@@ -72,6 +74,14 @@ def swinging(recordings: Sequence[Recording], times: float, period: float) -> Ar
     """The same for errors that swing with a period [s], as waves make them."""
     noise = lasting(recordings, times, SWINGS * period)
     noise[COLOUR_TURN] = 2.0 * np.pi / period
+    return noise
+
+
+def pushed_and_coloured(recordings: Sequence[Recording]) -> Array:
+    """Errors of the poses that are all correlated, and a boat that is pushed: no velocity that wanders."""
+    noise = all_coloured(recordings)
+    noise[PROCESS] = NOISE_LEAST[PROCESS]
+    noise[DISTURBANCES], noise[MEMORY] = PUSHED, PUSHED_FOR
     return noise
 
 

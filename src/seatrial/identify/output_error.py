@@ -99,7 +99,7 @@ def fit(
     for point in (at, bumped or at):
         point.passes.forget_ways()
     if chosen.extras and start is None:
-        at, found = freed(at, vehicle, chosen, share)
+        likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
         notes += [*found, *hints(at, share), *disagreements(at), *wear(at)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
@@ -130,6 +130,28 @@ def fit(
         share,
         likely,
     )
+
+
+def _with_stages(
+    believed_so: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
+) -> tuple[Array, Point, float, list[str]]:
+    """The likelihood's noise, the solution, how closely it is believed, and what was freed, in words.
+
+    What was missing made the model be believed less closely: with it that is asked again.
+    """
+    likely, at, share = believed_so
+    notes: list[str] = []
+    while True:
+        at, found = freed(at, vehicle, chosen, share)
+        notes += found
+        if not found or share == 0.0:
+            return likely, at, share, notes
+        try:
+            again = search(at.passes.problem, at.theta, likely, hold=chosen.hold_noise)
+        except IdentificationError:
+            return likely, at, share, notes
+        likely, at, share = believed(again, hold=chosen.hold_noise)
+        at.passes.forget_ways()
 
 
 def _nothing_told(at: Point, covariance: Array) -> bool:
