@@ -2,12 +2,15 @@
 """Which parameters are free, and further stages of the chain that the data ask for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.errors import IdentificationError
+from seatrial.frames import Array, Mask
 from seatrial.identify.belief import least_noise
+from seatrial.identify.covariance import sandwich
 from seatrial.identify.problem import Passes, Problem
 from seatrial.identify.score_test import ScoreTest, score_test
 from seatrial.identify.search import Point, search
@@ -18,6 +21,8 @@ from seatrial.vehicle import Vehicle
 
 MOST_EXTRAS = 5
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
+SURELY = 3.5  # standard errors away from its neutral value, where the score test does not tell
+CURVE = ("reverse_ratio", "power")
 
 
 def problem_of(
@@ -44,25 +49,110 @@ def freed(
     """The solution with those further stages of the chain that the data ask for; said in words."""
     notes: list[str] = []
     for _ in range(MOST_EXTRAS):
-        problem = at.passes.problem
-        found = []
-        passes: dict[int, Passes] = {}  # of probes
-        for extra in extras(vehicle, problem.vehicle, problem.recordings):
-            if id(extra.probe) not in passes:
-                probe = _wider(problem, extra.probe, vehicle, settings)
-                start = _moved(at, probe, extra.origin)
-                passes[id(extra.probe)] = probe.passes(start, at.noise, repeatable=False)
-            wider = _wider(problem, extra.vehicle, vehicle, settings)
-            test = _tested(problem, wider, passes[id(extra.probe)])
-            if test.likely and test.gain > WORTH:
-                found.append((test.gain, extra.words, wider, _moved(at, wider, extra.origin)))
-        if not found:
+        asked = _asked(at, vehicle, settings)
+        likely = [a for a in asked if a.test.likely]
+        most = max(likely, key=lambda a: a.test.gain, default=None)
+        there = None if most is None else _found(at, most, settings, share)
+        if there is None:
+            there, most = _tried(at, asked, vehicle, settings, share)
+        if there is None or most is None:
             break
-        _, words, wider, theta = max(found, key=lambda f: f[0])
-        least = least_noise(wider, share)
-        at = search(wider, theta, at.noise, hold=settings.hold_noise, least=least)
-        notes.append(f"{words}: estimated, as the data ask for it")
+        at = there
+        notes += [f"{words}: estimated, as the data ask for it" for words in most.words]
     return at, notes
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A stage that promises enough, and the problem with it."""
+
+    words: tuple[str, ...]
+    wider: Problem
+    theta: Array  # where its search begins
+    test: ScoreTest
+
+
+def _asked(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_Asked]:
+    """Stages that promise a fall that is worth having, be it by chance or not."""
+    problem = at.passes.problem
+    found = []
+    passes: dict[int, Passes] = {}  # of probes
+    for extra in extras(vehicle, problem.vehicle, problem.recordings):
+        if id(extra.probe) not in passes:
+            probe = _wider(problem, extra.probe, vehicle, settings)
+            start = _moved(at, probe, extra.origin)
+            passes[id(extra.probe)] = probe.passes(start, at.noise, repeatable=False)
+        wider = _wider(problem, extra.vehicle, vehicle, settings)
+        test = _tested(problem, wider, passes[id(extra.probe)])
+        if test.gain > WORTH:
+            found.append(_Asked((extra.words,), wider, _moved(at, wider, extra.origin), test))
+    return found
+
+
+def _found(at: Point, asked: _Asked, settings: OutputErrorSettings, share: float) -> Point | None:
+    """The solution with it; None where there is none."""
+    least = least_noise(asked.wider, share)
+    with suppress(IdentificationError):
+        return search(asked.wider, asked.theta, at.noise, hold=settings.hold_noise, least=least)
+    return None
+
+
+def _tried(
+    at: Point,
+    asked: Sequence[_Asked],
+    vehicle: Vehicle,
+    settings: OutputErrorSettings,
+    share: float,
+) -> tuple[Point | None, _Asked | None]:
+    """A curve's stages that the score test does not tell from chance, but the fit with them does.
+
+    Dead-zone edges that stand for a curve hide it from its scores: where several promise something, all are tried
+    at once, and what is not far from its neutral value by its errors is left out.
+    """
+    problem = at.passes.problem
+    curves = [a for a in asked if _curve(problem, a.wider)]
+    tries = [*_together(at, curves, vehicle, settings), *curves]
+    for one in tries:
+        there = _found(at, one, settings, share)
+        if there is None or not at.passes.cost - there.passes.cost > WORTH:
+            continue
+        far = _far(there, [i for i in one.wider.free if one.wider.names[i] not in problem.names])
+        if far.all():
+            return there, one
+    return None, None
+
+
+def _curve(problem: Problem, wider: Problem) -> bool:
+    """Whether what a wider problem has more is the one curve of all actuators."""
+    new = [name for name in wider.names if name not in problem.names]
+    return all(name in CURVE for name in new)
+
+
+def _together(
+    at: Point, curves: Sequence[_Asked], vehicle: Vehicle, settings: OutputErrorSettings
+) -> list[_Asked]:
+    """All stages of the curve at once, if one of them promises something and there are several."""
+    problem = at.passes.problem
+    if not curves:
+        return []
+    of_curve = [e for e in extras(vehicle, problem.vehicle, problem.recordings) if not e.origin]
+    wider = _wider(problem, of_curve[0].probe, vehicle, settings)
+    if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
+        return []
+    words = tuple(e.words for e in of_curve)
+    return [_Asked(words, wider, _moved(at, wider, {}), curves[0].test)]
+
+
+def _far(at: Point, new: Sequence[int]) -> Mask:
+    """Whether each of some parameters is beyond chance away from 1, by errors that hold for blocks."""
+    free = list(at.passes.problem.free)
+    places = [free.index(i) for i in new]
+    try:
+        errors = np.sqrt(np.diag(sandwich(at)))[places]
+    except IdentificationError:
+        return np.zeros(len(places), dtype=bool)
+    off = np.abs(at.theta[list(new)] - 1.0)
+    return np.asarray((errors > 0.0) & (off > SURELY * errors))
 
 
 def _wider(
