@@ -100,7 +100,7 @@ Effects make_effects(const Vector& effects) {
 FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
                            double outlier, std::optional<Vector> effects,
                            std::optional<Vector> counts, std::optional<Places> blocks,
-                           bool repeatable, bool shares) {
+                           bool repeatable, bool shares, bool earth_fixed) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
@@ -116,7 +116,8 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
     }
   }
   const FilterNoise believed = make_noise(noise, outlier);
-  const Effects chosen = effects ? make_effects(*effects) : Effects{};
+  Effects chosen = effects ? make_effects(*effects) : Effects{};
+  chosen.earth_fixed = earth_fixed;
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
   return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
@@ -217,7 +218,7 @@ void bind_filter(nb::module_& m) {
   m.def("give_back", &give_back);
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
-        "repeatable"_a = true, "shares"_a = false);
+        "repeatable"_a = true, "shares"_a = false, "earth_fixed"_a = false);
   m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "active"_a = ~0U);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);

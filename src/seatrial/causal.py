@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
 from seatrial.faults import FaultKind
-from seatrial.filter_noise import NOISE_FIRST, NOISE_START, OUTLIER, fitted_noise, noise_vector
+from seatrial.filter_noise import (
+    NOISE_FIRST,
+    NOISE_START,
+    OUTLIER,
+    earth_fixed,
+    fitted_noise,
+    noise_vector,
+)
 from seatrial.frames import Array, body_velocity
 from seatrial.model import INTEGRATORS, Model
 from seatrial.noise import pose_noise
@@ -137,7 +144,9 @@ def filter_pass(
     coefficients = np.concatenate([model.coefficients, np.zeros(3)])
     boat = _core.Boat(disturbed(model.vehicle), coefficients, code, model.integration.step)
     trace = model.trace(recording, initial=True, coefficients=range(size, size + 3))
-    found = _core.innovations(boat, trace, poses, noise, OUTLIER)
+    found = _core.innovations(
+        boat, trace, poses, noise, OUTLIER, earth_fixed=earth_fixed(model.noise)
+    )
     if not found.good:
         raise ModelError(
             f"{recording.name}: the model diverges in its own filter: it can't be used at these "

@@ -47,6 +47,11 @@ def noise_vector(entry: NoiseEntry) -> Array | None:
     return np.asarray(np.clip(found, NOISE_LEAST, None))
 
 
+def earth_fixed(entry: NoiseEntry) -> bool:
+    """Whether what pushes the boat comes from one side of the world."""
+    return entry.process is not None and entry.process.earth_fixed
+
+
 def correlated_vector(entry: CorrelatedEntry) -> list[float]:
     """Errors of the poses that are correlated as they stand in the noise."""
     turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)
@@ -58,14 +63,14 @@ def swings(noise: Array) -> bool:
     return bool(noise[COLOUR_TURN] > _core.NO_TURN)
 
 
-def noise_entry(noise: Array) -> NoiseEntry:
-    """The filter's noise (11,) as a model file has it."""
+def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
+    """The filter's noise (11,) as a model file has it; whether the disturbance is earth-fixed."""
     position, heading, *rest = noise.tolist()
     process, colour = rest[:5], rest[5:]
     coloured = max(colour[:2]) > _core.NO_COLOUR
     period = float(2.0 * np.pi / noise[COLOUR_TURN]) if swings(noise) else None
     correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if coloured else None
-    return NoiseEntry(position, heading, ProcessEntry(*process), correlated)
+    return NoiseEntry(position, heading, ProcessEntry(*process, earth_fixed=earth), correlated)
 
 
 def most_noise(noise: Array) -> Array:

@@ -185,9 +185,10 @@ class ProcessEntry(Strict, frozen=True):
 
     walk_linear: NotNegative  # [m/s / sqrt(s)] random walk of u and v
     walk_yaw: NotNegative  # [rad/s / sqrt(s)]
-    disturbance_linear: NotNegative  # [m/s^2] body-fixed, comes and goes
+    disturbance_linear: NotNegative  # [m/s^2] comes and goes
     disturbance_yaw: NotNegative  # [rad/s^2]
     memory: Positive  # [s] time constant of the disturbance
+    earth_fixed: bool = False  # whether its direction stays with the world, or turns with the boat
 
 
 class CorrelatedEntry(Strict, frozen=True):

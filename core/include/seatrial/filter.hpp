@@ -2,12 +2,12 @@
 // The extended Kalman filter whose prediction errors the estimator looks at, with its
 // sensitivities.
 //
-// The state is the boat's (6), a disturbance (3): body-fixed accelerations that come and go with a
-// time constant, and, where the noise has any, correlated errors of the poses (3), which a
-// filter that takes all noise for white would take for the boat's motion. Where these swing, as
-// waves make them, each is a damped oscillation, and the filter has its other side, too (3), as the
-// models of wave-frequency motion in Fossen, Handbook of Marine Craft Hydrodynamics and Motion
-// Control. Host side: uses heap.
+// The state is the boat's (6), a disturbance (3): accelerations that come and go with a time
+// constant, body-fixed or, in surge and sway, earth-fixed, and, where the noise has any, correlated
+// errors of the poses (3), which a filter that takes all noise for white would take for the boat's
+// motion. Where these swing, as waves make them, each is a damped oscillation, and the filter has
+// its other side, too (3), as the models of wave-frequency motion in Fossen, Handbook of Marine
+// Craft Hydrodynamics and Motion Control. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -65,13 +65,16 @@ class Filter {
     seed(columns_, dx);
     const int first = boat.structure.n_coefficients - kAxes;
     const Interval passed(noise_, x_[2], length);
-    const double* w = effects_.wind;
+    const bool earth = effects_.earth_fixed;
+    const double w[2] = {effects_.wind[0] + (earth ? x_[kStates] : 0.0),
+                         effects_.wind[1] + (earth ? x_[kStates + 1] : 0.0)};
     const double middle = x_[2] + 0.5 * length * x_[5];  // the heading that the wind meets
     const double c = std::cos(middle);
     const double s = std::sin(middle);
     const double wind[kAxes] = {c * w[0] + s * w[1], c * w[1] - s * w[0], 0.0};
     for (int a = 0; a < kAxes; ++a) {
-      boat.coefficient[first + a] = x_[kStates + a] + effects_.bias[a] + wind[a];
+      const double own = earth && a < 2 ? 0.0 : x_[kStates + a];
+      boat.coefficient[first + a] = own + effects_.bias[a] + wind[a];
     }
     if (!schedule.run(interval, x_, dx)) return false;
     const int force = kStates + columns_.n_coefficients - kAxes;
@@ -82,11 +85,15 @@ class Filter {
       const double turned = push[0] * wind[1] - push[1] * wind[0];
       f_[i][0] += turned;  // a turn of the boat turns the wind on it
       f_[i][3] += 0.5 * length * turned;
+      if (earth) {
+        f_[i][kStates - 2] = c * push[0] - s * push[1];
+        f_[i][kStates - 1] = s * push[0] + c * push[1];
+      }
     }
     std::copy(x_, x_ + kStates, way.to);
     let_fade(passed);
     carry_what_fades();
-    carry_sensitivity(dx, c, s);
+    carry_sensitivity(dx, force, c, s);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
       for (int j = 0; j < kMoving; ++j) way.slope[i][j] = static_cast<float>(f_[i][j]);
@@ -268,11 +275,12 @@ class Filter {
     return kStates + (c < own ? c : c + kAxes);
   }
 
-  void carry_sensitivity(const StateTangent& dx, double cp, double sp) {
+  /// `force`: where the disturbance's columns begin among the tangents.
+  void carry_sensitivity(const StateTangent& dx, int force, double cp, double sp) {
     for (int i = 0; i < kStates; ++i) {
       std::fill(next_[i], next_[i] + parameters_, 0.0);
       for (int c = 0; c < own_; ++c) next_[i][c] = dx.row[i][column(c)];
-      const double* push = f_[i] + kStates - 2;
+      const double* push = dx.row[i] + force;
       double* effect = next_[i] + own_;
       if (parameters_ > own_) {
         for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];

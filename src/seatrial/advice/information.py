@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.causal import believed_noise
 from seatrial.errors import ModelError
-from seatrial.filter_noise import OUTLIER
+from seatrial.filter_noise import OUTLIER, earth_fixed
 from seatrial.frames import Array
 from seatrial.identifiability.verdict import TYPICAL
 from seatrial.identify.belief import least_noise
@@ -159,7 +159,10 @@ def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:
     outlier = float(model.estimator.settings.get("outlier") or OUTLIER)
     block = float(model.estimator.settings.get("block") or BLOCK)
     step = model.integration.step
-    return Problem(model.vehicle, tuple(recordings), sought, step, outlier, block)
+    return Problem(
+        model.vehicle, tuple(recordings), sought, step, outlier, block,
+        earth_fixed=earth_fixed(model.noise),
+    )  # fmt: skip
 
 
 def _values(model: Model, problem: Problem) -> Array:

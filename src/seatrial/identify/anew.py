@@ -7,13 +7,15 @@ parameters were far off, have no states any more to come back by; others end at 
 search allows. Where they last for seconds, as those of GNSS do, a wandering velocity stands for them, and
 coefficients that follow it. Where errors are correlated and the boat is pushed, walks of the velocity may
 stand for both. Where a random walk of the velocity stands for a push that comes and goes, a little
-of the latter beside it explains nothing more. And waves are errors that swing, which a search comes to only from
+of the latter beside it explains nothing more. A push may turn with the boat, or come from one side of the world.
+And waves are errors that swing, which a search comes to only from
 near their period. So where there are signs of one the search begins anew from the corner opposite, and the
 likelier solution is kept.
 """
 
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from seatrial.filter_noise import (
     COLOUR,
     COLOUR_MEMORY,
     COLOUR_TURN,
+    DISTURBANCES,
     MEMORY,
     NOISE_LEAST,
     NOISE_MOST,
@@ -73,6 +76,7 @@ def anew(at: Point, theta: Array) -> Point:
         other = exchanged(at.noise, walk, disturbance)
         if other is not None and _promises(at, other):
             at = _likelier(at, at.theta, other)
+    at = _other_frame(at, theta)
     for times, memory in LASTING:
         if not white(at):
             at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
@@ -81,6 +85,16 @@ def anew(at: Point, theta: Array) -> Point:
     if not white(at):
         at = _waved(at, theta)
     return at
+
+
+def _other_frame(at: Point, theta: Array) -> Point:
+    """The more likely of `at` and what is found if what pushes the boat comes from one side of the world, or if it
+    turns with the boat where that was so before."""
+    problem = at.passes.problem
+    other = replace(problem, earth_fixed=not problem.earth_fixed)
+    if (at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any():
+        return _likelier(at, at.theta, at.noise, other)
+    return at if white(at) else _likelier(at, theta, pushed_and_coloured(problem.recordings), other)
 
 
 def _waved(at: Point, theta: Array) -> Point:
@@ -185,10 +199,10 @@ def _promises(at: Point, noise: Array) -> bool:
     return cost < sum(p.cost for p in passes) - WORTH
 
 
-def _likelier(at: Point, theta: Array, noise: Array) -> Point:
-    """The more likely of `at` and what is found from other parameters and noise."""
+def _likelier(at: Point, theta: Array, noise: Array, problem: Problem | None = None) -> Point:
+    """The more likely of `at` and what is found from other parameters and noise, or as another problem."""
     try:
-        other = descend(at.passes.problem, theta, noise, at.passes.cost)
+        other = descend(problem or at.passes.problem, theta, noise, at.passes.cost)
     except IdentificationError:
         return at
     return other if other.passes.cost < at.passes.cost - WORTH else at

@@ -163,6 +163,7 @@ def _wider(
         problem_of(whole, vehicle, problem.recordings, settings),
         block=problem.block,
         step=problem.step,
+        earth_fixed=problem.earth_fixed,
     )
 
 

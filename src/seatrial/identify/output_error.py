@@ -18,7 +18,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.errors import IdentificationError
-from seatrial.filter_noise import noise_vector
+from seatrial.filter_noise import earth_fixed, noise_vector
 from seatrial.frames import Array
 from seatrial.identify.agreement import disagreements
 from seatrial.identify.anew import anew
@@ -86,6 +86,8 @@ def fit(
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
     whole, notes = _whole(vehicle, recordings, start)
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
+    if start is not None:
+        problem = replace(problem, earth_fixed=earth_fixed(start.noise))
     if prior is None:
         problem = long_enough(problem)
         if problem.block < chosen.block:

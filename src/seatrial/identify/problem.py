@@ -94,6 +94,9 @@ class Problem:
     outlier: float  # [sigma] from which on a pose's error counts linearly
     block: float  # [s] over which scores may be correlated
     prior: Prior | None = None
+    earth_fixed: bool = (
+        False  # whether what pushes the boat comes from one side of the world, as wind does
+    )
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -215,6 +218,7 @@ class Problem:
                 self.blocks[i],
                 repeatable,
                 shares,
+                self.earth_fixed,
             )  # fmt: skip
 
         each = spread(one, range(len(self.recordings)))

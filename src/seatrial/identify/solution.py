@@ -83,7 +83,7 @@ class Fit:
         return Model(
             with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
-            noise_entry(noise),
+            noise_entry(noise, earth=problem.earth_fixed),
             envelope(problem.vehicle, constants, recordings, self._moving()),
             tuple(self._entry(i) for i in range(len(recordings))),
             EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),

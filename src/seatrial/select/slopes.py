@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import IdentificationError
-from seatrial.filter_noise import noise_vector
+from seatrial.filter_noise import earth_fixed, noise_vector
 from seatrial.frames import Array
 from seatrial.identify.output_error import OutputErrorSettings
 from seatrial.identify.problem import Problem
@@ -85,7 +85,7 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
         whole, tuple(recordings), (), model.integration.step, settings.outlier, settings.block
     )
     free = tuple(i for i, name in enumerate(problem.names) if name in free_names)
-    problem = replace(problem, free=free)
+    problem = replace(problem, free=free, earth_fixed=earth_fixed(model.noise))
     theta = np.array([given.get(name, 0.0) for name in problem.names])
     noise = noise_vector(model.noise)
     if noise is None:
