@@ -70,7 +70,8 @@ def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
     coloured = max(colour[:2]) > _core.NO_COLOUR
     period = float(2.0 * np.pi / noise[COLOUR_TURN]) if swings(noise) else None
     correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if coloured else None
-    return NoiseEntry(position, heading, ProcessEntry(*process, earth_fixed=earth), correlated)
+    made = ProcessEntry(process[0], process[1], process[2], process[3], process[4], earth)
+    return NoiseEntry(position, heading, made, correlated)
 
 
 def most_noise(noise: Array) -> Array:

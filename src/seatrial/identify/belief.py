@@ -29,7 +29,7 @@ from seatrial.identify.factors import thrust_and_drag
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
 from seatrial.identify.search import Point, search
-from seatrial.identify.whiteness import explained, white
+from seatrial.identify.whiteness import explained, pattern, white
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON, predict
 from seatrial.schema import EnvelopeEntry, Integration
@@ -37,7 +37,8 @@ from seatrial.statistics import inverse_of
 from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
-LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
+LOSS = 0.01  # share of the error one second ahead that a looser belief may cost; which it must gain
+CLEAR = 1.5  # where the filter's errors follow less than so clear a pattern, which may be chance
 KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 OBEYED = 15.0  # standard errors of a force's coefficient from which on commands move the boat
@@ -63,6 +64,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     problem = at.passes.problem
     if hold or not _comparable(problem) or explained(at) or white(at):
         return at.noise, at, 0.0
+    may_cost = LOSS if pattern(at) > CLEAR else -LOSS
     best = _ahead(problem, at.theta, at.noise)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
         return at.noise, at, 0.0
@@ -79,7 +81,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
         if ahead is None:
             continue
         worse = float(np.mean(np.log(ahead.rms / best.rms)))
-        if worse < LOSS:  # as good a second ahead: then what was fitted a second ahead
+        if worse < may_cost:  # as good a second ahead: then what was fitted a second ahead
             chosen, share, best = found, tried, ahead if worse < 0.0 else best
     return at.noise, chosen, share
 

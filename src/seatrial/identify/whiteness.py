@@ -12,7 +12,12 @@ CHANCE = 3.3  # times 1 / sqrt(n), its deviation: the largest of thirty is beyon
 
 
 def white(at: Point) -> bool:
-    """Whether the filter's errors follow no pattern: the noise that was found explains them.
+    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
+    return pattern(at) < 1.0
+
+
+def pattern(at: Point) -> float:
+    """The largest autocorrelation of the filter's errors, over what is no pattern.
 
     Of n errors that follow none, autocorrelations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
     and Ljung, Time Series Analysis, 5th ed., section 2.1.6): few poses show a pattern by chance.
@@ -26,8 +31,8 @@ def white(at: Point) -> bool:
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
         used += int(np.sum(np.asarray(each.weight) > 0.0))
     if not (sums[0] > 0.0).all():  # an axis without errors has no pattern either
-        return True
-    return bool(np.abs(sums[1:] / sums[0]).max() < max(PATTERN, CHANCE / np.sqrt(used)))
+        return 0.0
+    return float(np.abs(sums[1:] / sums[0]).max() / max(PATTERN, CHANCE / np.sqrt(used)))
 
 
 def explained(at: Point) -> bool:
