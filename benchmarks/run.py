@@ -88,7 +88,9 @@ def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     def core(model: seatrial.Model, *, tangents: bool = False) -> np.ndarray:
         columns = {"initial": True, "coefficients": range(11)} if tangents else {}
         trace = model.trace(trial, **columns)
-        got = _core.predict(model.boat, trace, t, start, x0, STEPS, threads=1, tangents=tangents)
+        got = _core.predict(
+            model.boat, trace, t, start, start + STEPS, x0, threads=1, tangents=tangents
+        )
         return got[0][:, 3:]
 
     want = python_euler(euler, nu, F, dt)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
+from seatrial.errors import IdentificationError
 from seatrial.filter_noise import NOISE_LEAST
 from seatrial.identify import anew as subject
 from seatrial.identify.anew import WORTH, anew, exchanged
@@ -132,14 +133,19 @@ def solved_on(
     return found, true_parameters(plan, found.names)
 
 
-def test_where_nothing_tells_of_a_corner_no_search_begins(found, monkeypatch):
-    def refuse(*_):
-        raise AssertionError("a second search")
+def test_where_nothing_tells_of_a_corner_only_the_pushes_frame_is_asked(found, monkeypatch):
+    asked = []
 
-    monkeypatch.setattr(subject, "descend", refuse)
+    def note(problem, *_):
+        asked.append(problem.earth_fixed)
+        raise IdentificationError("not likelier")
+
+    monkeypatch.setattr(subject, "descend", note)
     at = Point(found.theta, found.noise, found.passes)
     assert white(at)
+    assert not at.passes.problem.earth_fixed
     assert anew(at, found.theta) is at
+    assert asked == [True]
 
 
 def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():

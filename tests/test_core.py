@@ -123,7 +123,7 @@ def test_prediction_from_every_start_equals_simulations_one_by_one(model):
     rng = np.random.default_rng(3)
     start = np.arange(0, 70, dtype=np.int32)
     x0 = rng.normal(0, 0.2, (70, 6))
-    got, _ = _core.predict(model.boat, model.trace(record), record.t, start, x0, 15)
+    got, _ = _core.predict(model.boat, model.trace(record), record.t, start, start + 15, x0)
     for j in (0, 13, 69):
         one, _ = _core.simulate(model.boat, model.trace(record), x0[j], record.t[j : j + 16])
         np.testing.assert_allclose(got[j], one[-1], atol=1e-13)
@@ -134,7 +134,9 @@ def test_the_number_of_threads_does_not_change_a_bit(model):
     start = np.arange(0, 800, dtype=np.int32)
     x0 = np.random.default_rng(3).normal(0, 0.2, (800, 6))
     runs = [
-        _core.predict(model.boat, model.trace(record), record.t, start, x0, 15, threads=n)[0]
+        _core.predict(model.boat, model.trace(record), record.t, start, start + 15, x0, threads=n)[
+            0
+        ]
         for n in (1, 2, 5)
     ]
     assert np.array_equal(runs[0], runs[1])
@@ -271,10 +273,20 @@ def test_a_plant_refuses_commands_from_the_past(model):
     [
         lambda m, r: _core.simulate(m.boat, m.trace(r), np.zeros(5), r.t),
         lambda m, r: _core.predict(
-            m.boat, m.trace(r), r.t, np.array([80], np.int32), np.zeros((1, 6)), 15
+            m.boat,
+            m.trace(r),
+            r.t,
+            np.array([80], np.int32),
+            np.array([95], np.int32),
+            np.zeros((1, 6)),
         ),
         lambda m, r: _core.predict(
-            m.boat, m.trace(r), r.t, np.array([-1], np.int32), np.zeros((1, 6)), 1
+            m.boat,
+            m.trace(r),
+            r.t,
+            np.array([-1], np.int32),
+            np.array([0], np.int32),
+            np.zeros((1, 6)),
         ),
         lambda m, r: _core.regressors(
             m.structure.compiled, np.zeros((2, 3)), np.zeros((3, 3)), np.zeros((2, 3))

@@ -61,7 +61,7 @@ def test_what_the_force_makes_is_the_closed_form(af, drive, seconds):
     model = replace(make_model(af, values), noise=NoiseEntry(1e-3, 1e-3, process))
     look = Lookahead(model, recording)
     found = look.predict(seconds)
-    variance = pushed(model, recording, look.begin, found.index - found.steps, found.steps)
+    variance = pushed(model, recording, look.begin, found.begun, found.index)
     a = np.array([[-drag, 1.0], [0.0, -1.0 / memory]])
     q = np.diag([walk**2, 2.0 * force**2 / memory])
     both = expm(np.block([[-a, q], [np.zeros((2, 2)), a.T]]) * seconds)
@@ -82,7 +82,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
     spread[:size, :size] = errors[:, None] * (common @ common.T) * errors
     uncertain = replace(model, covariance=spread)
     look = Lookahead(uncertain, recording)
-    start = (found := look.predict(2.0, 20)).index - found.steps
+    found = look.predict(2.0, 20)
     total = np.zeros(3)
     for column in (errors[:, None] * common).T:
         ahead, back = (
@@ -92,7 +92,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
             for off in (column, -column)
         )
         total += np.mean(np.square(ahead - back) / 4.0, axis=0)
-    variance = unsure(uncertain, recording, look.begin, start, found.steps)
+    variance = unsure(uncertain, recording, look.begin, found.begun, found.index)
     np.testing.assert_allclose(variance, total, rtol=0.01)
 
 

@@ -11,6 +11,7 @@ from seatrial.errors import ModelError, RecordingError
 from seatrial.identify import equation_error
 from seatrial.plan import load_plan
 from seatrial.predict import predict
+from seatrial.recording import make_recording
 from seatrial.schema import NoiseEntry
 from seatrial.simulate import plant_model
 from seatrial.statistics import autocorrelation, kurtosis, moving_average_band, white_band
@@ -92,11 +93,18 @@ def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
     assert scores_json(rows)["recordings"][0]["recording"] == "S4-AF"
 
 
-def test_no_prediction_reaches_over_a_gap(af, paper_af):
+def test_a_prediction_ends_at_the_pose_that_is_nearest_to_the_horizon(af, paper_af):
     model = make_model(af, TABLE_II["AF"])
     record = paper_af["S7"].recording
     got = predict(model, record)
-    assert np.all(np.abs(record.t[got.index] - record.t[got.index - got.steps] - 1.0) < 0.75 / 15)
+    assert np.all(np.abs(record.t[got.index] - record.t[got.begun] - 1.0) < 0.75 / 15)
+    few = np.flatnonzero(np.arange(len(record.t)) % 4 < 3)  # one of four is missing: steps are of two lengths
+    uneven = make_recording("uneven", record.stamps[few], record.eta[few], record.commands)
+    got = predict(model, uneven, 2.0)
+    ends = uneven.t[got.begun] + 2.0
+    nearest = np.abs(uneven.t[None, :] - ends[:, None]).argmin(axis=1)
+    np.testing.assert_array_equal(got.index, nearest)
+    assert len(got.index) > 0.8 * motion(uneven).valid.sum() > 1000
 
 
 def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):

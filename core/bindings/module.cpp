@@ -151,14 +151,15 @@ std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector 
 }
 
 std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector time, Indices start,
-                                  Matrix x0, int steps, int threads, bool tangents) {
+                                  Indices stop, Matrix x0, int threads, bool tangents) {
   check_trace(boat, trace);
   const std::size_t m = start.shape(0);
   require(x0.shape(0) == m && x0.shape(1) == kStates, "x0: one row of 6 for each start");
-  require(steps >= 0, "steps >= 0");
+  require(stop.shape(0) == m, "stop: one for each start");
   for (std::size_t j = 0; j < m; ++j) {
-    require(start(j) >= 0 && static_cast<std::size_t>(start(j) + steps) < time.shape(0),
-            "a start leaves no room for its steps");
+    require(
+        start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < time.shape(0),
+        "a start's stop is not among the times after it");
   }
   const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
   double* out = nullptr;
@@ -167,8 +168,8 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector t
   auto jacobian = fresh<Out3>({tangents ? m : 0, std::size_t{kStates}, width}, &slopes);
   {
     nb::gil_scoped_release released;
-    predict(boat, trace, time.data(), start.data(), x0.data(), static_cast<int>(m), steps, threads,
-            out, tangents ? slopes : nullptr);
+    predict(boat, trace, time.data(), start.data(), stop.data(), x0.data(), static_cast<int>(m),
+            threads, out, tangents ? slopes : nullptr);
   }
   return {states, jacobian};
 }
@@ -382,9 +383,9 @@ NB_MODULE(_core, m) {
 
   m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "tangents"_a = false,
         "States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).");
-  m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "x0"_a, "steps"_a,
+  m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
         "threads"_a = 1, "tangents"_a = false,
-        "State `steps` samples after every start (m x 6), and its tangents.");
+        "State at the stop of every start (m x 6), and its tangents.");
   bind_filter(m);
   bind_predictor(m);
   bind_odometer(m);

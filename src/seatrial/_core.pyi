@@ -71,8 +71,8 @@ def simulate(boat: Boat, trace: Trace, x0: Annotated[NDArray[numpy.float64], dic
     States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).
     """
 
-def predict(boat: Boat, trace: Trace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], steps: int, threads: int = 1, tangents: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
-    """State `steps` samples after every start (m x 6), and its tangents."""
+def predict(boat: Boat, trace: Trace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], stop: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], threads: int = 1, tangents: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
+    """State at the stop of every start (m x 6), and its tangents."""
 
 class FilterPass:
     @property

@@ -20,13 +20,14 @@ from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.velocity import Motion
 
+Poses = NDArray[np.int64]  # places of poses in a recording
 KNOWN = np.full(3, 1e-9)  # [m/s, m/s, rad/s] as good as exactly
 
 
 def pushed(
-    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
+    model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
 ) -> Array | None:
-    """Variance (3,) [m/s, m/s, rad/s]^2, `steps` poses after starts, of what the stated force makes.
+    """Variance (3,) [m/s, m/s, rad/s]^2, at the ends of stretches, of what the stated force makes.
 
     The model's own filter without poses, from velocities that are known exactly, over stretches one
     after the other. None where the model states no force, or runs away.
@@ -34,11 +35,11 @@ def pushed(
     noise = noise_vector(model.noise)
     if noise is None:
         return None
-    apart = _apart(start, steps)
+    apart = _apart(start, end)
     use = np.zeros(len(recording.t), dtype=np.int8)
-    use[apart] = _core.USE_BEGINNING
+    use[start[apart]] = _core.USE_BEGINNING
     velocity = np.zeros((len(recording.t), 3))
-    velocity[apart] = begin.nu[apart]
+    velocity[start[apart]] = begin.nu[start[apart]]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     poses = _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), KNOWN, velocity
@@ -47,42 +48,38 @@ def pushed(
         found = filter_pass(model, recording, poses, noise)
     except ModelError:
         return None
-    deviation = np.asarray(found.deviation, dtype=float)[apart + steps]
+    deviation = np.asarray(found.deviation, dtype=float)[end[apart]]
     return np.asarray(np.mean(deviation**2, axis=0))
 
 
-def _apart(start: NDArray[np.int64], steps: int) -> NDArray[np.int64]:
-    """Those of the starts, rising, whose stretches share no pose."""
+def _apart(start: Poses, end: Poses) -> Poses:
+    """Places of those stretches, rising, that share no pose."""
     found, free = [], -1
-    for one in start.tolist():
-        if one >= free:
-            found.append(one)
-            free = one + steps + 1
+    for i, (first, last) in enumerate(zip(start.tolist(), end.tolist(), strict=True)):
+        if first >= free:
+            found.append(i)
+            free = last + 1
     return np.array(found, dtype=np.int64)
 
 
-def unsure(
-    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
-) -> Array:
-    """Variance (3,) [m/s, m/s, rad/s]^2, `steps` poses after starts, of what errors of parameters make.
+def unsure(model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses) -> Array:
+    """Variance (3,) [m/s, m/s, rad/s]^2, at the ends of stretches, of what errors of parameters make.
 
     To first order: the covariance of coefficients and constants through the model's slopes.
     """
-    slopes = slopes_of(model, recording, begin, start, steps)
+    slopes = slopes_of(model, recording, begin, start, end)
     return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
 
 
-def slopes_of(
-    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
-) -> Array:
-    """Slopes (n, 3, p) of u, v and r, `steps` poses after starts, by coefficients, then constants."""
+def slopes_of(model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses) -> Array:
+    """Slopes (n, 3, p) of u, v and r, at the ends of stretches, by coefficients, then constants."""
     coefficients, constants = len(model.coefficients), len(model.constants)
     trace = model.trace(
         recording, initial=True, coefficients=range(coefficients), tangents=range(constants)
     )
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
     _, tangents = _core.predict(
-        model.boat, trace, recording.t, start.astype(np.int32), x0, steps,
+        model.boat, trace, recording.t, start.astype(np.int32), end.astype(np.int32), x0,
         threads=os.cpu_count() or 1, tangents=True,
     )  # fmt: skip
     return np.asarray(tangents[:, 3:, 6:])

@@ -18,7 +18,9 @@ from seatrial.stencil_noise import StencilNoise
 from seatrial.velocity import Motion, five_point_stencil, motion
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
+OFF, OFF_SHARE = 0.75, 0.05  # of a period, of the horizon: a pose that far from it will do
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
+Poses = NDArray[np.int64]  # places of poses in a recording
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,9 @@ class Prediction:
     nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
     measured: Array  # (m, 3) at the same instants
     start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
+    begun: NDArray[np.int64]  # (m,) pose that each starts from
     index: NDArray[np.int64]  # (m,) pose that each belongs to
-    steps: int
+    steps: int  # from the one to the other, usually
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
     foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
     unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
@@ -135,51 +138,51 @@ class Lookahead:
                 f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
                 f"{recording.period:.3f} s; choose a longer one"
             )
-        start = _starts(recording, self.begin.valid, self.reference.valid, steps, horizon)
-        start = start[start % every == start[0] % every]
-        states, _ = self._run(start, steps)
+        start, end = _starts(recording, self.begin.valid, self.reference.valid, horizon)
+        kept = start % every == start[0] % every
+        start, end = start[kept], end[kept]
+        states, _ = self._run(start, end)
         lost = int((~np.isfinite(states).all(axis=1)).sum())
         if lost:
             raise ModelError(
                 f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
                 f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
             )
-        end = start + steps
-        few = start[:: max(1, len(start) // FLOOR_STARTS)]
-        floor = self._floor(few, steps)
+        steps = int(np.median(end - start))
+        few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
+        floor = self._floor(start[few], end[few], steps)
         return Prediction(
             recording.stamps[end],
             recording.t[end],
             states[:, 3:],
             self.reference.nu[end],
             self.begin.nu[start],
+            start,
             end,
             steps,
             floor,
-            *self._foreseen(floor, start, few, steps),
+            *self._foreseen(floor, start, end, few),
         )
 
-    def _run(
-        self, start: NDArray[np.int64], steps: int, *, tangents: bool = False
-    ) -> tuple[Array, Array]:
+    def _run(self, start: Poses, end: Poses, *, tangents: bool = False) -> tuple[Array, Array]:
         x0 = np.column_stack([self.begin.eta[start], self.begin.nu[start]])
         return _core.predict(
             self.model.boat, self.model.trace(self.recording, initial=tangents), self.recording.t,
-            start.astype(np.int32), np.ascontiguousarray(x0), steps,
+            start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
             threads=os.cpu_count() or 1, tangents=tangents,
         )  # fmt: skip
 
     def _foreseen(
-        self, floor: Array, start: NDArray[np.int64], few: NDArray[np.int64], steps: int
+        self, floor: Array, start: Poses, end: Poses, few: slice
     ) -> tuple[Array | None, Array | None]:
         """foreseen^2 = floor^2 + what the stated force makes^2 + unsure^2, and unsure."""
-        force = pushed(self.model, self.recording, self.begin, start, steps)
+        force = pushed(self.model, self.recording, self.begin, start, end)
         if force is None:
             return None, None
-        parameters = unsure(self.model, self.recording, self.begin, few, steps)
+        parameters = unsure(self.model, self.recording, self.begin, start[few], end[few])
         return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
 
-    def _floor(self, start: NDArray[np.int64], steps: int) -> Array:
+    def _floor(self, start: Poses, end: Poses, steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
@@ -188,29 +191,31 @@ class Lookahead:
         given = self.velocities
         if given is not None and given.deviation is None and self.starts is None:
             return np.zeros(3)
-        slopes = self._run(start, steps, tangents=True)[1][:, 3:, 3:6]  # d nu(end) / d nu(start)
+        slopes = self._run(start, end, tangents=True)[1][:, 3:, 3:6]  # d nu(end) / d nu(start)
         noisy = np.sqrt(self.stencil.covariance(0))
-        reference = _deviation(given, start + steps, noisy if given is None else np.zeros(3))
+        reference = _deviation(given, end, noisy if given is None else np.zeros(3))
         begin = _deviation(given if self.starts is None else self.starts, start, noisy)
         variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
         if given is None and self.starts is None:
             variance -= 2.0 * np.einsum("nii->ni", slopes) * self.stencil.covariance(steps)
         if given is None:
-            missed = self.missed[start + steps]
+            missed = self.missed[end]
             if self.starts is None:
                 missed = missed - np.einsum("nij,nj->ni", slopes, self.missed[start])
             variance += missed**2
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 
-def _starts(
-    recording: Recording, begins: Mask, ends: Mask, steps: int, horizon: float
-) -> NDArray[np.int64]:
-    n = len(recording.t)
-    start = np.arange(max(0, n - steps), dtype=np.int64)
-    end = start + steps
-    usable = begins[start] & ends[end]
-    usable &= np.abs(recording.t[end] - recording.t[start] - horizon) < 0.75 * recording.period
+def _starts(recording: Recording, begins: Mask, ends: Mask, horizon: float) -> tuple[Poses, Poses]:
+    """Poses to start from, and for each the one that is nearest to `horizon` [s] later."""
+    t = recording.t
+    start = np.flatnonzero(t <= t[-1] - horizon + 0.5 * recording.period)
+    after = np.clip(np.searchsorted(t, t[start] + horizon), 1, len(t) - 1)
+    before = 2.0 * (t[start] + horizon) < t[after - 1] + t[after]
+    end = after - before
+    usable = (end > start) & begins[start] & ends[end]
+    off = np.abs(t[end] - t[start] - horizon)
+    usable &= off < max(OFF * recording.period, OFF_SHARE * horizon)
     for begin, over in recording.unknown:
         usable &= (recording.t[end] < begin) | (recording.t[start] > over)
     if not usable.any():
@@ -219,7 +224,7 @@ def _starts(
             f"{recording.duration:.1f} s with {int(recording.valid.sum())} usable poses; "
             "record longer, or take a shorter --horizon"
         )
-    return start[usable]
+    return start[usable], end[usable]
 
 
 def _deviation(moving: Motion | None, index: NDArray[np.int64], otherwise: Array) -> Array:

@@ -67,28 +67,30 @@ inline int simulate(const Boat& boat, const Trace& trace, const double* x0, cons
   return reached;
 }
 
-/// From start j in [begin, end): state x0[j] at time[start[j]], carried `steps` samples further.
-/// Returns the state there (out, m rows of 6) and, where asked, its sensitivities.
+/// From j in [begin, end): state x0[j] at time[start[j]], carried to time[stop[j]]. Returns the
+/// state there (out, m rows of 6) and, where asked, its sensitivities.
 inline void predict_range(const Boat& boat, const Trace& trace, const double* time,
-                          const int* start, const double* x0, int begin, int end, int steps,
+                          const int* start, const int* stop, const double* x0, int begin, int end,
                           double* out, double* tangent) {
   const int width = trace.columns().size();
   for (int j = begin; j < end;) {
-    int stop = j + 1;  // starts that lie close together share a schedule
+    int next = j + 1;  // starts that lie close together share a schedule
     int low = start[j];
     int high = start[j];
-    for (; stop < end; ++stop) {
-      const int next_low = std::min(low, start[stop]);
-      const int next_high = std::max(high, start[stop]);
+    int last = stop[j];
+    for (; next < end; ++next) {
+      const int next_low = std::min(low, start[next]);
+      const int next_high = std::max(high, start[next]);
       if (next_high - next_low > kChunk) break;
       low = next_low;
       high = next_high;
+      last = std::max(last, stop[next]);
     }
-    const Schedule schedule(boat, trace, time, low, high + steps, tangent != nullptr);
-    for (; j < stop; ++j) {
+    const Schedule schedule(boat, trace, time, low, last, tangent != nullptr);
+    for (; j < next; ++j) {
       const double* from = x0 + static_cast<std::ptrdiff_t>(j) * kStates;
       detail::Traveller boat_state(trace.columns(), from, tangent != nullptr);
-      for (int k = 0; k < steps; ++k) boat_state.cross(schedule, start[j] + k);
+      for (int k = start[j]; k < stop[j]; ++k) boat_state.cross(schedule, k);
       boat_state.write(j, width, out, tangent);
     }
   }
@@ -97,10 +99,11 @@ inline void predict_range(const Boat& boat, const Trace& trace, const double* ti
 /// All m starts, spread over threads. Every start writes only its own rows, so that the result
 /// does not depend on the number of threads.
 inline void predict(const Boat& boat, const Trace& trace, const double* time, const int* start,
-                    const double* x0, int m, int steps, int threads, double* out, double* tangent) {
+                    const int* stop, const double* x0, int m, int threads, double* out,
+                    double* tangent) {
   const int n = std::max(1, std::min(threads, m / 64));
   if (n == 1) {
-    predict_range(boat, trace, time, start, x0, 0, m, steps, out, tangent);
+    predict_range(boat, trace, time, start, stop, x0, 0, m, out, tangent);
     return;
   }
   std::vector<std::thread> pool;
@@ -108,7 +111,7 @@ inline void predict(const Boat& boat, const Trace& trace, const double* time, co
     const int begin = static_cast<int>(static_cast<long long>(m) * i / n);
     const int end = static_cast<int>(static_cast<long long>(m) * (i + 1) / n);
     pool.emplace_back([&, begin, end] {
-      predict_range(boat, trace, time, start, x0, begin, end, steps, out, tangent);
+      predict_range(boat, trace, time, start, stop, x0, begin, end, out, tangent);
     });
   }
   for (auto& thread : pool) thread.join();

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.compare.parameters import Pair, View
-from seatrial.foreseen import slopes_of
+from seatrial.foreseen import Poses, slopes_of
 from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -65,10 +64,8 @@ def luck(a: Model, b: Model, seen: tuple[View, View], found: Sequence[Pair]) -> 
     return Luck(gain @ shift, whole - gain @ across.T, size)
 
 
-def forms(
-    model: Model, recording: Recording, begin: Motion, start: NDArray[np.int64], steps: int
-) -> Array:
-    """Mean of slope slope' (3, p, p) of u, v and r, `steps` poses after starts, by the model's parameters."""
-    start = start[:: max(1, len(start) // MOST)]
-    slopes = slopes_of(model, recording, begin, start, steps)
-    return np.asarray(np.einsum("nip,niq->ipq", slopes, slopes) / len(start))
+def forms(model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses) -> Array:
+    """Mean of slope slope' (3, p, p) of u, v and r at the ends of stretches, by the model's parameters."""
+    few = slice(None, None, max(1, len(start) // MOST))
+    slopes = slopes_of(model, recording, begin, start[few], end[few])
+    return np.asarray(np.einsum("nip,niq->ipq", slopes, slopes) / len(slopes))

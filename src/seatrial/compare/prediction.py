@@ -186,7 +186,7 @@ def _errors(a: Model, b: Model, recording: Recording, starts: Motion, horizon: f
         except ModelError as error:
             raise ModelError(f"{label}: {error}") from None
     index, steps = found[0].index, found[0].steps
-    moved = [forms(model, recording, starts, index - steps, steps) for model in (a, b)]
+    moved = [forms(model, recording, starts, found[0].begun, index) for model in (a, b)]
     squares = [one.errors**2 for one in found]
     return _Errors(squares[0], squares[1], index, recording.period, steps, (moved[0], moved[1]))
 

@@ -41,6 +41,7 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         np.concatenate([p.nu for p in predictions]),
         np.concatenate([p.measured for p in predictions]),
         np.concatenate([p.start for p in predictions]),
+        np.concatenate([i - (p.index - p.begun) for i, p in zip(index, predictions, strict=True)]),
         np.concatenate(index),
         steps,
         np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),

@@ -117,15 +117,15 @@ class Aim:
 
     start: NDArray[np.int32]  # (m,) poses
     x0: Array  # (m, 6) states there
-    measured: Array  # (m, 3) velocities `steps` poses later
-    steps: int
+    end: NDArray[np.int32]  # (m,) the poses at the horizon
+    measured: Array  # (m, 3) velocities there
     blocks: NDArray[np.int64]  # (blocks,) first prediction of each
     sizes: NDArray[np.int64]  # (blocks,)
 
     def predict(self, model: Model, recording: Recording) -> Array:
         """Velocities (m, 3) by a model."""
         states, _ = _core.predict(
-            model.boat, model.trace(recording), recording.t, self.start, self.x0, self.steps,
+            model.boat, model.trace(recording), recording.t, self.start, self.end, self.x0,
             threads=os.cpu_count() or 1,
         )  # fmt: skip
         return np.asarray(states[:, 3:])
@@ -141,11 +141,12 @@ def _aim(model: Model, recording: Recording, horizon: float) -> Aim:
     begin = causal(model, recording).motion
     every = max(1, round(SPACING / recording.period))
     found = predict(model, recording, horizon, starts=begin, every=every)
-    start = found.index - found.steps
+    start = found.begun
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
     blocks = np.flatnonzero(np.diff((found.t // BLOCK).astype(np.int64), prepend=-1))
     sizes = np.diff(np.append(blocks, len(start)))
-    return Aim(start.astype(np.int32), x0, found.measured, found.steps, blocks, sizes)
+    end = found.index.astype(np.int32)
+    return Aim(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
 
 
 def _trained(slopes: Slopes, rest: Sequence[int], gone: str | None) -> Array:
