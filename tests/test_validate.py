@@ -98,7 +98,9 @@ def test_a_prediction_ends_at_the_pose_that_is_nearest_to_the_horizon(af, paper_
     record = paper_af["S7"].recording
     got = predict(model, record)
     assert np.all(np.abs(record.t[got.index] - record.t[got.begun] - 1.0) < 0.75 / 15)
-    few = np.flatnonzero(np.arange(len(record.t)) % 4 < 3)  # one of four is missing: steps are of two lengths
+    few = np.flatnonzero(
+        np.arange(len(record.t)) % 4 < 3
+    )  # one of four is missing: steps are of two lengths
     uneven = make_recording("uneven", record.stamps[few], record.eta[few], record.commands)
     got = predict(model, uneven, 2.0)
     ends = uneven.t[got.begun] + 2.0

@@ -16,10 +16,11 @@ Range = tuple[float, float]
 
 
 class Unmodelled(Strict, frozen=True):
-    """A body-fixed force that no model knows of, in every axis a first-order Gauss-Markov process."""
+    """A force that no model knows of, in every axis a first-order Gauss-Markov process."""
 
     share: NotNegative  # of full thrust, standard deviation
     correlation: Positive  # [s] its time constant
+    earth_fixed: bool = False  # from one side of the world, as wind is; else it turns with the boat
 
 
 class PlantEntry(Strict, frozen=True):

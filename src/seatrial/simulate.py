@@ -185,11 +185,20 @@ class PushedPlant(_core.Plant):
         fresh = np.sqrt(1.0 - stays**2) * self.rng.normal(size=(steps, len(self.level)))
         for i in range(steps):
             state = self.state
-            state[3:] += self.level @ self.response * length
+            push = self.level @ self.response
+            if self.force.earth_fixed:
+                push = _body(state[2], push)
+            state[3:] += push * length
             self.state = state
             good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
             self.level = stays * self.level + fresh[i]
         return good
+
+
+def _body(psi: float, push: Array) -> Array:
+    """An earth-fixed acceleration (3,) in the boat's axes, Eq. (1)."""
+    c, s = np.cos(psi), np.sin(psi)
+    return np.array([c * push[0] + s * push[1], c * push[1] - s * push[0], push[2]])
 
 
 def _response(model: Model) -> Array:

@@ -37,8 +37,8 @@ from seatrial.statistics import inverse_of
 from seatrial.velocity import motion
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
-LOSS = 0.01  # share of the error one second ahead that a looser belief may cost; which it must gain
-CLEAR = 1.5  # where the filter's errors follow less than so clear a pattern, which may be chance
+LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
+CLEAR, GAIN = 1.5, 0.03  # less than so clear a pattern may be chance: then it must gain this; fits to it gain some
 KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 OBEYED = 15.0  # standard errors of a force's coefficient from which on commands move the boat
@@ -64,7 +64,7 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     problem = at.passes.problem
     if hold or not _comparable(problem) or explained(at) or white(at):
         return at.noise, at, 0.0
-    may_cost = LOSS if pattern(at) > CLEAR else -LOSS
+    may_cost = LOSS if pattern(at) > CLEAR else -GAIN
     best = _ahead(problem, at.theta, at.noise)
     if best is None or (best.rms**2 < NOISY * best.floor**2).all():
         return at.noise, at, 0.0

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""Boats that are quicker, heavier or pushed otherwise than the paper's: what the noise is, and the thrust curve."""
+
+import numpy as np
+import pytest
+from pushed_boat import MIDDLE, SMALL, driven
+from survey_boat import as_stated
+
+from seatrial.identify import output_error
+from seatrial.plan import Unmodelled
+
+CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
+CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}
+CURVE = {"reverse_ratio": 0.75, "power": 1.4, "latency": 0.1, "lag": 0.12}
+
+
+def misfit(model):
+    return [note for note in model.estimator.notes if "not quite right" in note]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
+    """Random walks of the velocity stood for both: errors two times too large, and a structure called wrong."""
+    push = Unmodelled(0.04, 1.2)
+    chain = {"latency": 0.06, "lag": 0.08, "dead_zone": {"forward": 0.03, "reverse": 0.03}}
+    vehicle, recordings = driven(
+        SMALL, chain, seed=seed, push=push, white=1e-3, lasting=(3e-3, 0.4), rate=30.0, drives=3
+    )
+    model = output_error(recordings, vehicle)
+    process, lasting = model.noise.process, model.noise.correlated
+    assert max(process.walk_linear, process.walk_yaw) < 2e-3
+    assert process.disturbance_yaw == pytest.approx(0.04 * SMALL.coefficients["N_F"], rel=0.2)
+    assert lasting.position == pytest.approx(3e-3, rel=0.2)
+    assert lasting.memory == pytest.approx(0.4, rel=0.3)
+    assert misfit(model) == []
+    assert as_stated(model, SMALL.coefficients) == {}
+
+
+@pytest.mark.parametrize("earth", [False, True])
+def test_whether_a_push_turns_with_the_boat_is_found(earth):
+    """Taken for one that turns, wind made right structures look wrong, and lags vanish."""
+    for seed in (0, 1, 2):
+        push = Unmodelled(0.05, 3.0, earth_fixed=earth)
+        vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+        model = output_error(recordings, vehicle)
+        assert model.noise.process.earth_fixed == earth
+        assert misfit(model) == []
+        assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
+
+
+@pytest.mark.parametrize(("share", "seed"), [(0.0, 0), (0.01, 1), (0.05, 2), (0.05, 3), (0.05, 5)])
+def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
+    """Edges that were twice too large stood for it, 4 to 17 standard errors away; or it was believed loosely."""
+    push = Unmodelled(share, 2.0) if share else None
+    vehicle, recordings = driven(MIDDLE, CURVED, seed=seed, push=push, white=4e-3)
+    model = output_error(recordings, vehicle)
+    assert misfit(model) == []
+    assert as_stated(model, {**MIDDLE.coefficients, **CURVE}) == {}
+    wide = model.standard_errors["X_F"] / MIDDLE.coefficients["X_F"]
+    assert wide < (0.1 if share > 0.02 else 0.03 if share else 0.002)
+
+
+def test_a_linear_thruster_gets_no_curve():
+    for seed in range(6):
+        push = Unmodelled(0.05, 2.0)
+        vehicle, recordings = driven(MIDDLE, CHAIN, seed=10 + seed, push=push, white=4e-3)
+        notes = output_error(recordings, vehicle).estimator.notes
+        assert not [n for n in notes if "as the data ask for it" in n], np.array(notes)
