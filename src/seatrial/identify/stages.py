@@ -29,6 +29,7 @@ ONE_EDGE = "one edge for both sides"
 APART = {  # stages that each kind of actuator may have of its own, in words
     "latency": "a latency", "lag": "a lag", "power": "a power", "reverse_ratio": "a reverse over forward",
 }  # fmt: skip
+APART_BY = 0.1  # in the place of thrusters, relative, from which on they may be of two kinds
 ROWS = 4000  # of commands that are looked at for it
 
 
@@ -169,9 +170,12 @@ def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:
 
 
 def alike(vehicle: Vehicle) -> dict[str, list[str]]:
-    """Actuators that serve the same generalised forces, by the first of these; by all, if it leads two kinds."""
+    """Actuators that serve the same generalised forces, by the first of these; by all, if it leads two kinds.
+
+    Thrusters: those that stand as far from the origin, and as far off the way there; by the first of them.
+    """
     if vehicle.file.thrusters:
-        return {}  # of one kind, as far as the file says
+        return _by_place(vehicle)
     groups: dict[tuple[int, ...], list[str]] = {}
     for k, name in enumerate(vehicle.actuators):
         groups.setdefault(tuple(np.flatnonzero(vehicle.mix[:, k]).tolist()), []).append(name)
@@ -182,6 +186,23 @@ def alike(vehicle: Vehicle) -> dict[str, list[str]]:
         own = [vehicle.forces[i].name for i in serves]
         named[own[0] if first[serves[0]] == 1 else "_".join(own)] = names
     return named
+
+
+def _by_place(vehicle: Vehicle) -> dict[str, list[str]]:
+    found: list[tuple[float, float, list[str]]] = []
+    for one in vehicle.thrusters:
+        away = float(np.hypot(one.x, one.y))
+        across = abs(one.x * np.sin(one.angle) - one.y * np.cos(one.angle)) / max(away, 1e-9)
+        like = [
+            m
+            for r, a, m in found
+            if abs(r - away) < APART_BY * max(r, away) and abs(a - across) < APART_BY
+        ]
+        if like:
+            like[0].append(one.name)
+        else:
+            found.append((away, across, [one.name]))
+    return {names[0]: names for _, _, names in found}
 
 
 def _stated(vehicle: Vehicle) -> dict[str, bool]:
@@ -209,7 +230,7 @@ def _dead_zones(
             "have one, force and drag coefficients come out wrong: add thrusters: and allocation: to the vehicle "
             "file"
         ]
-    kinds = alike(vehicle)
+    kinds = {} if vehicle.file.thrusters else alike(vehicle)
     if len(kinds) < 2:
         kinds = {"": list(vehicle.actuators)}
     groups, notes = [], []
