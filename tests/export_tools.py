@@ -92,7 +92,6 @@ def bare() -> seatrial.Model:
     """Commands that are the forces, a tabulated curve, no lag and no latency, no acceleration terms."""
     content = seatrial.load_vehicle("mallard-mp").to_mapping()
     content |= {
-        "axes": "forward-right-down",
         "thrusters": {},
         "allocation": {"scheme": "direct", "limit": 0.8},
         "structure": {

@@ -91,7 +91,7 @@ def test_one_thrust_beside_none_says_nothing_of_an_edge():
     model = output_error([recording], vehicle)
     assert model.vehicle.constants.names == ("latency", "lag")
     assert any(
-        "dead zone: not identifiable, as with commands like these" in n
+        "it always takes the same share of each force" in n
         for n in model.estimator.notes
     )
     share = (0.8 - EDGE) / (1.0 - EDGE) / 0.8  # the coefficients include it

@@ -251,10 +251,13 @@ def test_what_does_not_fit_is_told_in_a_line(known, mp):
         Predictor(known, window=0.0)
     lines = {"surge": [f"X_{i} * u" for i in range(38)], "sway": ["Y_v * v"], "yaw": ["N_r * r"]}
     file = msgspec.structs.replace(mp.file, structure=lines)
-    crowded = replace(mp, file=file)
-    values = dict.fromkeys(crowded.structure.coefficients, -0.1)
-    with pytest.raises(ModelError, match="no room for a disturbance"):
-        Predictor(make_model(crowded, values))
+    with pytest.raises(seatrial.SeatrialError, match="40 coefficients; at most 37"):
+        replace(mp, file=file)  # three are kept for the disturbance
+    lines["surge"] = lines["surge"][:35]
+    full = replace(mp, file=msgspec.structs.replace(mp.file, structure=lines))
+    values = dict.fromkeys(full.structure.coefficients, -0.1)
+    assert len(values) == 37
+    Predictor(make_model(full, values), disturbance="body")
 
 
 def test_the_scale_signal_drives_the_thrust(cse1_vehicle):

