@@ -68,7 +68,9 @@ class Hull:
 
 
 SMALL = Hull(CROSS, 2.0, (4.0, 5.5, 0.06), (1.5, 3.0, 0.05), (6.0, 14.0, 0.03))  # quick in yaw
+TUG = [(-0.35, 0.2, 0.0), (-0.35, -0.2, 0.0), (0.35, 0.0, 90.0)]  # the third is its bow thruster
 MIDDLE = Hull(CORNERS, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
+BOWED = Hull(TUG, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
 
 
 def sticks(rng, seconds):
@@ -88,7 +90,7 @@ def sticks(rng, seconds):
 
 def driven(
     hull: Hull,
-    chain: dict[str, object],
+    chain: dict[str, object] | list[dict[str, object]],
     *,
     seed: int,
     push: Unmodelled | None = None,
@@ -99,7 +101,7 @@ def driven(
     drives: int = 2,
 ) -> tuple[Vehicle, list[Recording]]:
     """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s]."""
-    true = hull.vehicle([chain])
+    true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
     names, values = true.structure.coefficients, hull.coefficients
     theta = np.array([values[n] for n in names])
     none = np.zeros((len(names) + len(true.constants.names),) * 2)
