@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -73,6 +74,10 @@ def test_noise_in_words(model):
     assert (
         "Pose noise 4 mm and 3 mrad; unmodelled force: 4.9 % in surge, 3.4 % in sway and 1 % in yaw of "
         "what the largest commands give, lasting 2 s." in summary(model)
+    )
+    process = msgspec.structs.replace(model.noise.process, earth_fixed=True)
+    assert "lasting 2 s, its direction fixed in the world." in summary(
+        replace(model, noise=msgspec.structs.replace(model.noise, process=process))
     )
     quiet = replace(
         model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))

@@ -99,7 +99,8 @@ def test_latex_has_every_term(models):
         ("|u|", "|<i>u</i>|", "|u|", "$|u|$"),
         ("v", "<i>v</i>", "v", "$v$"),
         ("lag.bow", "lag.<wbr>bow", "lag.bow", "lag.bow"),
-        ("edge_forward", "edge_forward", "edge_forward", r"edge\_forward"),
+        ("pair_offset.a", "pair_<wbr>offset.<wbr>a", "pair_offset.a", r"pair\_offset.a"),
+        ("edge_forward", "edge_<wbr>forward", "edge_forward", r"edge\_forward"),
         ("F_<b>", "<i>F</i><sub>&lt;b&gt;</sub>", "F<sub>&lt;b&gt;</sub>", r"$F_{\mathrm{$<$b$>$}}$"),
     ],
 )  # fmt: skip

@@ -107,7 +107,7 @@ def fit(
     problem = at.passes.problem
     for i, held in zip(problem.free, at_bounds(at), strict=True):
         if held:
-            notes.append(f"{problem.names[i]}: {at.theta[i]:g} {AT_BOUND}")
+            notes.append(f"{problem.names[i]}: {round(at.theta[i], 12) + 0.0:g} {AT_BOUND}")
     if share:
         notes.append(
             f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "

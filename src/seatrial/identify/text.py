@@ -181,7 +181,8 @@ def _noise(model: Model) -> str:
     ]
     said += (
         f"; unmodelled force: {_listed(parts)} of what the largest commands give, lasting "
-        f"{process.memory:.2g} s" if parts else "; no unmodelled force to be seen"
+        f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
+        if parts else "; no unmodelled force to be seen"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")

@@ -36,11 +36,11 @@ def parsed(name: str) -> Symbol:
 
 
 def html_symbol(name: str) -> str:
-    """In italics, with subscript; a word may break after its dot."""
+    """In italics, with subscript; a word may break after a dot or an underscore."""
     own = parsed(name)
     letter = escape(own.letter)
     if own.word:
-        return letter.replace(".", ".<wbr>")
+        return letter.replace(".", ".<wbr>").replace("_", "_<wbr>")
     if own.bars:
         return f"|<i>{letter}</i>|"
     below = f"<sub>{escape(own.below)}</sub>" if own.below else ""
