@@ -90,10 +90,7 @@ def test_one_thrust_beside_none_says_nothing_of_an_edge():
     vehicle, recording = driven(ZONE, [lambda rng: 0.8] * 2)
     model = output_error([recording], vehicle)
     assert model.vehicle.constants.names == ("latency", "lag")
-    assert any(
-        "it always takes the same share of each force" in n
-        for n in model.estimator.notes
-    )
+    assert any("it always takes the same share of each force" in n for n in model.estimator.notes)
     share = (0.8 - EDGE) / (1.0 - EDGE) / 0.8  # the coefficients include it
     gains = {n: share * TRUTH[n] for n in ("X_F", "N_F")}
     assert not as_stated(model, {**KNOWN, **gains})

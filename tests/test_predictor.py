@@ -15,7 +15,7 @@ from test_docs import blocks
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import ModelError, PredictorError
+from seatrial.errors import PredictorError
 from seatrial.predictor import Health, Predictor, Taken
 from seatrial.schema import EnvelopeEntry, Integration
 

@@ -94,9 +94,7 @@ class Problem:
     outlier: float  # [sigma] from which on a pose's error counts linearly
     block: float  # [s] over which scores may be correlated
     prior: Prior | None = None
-    earth_fixed: bool = (
-        False  # whether what pushes the boat comes from one side of the world, as wind does
-    )
+    earth_fixed: bool = False  # whether what pushes the boat stays with the world, as wind does
 
     @cached_property
     def names(self) -> tuple[str, ...]:
