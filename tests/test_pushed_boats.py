@@ -78,6 +78,6 @@ def test_a_bow_thruster_has_a_lag_of_its_own(seed):
     ]
     vehicle, recordings = driven(BOWED, chain, seed=seed, white=4e-3)
     model = output_error(recordings, vehicle)
-    assert "a lag for each of t1, t3: estimated, as the data ask for it" in model.estimator.notes
+    assert "a lag for each of t1+t2, t3: estimated, as the data ask for it" in model.estimator.notes
     found = {"latency": 0.1, "lag.lag_t1": 0.12, "lag.lag_t3": 0.4}
     assert as_stated(model, {**BOWED.coefficients, **found}) == {}

@@ -39,9 +39,7 @@ from seatrial.velocity import motion
 SHARES = (0.2, 0.8)  # of the way gone in one second
 LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
 CLEAR = 1.5  # times the limit from which on a pattern is no chance
-GAIN = (
-    0.03  # share of that error that a looser belief must gain where it may be: fits to it gain some
-)
+GAIN = 0.03  # share of that error that a looser belief must gain there: fits to it gain some
 KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
 POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
 OBEYED = 15.0  # standard errors of a force's coefficient from which on commands move the boat

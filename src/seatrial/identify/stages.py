@@ -141,6 +141,7 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
                 words = f"{curve[stage]} of the thrust curve"
                 found.append(Extra(words, alone, {}, probe or alone))
     groups = alike(whole)
+    kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
     for stage, words in APART.items() if len(groups) > 1 else ():
         shared = getattr(own, stage)
         if shared is not None:
@@ -152,7 +153,7 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
             if split is None:
                 continue
             origin = {f"{stage}.{part.name}": stage for part in parts}
-            found.append(Extra(f"{words} for each of {', '.join(groups)}", split, origin, split))
+            found.append(Extra(f"{words} for each of {', '.join(kinds)}", split, origin, split))
     return found
 
 
