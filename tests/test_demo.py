@@ -8,6 +8,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import CSE1, ROOT
 from test_docs import plain
@@ -68,10 +69,15 @@ def test_the_ships_ratios_are_the_readmes(demo):
     rows = [line for line in demo.out.splitlines() if "CSE1_data_run1 " in line]
     ratios = [re.findall(r"\((\d\.\d\d)\)", row) for row in rows]
     assert [len(row) for row in ratios] == [3, 3, 3]  # methods; u, v, r
-    paper, usual, pair = (", ".join(one) for one in zip(*ratios, strict=True))
-    readme = plain(ROOT / "README.md")
-    assert f"{paper} by the paper's method; {usual} by output-error with the paper's" in readme
-    assert f"{pair} with coupled terms and each propeller's two commands as a vector" in readme
+    said = re.search(
+        r"(\S+, \S+, \S+) by the paper's method; (\S+, \S+, \S+) by output-error with the paper's terms; "
+        r"(\S+, \S+, \S+) with coupled terms and each propeller's two commands as a vector",
+        plain(ROOT / "README.md"),
+    )
+    assert said is not None
+    readme = [[float(number) for number in one.split(", ")] for one in said.groups()]
+    # two digits of a number that lies between them differ from machine to machine
+    np.testing.assert_allclose(np.array(ratios, dtype=float).T, readme, rtol=0.0, atol=0.011)
 
 
 def test_the_share_of_poses_used_is_the_readmes(demo):
