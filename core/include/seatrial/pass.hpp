@@ -62,7 +62,7 @@ struct Effects {
   double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
   double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
   double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
-  bool earth_fixed = false;          // whether the disturbance is, as wind is, or turns with the boat
+  bool earth_fixed = false;  // whether the disturbance is, as wind is, or turns with the boat
 };
 enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
 inline constexpr int kEffects = 9;
