@@ -14,9 +14,9 @@
 #include "filter.hpp"
 #include "mimic.hpp"
 #include "predictor.hpp"
+#include "rollout.hpp"
 #include "seatrial/frames.hpp"
 #include "seatrial/plant.hpp"
-#include "seatrial/rollout.hpp"
 #include "simulator.hpp"
 #include "tracking.hpp"
 
@@ -130,48 +130,6 @@ Trace make_trace(const Chain& chain, Vector q, Vector time, Matrix commands, Vec
   for (const int i : constants) require(i >= 0 && i < chain.n_constants, "constant out of range");
   return Trace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
                make_columns(initial, coefficients, constants));
-}
-
-std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector x0, Vector time,
-                                   bool tangents) {
-  check_trace(boat, trace);
-  require(x0.shape(0) == kStates, "x0: [x, y, psi, u, v, r]");
-  const std::size_t n = time.shape(0);
-  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
-  double* out = nullptr;
-  double* slopes = nullptr;
-  auto states = fresh<Out2>({n, std::size_t{kStates}}, &out);
-  auto jacobian = fresh<Out3>({tangents ? n : 0, std::size_t{kStates}, width}, &slopes);
-  {
-    nb::gil_scoped_release released;
-    simulate(boat, trace, x0.data(), time.data(), static_cast<int>(n), out,
-             tangents ? slopes : nullptr);
-  }
-  return {states, jacobian};
-}
-
-std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector time, Indices start,
-                                  Indices stop, Matrix x0, int threads, bool tangents) {
-  check_trace(boat, trace);
-  const std::size_t m = start.shape(0);
-  require(x0.shape(0) == m && x0.shape(1) == kStates, "x0: one row of 6 for each start");
-  require(stop.shape(0) == m, "stop: one for each start");
-  for (std::size_t j = 0; j < m; ++j) {
-    require(
-        start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < time.shape(0),
-        "a start's stop is not among the times after it");
-  }
-  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
-  double* out = nullptr;
-  double* slopes = nullptr;
-  auto states = fresh<Out2>({m, std::size_t{kStates}}, &out);
-  auto jacobian = fresh<Out3>({tangents ? m : 0, std::size_t{kStates}, width}, &slopes);
-  {
-    nb::gil_scoped_release released;
-    predict(boat, trace, time.data(), start.data(), stop.data(), x0.data(), static_cast<int>(m),
-            threads, out, tangents ? slopes : nullptr);
-  }
-  return {states, jacobian};
 }
 
 Out2 trace_forces(const Trace& trace, Vector time) {
@@ -381,11 +339,7 @@ NB_MODULE(_core, m) {
           },
           "n_forces"_a);
 
-  m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "tangents"_a = false,
-        "States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).");
-  m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
-        "threads"_a = 1, "tangents"_a = false,
-        "State at the stop of every start (m x 6), and its tangents.");
+  bind_rollout(m);
   bind_filter(m);
   bind_predictor(m);
   bind_odometer(m);
