@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import script_tools
+from board_boats import changed, skiff
 from conftest import ROOT, TABLE_II, make_model
-from test_board_model import changed, skiff
 
 import seatrial
 from seatrial.odometer import Odometer
