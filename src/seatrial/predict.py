@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import ModelError, RecordingError
-from seatrial.foreseen import pushed, unsure
+from seatrial.foreseen import Poses, pushed, unsure
 from seatrial.frames import Array, Mask, Stamps, body_velocity
 from seatrial.model import Model
 from seatrial.recording import Recording
@@ -20,7 +19,6 @@ from seatrial.velocity import Motion, five_point_stencil, motion
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 OFF, OFF_SHARE = 0.75, 0.05  # of a period, of the horizon: a pose that far from it will do
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
-Poses = NDArray[np.int64]  # places of poses in a recording
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,8 @@ class Prediction:
     nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
     measured: Array  # (m, 3) at the same instants
     start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
-    begun: NDArray[np.int64]  # (m,) pose that each starts from
-    index: NDArray[np.int64]  # (m,) pose that each belongs to
+    begun: Poses  # (m,) pose that each starts from
+    index: Poses  # (m,) pose that each belongs to
     steps: int  # from the one to the other, usually
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
     foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
@@ -227,7 +225,7 @@ def _starts(recording: Recording, begins: Mask, ends: Mask, horizon: float) -> t
     return start[usable], end[usable]
 
 
-def _deviation(moving: Motion | None, index: NDArray[np.int64], otherwise: Array) -> Array:
+def _deviation(moving: Motion | None, index: Poses, otherwise: Array) -> Array:
     """Standard deviations (m, 3) of velocities: their own, if they have any."""
     if moving is None or moving.deviation is None:
         return np.broadcast_to(otherwise, (len(index), 3))

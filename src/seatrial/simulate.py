@@ -11,7 +11,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.allocation import Scheme
 from seatrial.errors import ModelError, VehicleError
-from seatrial.frames import Array, Mask, Stamps
+from seatrial.frames import Array, Mask, Stamps, body_velocity
 from seatrial.model import Model
 from seatrial.operators import make_operator
 from seatrial.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
@@ -187,18 +187,14 @@ class PushedPlant(_core.Plant):
             state = self.state
             push = self.level @ self.response
             if self.force.earth_fixed:
-                push = _body(state[2], push)
+                push = body_velocity(state[2:3], push[None])[
+                    0
+                ]  # accelerations turn as velocities do
             state[3:] += push * length
             self.state = state
             good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
             self.level = stays * self.level + fresh[i]
         return good
-
-
-def _body(psi: float, push: Array) -> Array:
-    """An earth-fixed acceleration (3,) in the boat's axes, Eq. (1)."""
-    c, s = np.cos(psi), np.sin(psi)
-    return np.array([c * push[0] + s * push[1], c * push[1] - s * push[0], push[2]])
 
 
 def _response(model: Model) -> Array:

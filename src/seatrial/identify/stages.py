@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
+from seatrial.allocation import thruster_matrix
 from seatrial.chain import ESTIMATE, STAGES, STARTS
 from seatrial.errors import VehicleError
 from seatrial.frames import Array
@@ -190,10 +191,12 @@ def alike(vehicle: Vehicle) -> dict[str, list[str]]:
 
 
 def _by_place(vehicle: Vehicle) -> dict[str, list[str]]:
+    matrix, scale = thruster_matrix(vehicle.thrusters)
+    arms = np.abs(matrix[2]) * scale[2]  # [m] of their moments
     found: list[tuple[float, float, list[str]]] = []
-    for one in vehicle.thrusters:
+    for one, arm in zip(vehicle.thrusters, arms.tolist(), strict=True):
         away = float(np.hypot(one.x, one.y))
-        across = abs(one.x * np.sin(one.angle) - one.y * np.cos(one.angle)) / max(away, 1e-9)
+        across = arm / max(away, 1e-9)
         like = [
             m
             for r, a, m in found

@@ -53,7 +53,7 @@ def _loose(model: Model) -> list[str]:
     if not loose:
         return []
     return [
-        f"{joined(loose)} cannot be told apart from 0 by these recordings: drive "
+        f"{joined(loose)} cannot be distinguished from zero by these recordings: drive "
         "longer, at more speeds, or take these terms out of the structure."
     ]
 

@@ -27,10 +27,10 @@ class Pooled:
 def together(predictions: Sequence[Prediction]) -> Prediction:
     """One after the other, as far apart as makes blocks of time of their own."""
     steps = max(p.steps for p in predictions)
-    index, end = [], 0
+    moved, end = [], 0
     for one in predictions:
-        index.append(one.index - one.index.min() + end)
-        end = int(index[-1].max()) + 10 * steps + 1
+        moved.append(end - int(one.index.min()))
+        end = int(one.index.max()) + moved[-1] + 10 * steps + 1
     count = np.array([len(p.t) for p in predictions], dtype=float)
     first = predictions[0]
     if len(predictions) == 1:
@@ -41,8 +41,8 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         np.concatenate([p.nu for p in predictions]),
         np.concatenate([p.measured for p in predictions]),
         np.concatenate([p.start for p in predictions]),
-        np.concatenate([i - (p.index - p.begun) for i, p in zip(index, predictions, strict=True)]),
-        np.concatenate(index),
+        np.concatenate([p.begun + by for p, by in zip(predictions, moved, strict=True)]),
+        np.concatenate([p.index + by for p, by in zip(predictions, moved, strict=True)]),
         steps,
         np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
         _mean([p.foreseen for p in predictions], count),

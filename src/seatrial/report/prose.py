@@ -9,9 +9,7 @@ positive)."""
 OTHER_AXES = """ The vehicle file and model.yaml are in forward-right-down axes, where some signs are
 opposite (last column)."""
 
-TOLD_APART = (
-    "A coefficient is told apart from 0 when it is at least {:g} standard errors away from it."
-)
+TOLD_APART = "A coefficient is distinguishable from zero when it is at least {:g} standard errors away from it."
 
 LEAST_SQUARES = """<p class="note">The standard errors are those of least squares. They cover scatter,
 also scatter that is correlated over time, but not the bias that pose noise causes: the poses are
