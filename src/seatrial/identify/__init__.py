@@ -116,7 +116,8 @@ def identify(
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
     """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
-    own = np.concatenate([r.commands.values for r in recordings]) * vehicle.input_signs
+    ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
+    own = np.array(ranges) * vehicle.input_signs
     ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
     return [
         *vehicle.remarks,

@@ -20,7 +20,11 @@ def envelope(
     """0.5th to 99.5th percentile of speeds, and the range of forces, over all recordings."""
     nu = np.concatenate([m.nu[m.valid] for m in moving])
     low, high = np.percentile(nu, [0.5, 99.5], axis=0)
-    force = np.concatenate([thrust_trace(vehicle, constants, r).forces(r.t) for r in recordings])
+    ranges: list[Array] = []
+    for recording in recordings:
+        forces = thrust_trace(vehicle, constants, recording).forces(recording.t)
+        ranges += [forces.min(axis=0), forces.max(axis=0)]
+    force = np.array(ranges)
     return EnvelopeEntry(
         {s: (float(low[i]), float(high[i])) for i, s in enumerate(SYMBOLS)},
         {
