@@ -6,8 +6,6 @@ make errors of predictions, beside the noise of what they start from and are com
 that is as it was when it was identified scores this; one that scores more is not.
 """
 
-import os
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ from seatrial.errors import ModelError
 from seatrial.filter_noise import noise_vector
 from seatrial.frames import Array
 from seatrial.model import Model
+from seatrial.parallel import cores
 from seatrial.recording import Recording
 from seatrial.velocity import Motion
 
@@ -80,6 +79,6 @@ def slopes_of(model: Model, recording: Recording, begin: Motion, start: Poses, e
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
     _, tangents = _core.predict(
         model.boat, trace, recording.t, start.astype(np.int32), end.astype(np.int32), x0,
-        threads=os.cpu_count() or 1, tangents=True,
+        threads=cores(), tangents=True,
     )  # fmt: skip
     return np.asarray(tangents[:, 3:, 6:])

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Velocity some time ahead, from every instant of a recording."""
 
-import os
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +11,7 @@ from seatrial.errors import ModelError, RecordingError
 from seatrial.foreseen import Poses, pushed, unsure
 from seatrial.frames import Array, Mask, Stamps, body_velocity
 from seatrial.model import Model
+from seatrial.parallel import cores
 from seatrial.recording import Recording
 from seatrial.stencil_noise import StencilNoise
 from seatrial.velocity import Motion, five_point_stencil, motion
@@ -167,7 +167,7 @@ class Lookahead:
         return _core.predict(
             self.model.boat, self.model.trace(self.recording, initial=tangents), self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=os.cpu_count() or 1, tangents=tangents,
+            threads=cores(), tangents=tangents,
         )  # fmt: skip
 
     def _foreseen(

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Prediction of recordings that were left out, with and without a term."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,6 +12,7 @@ from seatrial import _core
 from seatrial.causal import causal
 from seatrial.frames import Array
 from seatrial.model import Model
+from seatrial.parallel import cores
 from seatrial.predict import predict
 from seatrial.recording import Recording
 from seatrial.select.slopes import Slopes, solve
@@ -126,7 +126,7 @@ class Aim:
         """Velocities (m, 3) by a model."""
         states, _ = _core.predict(
             model.boat, model.trace(recording), recording.t, self.start, self.end, self.x0,
-            threads=os.cpu_count() or 1,
+            threads=cores(),
         )  # fmt: skip
         return np.asarray(states[:, 3:])
 
