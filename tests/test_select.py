@@ -22,7 +22,7 @@ from seatrial.select.aliasing import aliases
 from seatrial.select.candidates import is_essential, with_terms
 from seatrial.select.chance import Estimate, Repeats, estimate, repeats, t_chance
 from seatrial.select.folds import folds
-from seatrial.select.held_out import Change, HeldOut
+from seatrial.select.held_out import Change, HeldOut, retrained
 from seatrial.select.search import Search, looks
 from seatrial.select.slopes import Slopes, slopes
 from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
@@ -193,6 +193,17 @@ def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
     assert found.ratio**2 == pytest.approx(stats.chi2.isf(found.p, 1), rel=1e-6)
 
 
+def test_a_step_that_leads_out_of_bounds_ends_there(six, fitted):
+    """A recording left out may take with it what an edge of the dead zone is known from."""
+    look = slopes(fitted, six)
+    edge = look.place("edge_forward")
+    far = replace(look, gradient=look.gradient - 1e7 * (np.arange(len(look.names)) == edge))
+    assert retrained(replace(far, bounds=(-np.inf, np.inf)), range(6), None)[edge] < 0.0
+    assert retrained(far, range(6), None)[edge] == 0.0
+    halves = HeldOut(fitted, far, [[0, 1, 2], [3, 4, 5]], six, 1.0)
+    assert np.isfinite(halves.without("N_uu", 2).percent)
+
+
 def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, fitted):
     parts = [[0, 1, 2], [3, 4, 5]]
     held = HeldOut(fitted, slopes(fitted, six), parts, six, 1.0)
@@ -319,9 +330,9 @@ def test_a_strong_term_that_acts_in_few_blocks_does_not_hide_itself():
     shares = strength[:, None, None] * np.eye(1)
     scores = shares[:, :, 0] * 0.3 + np.sqrt(strength)[:, None] * rng.normal(size=(20, 1))
     total = shares.sum(axis=0)[None]
-    whole = Slopes(
-        ("N_uv",), np.zeros(1), total, scores.sum(axis=0)[None], scores, shares, np.zeros(20, int)
-    )
+    limits = (np.full(1, -np.inf), np.full(1, np.inf))
+    gradient, recording = scores.sum(axis=0)[None], np.zeros(20, int)
+    whole = Slopes(("N_uv",), np.zeros(1), limits, total, gradient, scores, shares, recording)
     found = estimate(whole, "N_uv")
     assert found.value == pytest.approx(0.3, abs=0.03)
     assert found.error < 0.015 and found.p < 1e-6

@@ -71,7 +71,7 @@ class HeldOut:
     def _predicted(self, model: Model, slopes: Slopes, gone: str | None) -> Predicted:
         squares, nu = [], []
         for members in self.folds:
-            trained = _at(model, slopes, _trained(slopes, self._rest(members), gone))
+            trained = _at(model, slopes, retrained(slopes, self._rest(members), gone))
             for i in members:
                 nu.append(self._aims[i].predict(trained, self.recordings[i]))
                 squares.append(self._aims[i].squares(nu[-1]))
@@ -82,7 +82,7 @@ class HeldOut:
         k, squares, count = slopes.place(name), 0.0, 0
         for members in self.folds:
             there = sum(len(self._aims[i].start) for i in members)
-            squares += there * float(_trained(slopes, self._rest(members), None)[k]) ** 2
+            squares += there * float(retrained(slopes, self._rest(members), None)[k]) ** 2
             count += there
         return float(np.sqrt(squares / count))
 
@@ -149,8 +149,11 @@ def _aim(model: Model, recording: Recording, horizon: float) -> Aim:
     return Aim(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
 
 
-def _trained(slopes: Slopes, rest: Sequence[int], gone: str | None) -> Array:
-    """Parameters from some recordings; with one held at 0, the others moved as they then must."""
+def retrained(slopes: Slopes, rest: Sequence[int], gone: str | None) -> Array:
+    """Parameters from some recordings, within their bounds: one step may go too far.
+
+    With one held at 0, the others moved as they then must.
+    """
     information = slopes.information[list(rest)].sum(axis=0)
     theta = slopes.values + solve(information, slopes.gradient[list(rest)].sum(axis=0))
     if gone is not None:
@@ -159,7 +162,7 @@ def _trained(slopes: Slopes, rest: Sequence[int], gone: str | None) -> Array:
         unit[j] = 1.0
         row = solve(information, unit)
         theta = theta - row * theta[j] / row[j]
-    return np.asarray(theta)
+    return np.asarray(np.clip(theta, *slopes.bounds))
 
 
 def _at(model: Model, slopes: Slopes, theta: Array) -> Model:

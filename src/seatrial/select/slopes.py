@@ -32,6 +32,7 @@ class Slopes:
 
     names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
     values: Array  # (p,) where the model is
+    bounds: tuple[Array, Array]  # (p,) the lowest and highest that each may be
     information: Array  # (g, p, p)
     gradient: Array  # (g, p)
     scores: Array  # (blocks, p) of all recordings
@@ -67,6 +68,7 @@ class Slopes:
             self,
             names=tuple(names),
             values=self.values[at],
+            bounds=(self.bounds[0][at], self.bounds[1][at]),
             information=self.information[np.ix_(range(len(self.information)), at, at)],
             gradient=self.gradient[:, at],
             scores=self.scores[:, at],
@@ -97,6 +99,7 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     return Slopes(
         tuple(problem.names[i] for i in free),
         theta[list(free)],
+        problem.bounds,
         np.array([p.information for p in passes.each]),
         np.array([p.gradient for p in passes.each]),
         passes.scores,
