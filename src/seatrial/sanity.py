@@ -44,7 +44,8 @@ def sanity_line(model: Model) -> str:
     if not found:
         return "No command drives any axis of this structure."
     speeds = ", ".join(
-        f"{s.top_speed:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}{_by(s)}{_beyond(model, s)}"
+        f"{round(s.top_speed, 2) + 0.0:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}"
+        f"{_by(s)}{_beyond(model, s)}"
         for s in found
     )
     coasts = ", ".join(
