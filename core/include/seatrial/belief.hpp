@@ -163,9 +163,9 @@ inline bool push_of_causes(const DrivenBoat& boat, double h, const double* nu, c
       push[3 + a][i] = way[a];
       for (int b = 0; b < kAxes; ++b) push[3 + a][i] += 0.5 * f[3 + a][3 + b] * way[b];
     }
-    push[0][i] = 0.5 * h * (c * way[0] - s * way[1]);
-    push[1][i] = 0.5 * h * (s * way[0] + c * way[1]);
-    push[2][i] = 0.5 * h * way[2];
+    double moved[kAxes];
+    body_to_earth(c, s, way, moved);
+    for (int a = 0; a < kAxes; ++a) push[a][i] = 0.5 * h * moved[a];
   }
   return true;
 }
@@ -226,8 +226,8 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
   const double s = std::sin(psi);
   const bool earth = boat.frame == DisturbanceFrame::kEarth;
   const double* d = b.x + kStates;
-  const double push[kAxes] = {earth ? c * d[0] + s * d[1] : d[0],
-                              earth ? c * d[1] - s * d[0] : d[1], d[2]};
+  double push[kAxes] = {d[0], d[1], d[2]};
+  if (earth) plane_to_body(c, s, d, push);
   std::copy(push, push + kAxes, coefficient + columns.coefficient[0]);
   const double before[kAxes] = {b.x[3], b.x[4], b.x[5]};
   StateTangent dx;
@@ -245,12 +245,10 @@ inline bool believe_step(const DrivenBoat& boat, const MotionNoise& noise, doubl
     std::copy(dx.row[i], dx.row[i] + kBelieved, f[i]);
     if (earth) {
       const double bend = f[i][kStates] * push[1] - f[i][kStates + 1] * push[0];  // d / d psi
-      const double ahead = f[i][kStates];
-      const double aside = f[i][kStates + 1];
+      const double own[2] = {f[i][kStates], f[i][kStates + 1]};
       f[i][2] += bend;
       f[i][5] += 0.5 * h * bend;
-      f[i][kStates] = c * ahead - s * aside;
-      f[i][kStates + 1] = s * ahead + c * aside;
+      plane_to_earth(c, s, own, f[i] + kStates);
     }
     f[i][i] -= 1.0;
   }

@@ -71,7 +71,8 @@ class Filter {
     const double middle = x_[2] + 0.5 * length * x_[5];  // the heading that the wind meets
     const double c = std::cos(middle);
     const double s = std::sin(middle);
-    const double wind[kAxes] = {c * w[0] + s * w[1], c * w[1] - s * w[0], 0.0};
+    double wind[kAxes] = {};
+    plane_to_body(c, s, w, wind);
     for (int a = 0; a < kAxes; ++a) {
       const double own = earth && a < 2 ? 0.0 : x_[kStates + a];
       boat.coefficient[first + a] = own + effects_.bias[a] + wind[a];
@@ -85,10 +86,7 @@ class Filter {
       const double turned = push[0] * wind[1] - push[1] * wind[0];
       f_[i][0] += turned;  // a turn of the boat turns the wind on it
       f_[i][3] += 0.5 * length * turned;
-      if (earth) {
-        f_[i][kStates - 2] = c * push[0] - s * push[1];
-        f_[i][kStates - 1] = s * push[0] + c * push[1];
-      }
+      if (earth) plane_to_earth(c, s, push, f_[i] + kStates - 2);
     }
     std::copy(x_, x_ + kStates, way.to);
     let_fade(passed);
@@ -123,10 +121,8 @@ class Filter {
 
   /// The pose may be anywhere: it jumped. Where that is further than anywhere, it is there.
   void loosen(const double* eta, double t) {
-    const double* l = effects_.lever;
-    const double c = std::cos(x_[2]);
-    const double s = std::sin(x_[2]);
-    const double arm[2] = {c * l[0] - s * l[1], s * l[0] + c * l[1]};
+    double arm[2];
+    plane_to_earth(std::cos(x_[2]), std::sin(x_[2]), effects_.lever, arm);
     for (int i = 0; i < 2; ++i) {
       const double leap = eta[i] - x_[i] - arm[i] - effects_.current[i] * t;
       if (std::abs(leap) > kAnywhere[i]) x_[i] += leap;
@@ -154,7 +150,8 @@ class Filter {
     const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else nothing with it
     const double cp = turns ? std::cos(x_[2]) : 1.0;
     const double sp = turns ? std::sin(x_[2]) : 0.0;
-    const double arm[2] = {cp * l[0] - sp * l[1], sp * l[0] + cp * l[1]};
+    double arm[2];
+    plane_to_earth(cp, sp, l, arm);
     const double turn[kPose] = {-arm[1], arm[0], 0.0};  // d measured / d psi, beyond the state's
     double hp[kPose][N];
     double inverse[kPose][kPose];
@@ -227,10 +224,13 @@ class Filter {
     const double s = std::sin(x_[2]);
     const double* l = effects_.lever;
     const double* flow = effects_.current;
-    x_[0] -= c * l[0] - s * l[1];
-    x_[1] -= s * l[0] + c * l[1];
-    x_[3] += x_[5] * l[1] - (c * flow[0] + s * flow[1]);
-    x_[4] -= x_[5] * l[0] + (c * flow[1] - s * flow[0]);
+    double arm[2];
+    double water[2];
+    plane_to_earth(c, s, l, arm);
+    plane_to_body(c, s, flow, water);
+    for (int i = 0; i < 2; ++i) x_[i] -= arm[i];
+    x_[3] += x_[5] * l[1] - water[0];
+    x_[4] -= x_[5] * l[0] + water[1];
     if (parameters_ == own_) return;
     d_[0][own_ + kLever] = d_[1][own_ + kLever + 1] = -c;
     d_[0][own_ + kLever + 1] = s;

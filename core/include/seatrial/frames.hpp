@@ -7,11 +7,24 @@ namespace seatrial {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
+/// A vector of the plane, (forward, left), in earth-fixed axes, from cos psi and sin psi.
+template <class T>
+inline void plane_to_earth(const T& c, const T& s, const T* body, T* earth) {
+  earth[0] = c * body[0] - s * body[1];
+  earth[1] = s * body[0] + c * body[1];
+}
+
+/// The inverse: an earth-fixed vector of the plane as (forward, left).
+template <class T>
+inline void plane_to_body(const T& c, const T& s, const T* earth, T* body) {
+  body[0] = c * earth[0] + s * earth[1];
+  body[1] = c * earth[1] - s * earth[0];
+}
+
 /// eta_dot = R(psi) nu, the paper's Eqs. (1) and (2), from cos psi and sin psi.
 template <class T>
 inline void body_to_earth(const T& c, const T& s, const T* nu, T* eta_dot) {
-  eta_dot[0] = c * nu[0] - s * nu[1];
-  eta_dot[1] = s * nu[0] + c * nu[1];
+  plane_to_earth(c, s, nu, eta_dot);
   eta_dot[2] = nu[2];
 }
 

@@ -169,8 +169,7 @@ class BasicOdometer {
     double arm[2];
     const double c = std::cos(eta[2]);
     const double s = std::sin(eta[2]);
-    arm[0] = c * lever_[0] - s * lever_[1];
-    arm[1] = s * lever_[0] + c * lever_[1];
+    plane_to_earth(c, s, lever_, arm);
     for (int i = 0; i < 2; ++i) origin[i] = eta[i] - arm[i];
     origin[2] = eta[2];
     for (int i = 0; i < kCells; ++i) {

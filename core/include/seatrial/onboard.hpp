@@ -248,9 +248,8 @@ namespace detail {
 inline void add_current(const DrivenBoat& boat, Estimate& out) {
   const double* w = boat.current;
   if (w[0] == 0.0 && w[1] == 0.0) return;
-  const double c = std::cos(out.pose[2]);
-  const double s = std::sin(out.pose[2]);
-  const double body[2] = {c * w[0] + s * w[1], c * w[1] - s * w[0]};
+  double body[2];
+  plane_to_body(std::cos(out.pose[2]), std::sin(out.pose[2]), w, body);
   const double slope[2] = {body[1], -body[0]};  // d / d psi
   double(&p)[kStates][kStates] = out.covariance;
   for (int i = 0; i < 2; ++i) {
