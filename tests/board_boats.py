@@ -24,6 +24,7 @@ from seatrial.vehicle import Vehicle, load_vehicle, vehicle_from
 STAGES = [
     ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1, power=1.3, reverse_ratio=0.8)
 ]
+TWO_EDGES = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.03), lag=0.1)]
 ONE_EDGE = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, "forward"), lag=0.1)]
 TABLE = [ChainGroup(table=[(-1.0, -0.8), (-0.07, 0.0), (0.07, 0.0), (1.0, 1.0)], latency=-0.03)]
 SKIFF = """
@@ -93,6 +94,7 @@ VEHICLES = {
     "skiff, right-down": lambda: changed(skiff(), axes="forward-right-down"),
     "wrench": lambda: wrench("forward-left-up"),
     "wrench, right-down": lambda: wrench("forward-right-down"),
+    "wrench with two edges, right-down": lambda: wrench("forward-right-down").with_chain(TWO_EDGES),
 }
 NOISES = (
     NoiseEntry(0.004, 0.003),

@@ -9,11 +9,13 @@ import pytest
 from conftest import CSE1, TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
+from pushed_boat import MIDDLE, driven
 
 import seatrial
 from seatrial import _core
 from seatrial.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.files import convert
+from seatrial.frames import AXES
 from seatrial.identify.output_error import output_error
 from seatrial.identify.stages import staged, with_room
 from seatrial.model import load, save, thrust_trace
@@ -266,25 +268,61 @@ def test_more_constants_than_the_core_takes_are_one_line():
     assert with_room(eight(lag=0.1), [*eight(lag=0.1).file.chain, one_more]) is not None
 
 
+def wrenches(axes, *groups):
+    """A boat whose inputs are F_u, F_v and F_r themselves."""
+    column = {name: {"column": name} for name in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
+    content = {
+        "seatrial": "vehicle 1", "name": "boat", "axes": axes, "structure": "mallard",
+        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
+        "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
+    }  # fmt: skip
+    return vehicle_from({**content, "chain": list(groups)}, "boat")
+
+
 @pytest.mark.parametrize(
     ("group", "stage"),
     [
         ({"reverse_ratio": 0.5}, "reverse_ratio"),
-        ({"dead_zone": {"forward": 0.1, "reverse": 0.05}}, "dead_zone"),
-        ({"dead_zone": "estimate"}, "dead_zone"),
         ({"table": [[-1.0, -0.5], [0.0, 0.0], [1.0, 1.0]]}, "a table"),
     ],
 )
-def test_what_tells_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
+def test_what_tells_full_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
     """F_v of a forward-right-down file is turned when it is read: its reverse would be taken for forward."""
-    column = {name: {"column": name} for name in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
-    content = {
-        "seatrial": "vehicle 1", "name": "boat", "axes": "forward-right-down", "structure": "mallard",
-        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-        "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
-    }  # fmt: skip
     with pytest.raises(VehicleError, match=f"chain: {stage} tells .*F_v count the other way"):
-        vehicle_from({**content, "chain": [{"actuators": ["F_v"], **group}]}, "boat")
-    vehicle_from({**content, "chain": [{"actuators": ["F_u"], **group}]}, "boat")
-    even = {"dead_zone": {"forward": 0.1, "reverse": 0.1}}
-    vehicle_from({**content, "chain": [{"actuators": ["F_v"], **even}]}, "boat")
+        wrenches("forward-right-down", {"actuators": ["F_v"], **group})
+    wrenches("forward-right-down", {"actuators": ["F_u"], **group})
+
+
+@pytest.mark.parametrize("reverse", [0.02, "forward"])
+def test_edges_are_of_the_commands_as_the_file_counts_them(reverse):
+    """A command of 0.05 to starboard is + in a forward-right-down file, and - when it is read."""
+    zone = {"dead_zone": {"forward": 0.1, "reverse": reverse}}
+    boat = wrenches("forward-right-down", zone)
+    rows = np.array([[0.05, 0.05, 0.05], [-0.05, -0.05, -0.05]])
+    found = forces(boat, rows)
+    np.testing.assert_allclose(found[0], 0.0, atol=0)
+    past = 0.0 if reverse == "forward" else 0.03 / 0.98
+    np.testing.assert_allclose(found[1], [-past, past, past])
+
+
+def test_a_boat_whose_inputs_are_mixed_is_the_same_in_either_axes():
+    """Each axis' edges are found; those of F_v and F_r count the other way in forward-right-down files."""
+    _, recordings = driven(MIDDLE, {"lag": 0.15}, seed=3, white=2e-3, seconds=60.0)
+    found = []
+    for axes in ("forward-left-up", "forward-right-down"):
+        content = wrenches(axes).to_mapping()
+        forces = {
+            f"F_{s}": {"axis": a, "of": {f"F_{s}": 1.0}} for s, a in zip("uvr", AXES, strict=True)
+        }
+        found.append(output_error(recordings, vehicle_from({**content, "forces": forces}, axes)))
+    left, right = (
+        dict(zip(m.parameters, [*m.coefficients, *m.constants], strict=True)) for m in found
+    )
+    assert "edge_reverse.dead_zone_F_r" in left
+    other = {"forward": "reverse", "reverse": "forward"}
+    for name, value in left.items():
+        stage, _, group = name.partition(".")
+        kind, _, side = stage.partition("_")
+        turned = kind == "edge" and group in ("dead_zone_F_v", "dead_zone_F_r")
+        twin = f"edge_{other[side]}.{group}" if turned else name
+        assert right[twin] == pytest.approx(value, rel=1e-6, abs=1e-9), name

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.errors import VehicleError
-from seatrial.frames import Array, Mask
+from seatrial.frames import Array
 from seatrial.schema import ChainGroup, DeadZone, Estimate, PairEntry
 
 ESTIMATE: Final = "estimate"
@@ -109,7 +109,8 @@ class ChainReader:
     def rows(self, constants: Constants, scales: Sequence[str], signs: Array) -> NDArray[np.int32]:
         """Rows (actuators, 16) as the core takes them: STAGES, then USES, -1 where absent.
 
-        `signs` (actuators,): -1 where the recorded command was turned when it was read.
+        `signs` (actuators,): -1 where the recorded command was turned when it was read; its edges are
+        exchanged.
         """
         rows = np.full((len(self.actuators), len(USES)), -1, dtype=np.int32)
         for group in self.groups:
@@ -127,31 +128,22 @@ class ChainReader:
                 self._place_pairs(rows, group.pair, signs)
             if group.table is not None and not _odd(group.table):
                 self._refuse_turned([k for k in members if signs[k] < 0], "a table")
-        sides = {"reverse_ratio": self._uneven(constants), "dead_zone": self._two_edges(constants)}
-        for stage, ones in sides.items():
-            self._refuse_turned(np.flatnonzero(ones & (signs < 0)).tolist(), stage)
-        return np.ascontiguousarray(np.column_stack([constants.index, rows]))
-
-    def _uneven(self, constants: Constants) -> Mask:
-        return np.asarray(constants.index[:, STAGES.index("reverse_ratio")] >= 0)
-
-    def _two_edges(self, constants: Constants) -> Mask:
-        """Whether each actuator's edges differ, or may."""
-        ahead, astern = (
-            constants.index[:, STAGES.index(e)] for e in ("edge_forward", "edge_reverse")
-        )
-        values = np.append(constants.values, 0.0)
-        sought = np.array([*(n in constants.estimated for n in constants.names), False])
-        differ = (values[ahead] != values[astern]) | sought[ahead] | sought[astern]
-        return np.asarray((ahead != astern) & differ)
+        uneven = constants.index[:, STAGES.index("reverse_ratio")] >= 0
+        self._refuse_turned(np.flatnonzero(uneven & (signs < 0)).tolist(), "reverse_ratio")
+        index, turned = constants.index.copy(), signs < 0
+        ahead, astern = STAGES.index("edge_forward"), STAGES.index("edge_reverse")
+        index[turned, ahead] = constants.index[turned, astern]
+        index[turned, astern] = constants.index[turned, ahead]
+        return np.ascontiguousarray(np.column_stack([index, rows]))
 
     def _refuse_turned(self, places: Sequence[int], stage: str) -> None:
-        """Forward and reverse of a command that was turned when it was read would be exchanged."""
+        """Full reverse of a command that was turned when it was read would be taken for full forward."""
         if places:
             names = " and ".join(self.actuators[k] for k in places)
             raise VehicleError(
-                f"{self.source}: chain: {stage} tells forward from reverse, but in forward-right-down axes "
-                f"{names} count the other way; name thrusters or forces, or make it alike on both sides"
+                f"{self.source}: chain: {stage} tells full forward from full reverse, but in "
+                f"forward-right-down axes {names} count the other way; give the inputs other names, and "
+                "forces: that say what they move"
             )
 
     def _place_pairs(self, rows: NDArray[np.int32], pair: PairEntry, signs: Array) -> None:

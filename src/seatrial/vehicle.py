@@ -84,6 +84,11 @@ class Vehicle:
         flips = self.axes is Axes.FRD
         return np.array([-1.0 if flips and name in WRENCH[1:] else 1.0 for name in self.inputs])
 
+    @property
+    def actuator_signs(self) -> Array:
+        """Signs (actuators,) of those whose command was turned to forward-left-up: -1."""
+        return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
+
     @cached_property
     def forces(self) -> tuple[Force, ...]:
         """The generalised forces that terms may use."""
@@ -167,8 +172,7 @@ class Vehicle:
     @cached_property
     def stages(self) -> NDArray[np.int32]:
         """Rows (actuators, 16): which constant each stage of the chain uses, as `ChainReader.rows`."""
-        signs = np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
-        return self._reader.rows(self.constants, self.scales, signs)
+        return self._reader.rows(self.constants, self.scales, self.actuator_signs)
 
     @cached_property
     def chain(self) -> _core.Chain:
@@ -248,7 +252,7 @@ class Vehicle:
             for actuator, weight in force.of.items():
                 k = self._reader.place(actuator, f"force {name}")
                 # a wrench input has been flipped itself when it was read
-                row[k] = flip * weight * (1.0 if self.file.thrusters else self.input_signs[k])
+                row[k] = flip * weight * self.actuator_signs[k]
         return mix
 
     @cached_property

@@ -42,8 +42,9 @@ def curves(model: Model) -> list[Curve]:
     found: list[Curve] = []
     for k, name in enumerate(vehicle.actuators):
         commands = np.zeros((POINTS, len(vehicle.actuators)))
-        commands[:, k] = x
-        every = np.array([_core.curve(vehicle.chain, q, k, commands) for q in drawn])
+        sign = vehicle.actuator_signs[k]  # drawn as the file counts
+        commands[:, k] = sign * x
+        every = sign * np.array([_core.curve(vehicle.chain, q, k, commands) for q in drawn])
         _add(found, _curve((name,), x, every))
     return found
 

@@ -2,6 +2,8 @@
 // The groups of a vehicle's actuator chain: which constants there are, and which actuator uses
 // which. Their values are the model's, under the names that are made here.
 #pragma once
+#include <utility>
+
 #include "seatrial/actuators.hpp"
 #include "seatrial_ros/model_value.hpp"
 
@@ -47,6 +49,14 @@ class ChainReader {
     if (const auto scale = group.find("scale")) read_scale(*scale, all);
     if (const auto pair = group.find("pair")) read_pair(*pair);
     if (const auto gains = group.find("gains")) read_gains(*gains);
+  }
+
+  /// The edges of actuators whose commands are turned when they are read change places.
+  void turn() {
+    for (int k = 0; k < chain_.n_actuators(); ++k) {
+      Actuator& a = chain_.actuators[k];
+      if (signs_[static_cast<std::size_t>(k)] < 0.0) std::swap(a.edge_forward, a.edge_reverse);
+    }
   }
 
   /// Of all constants, in the order of q.
@@ -207,6 +217,7 @@ inline Words read_chain(const Value& groups, const Words& actuators, const Words
                         const std::vector<double>& signs, Chain& to) {
   detail::ChainReader reader(actuators, scales, signs, to);
   for (const Value& group : groups.items()) reader.read(group);
+  reader.turn();
   if (!pairs_are_whole(to)) {
     groups.refuse(
         "a pair stands instead of dead_zone, power, reverse_ratio and table; all of a pair's "
