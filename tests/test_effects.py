@@ -8,19 +8,22 @@ import numpy as np
 import pytest
 from conftest import make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat, pulses
+from test_model import frd
 
 import seatrial
 from seatrial import _core
 from seatrial.compare import drive_of
 from seatrial.errors import SeatrialError
 from seatrial.filter_noise import folded, noise_entry
+from seatrial.frames import Axes
 from seatrial.identify.belief import plain_noise
-from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identify.lever import of_origin
+from seatrial.identify.output_error import OutputErrorSettings, fit, output_error
 from seatrial.identify.search import Point
 from seatrial.identify.solution import with_lever
 from seatrial.identify.text import plus_minus, summary
 from seatrial.io.poses import in_vehicle_terms
-from seatrial.model import LEVER_ERRORS
+from seatrial.model import LEVER_ERRORS, load, save
 from seatrial.plan import load_plan, with_seed
 from seatrial.recording import Signal, make_recording
 from seatrial.simulate import plant_model, simulate
@@ -85,10 +88,33 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     assert unsure.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
     assert not model.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
     nearly = replace(model, vehicle=with_lever(model.vehicle, 3e-5, 0.0))
-    assert drive_of(model, nearly) == (model, nearly)
+    ways = [
+        [m.vehicle.lever for m in drive_of(*pair)] for pair in ((model, nearly), (nearly, model))
+    ]
+    assert ways[0] == ways[1] == [ways[0][0]] * 2
+    assert ways[0][0][0] == pytest.approx(model.vehicle.lever[0] + 1.5e-5, abs=1e-7)
+    given = replace(nearly, estimator=msgspec.structs.replace(model.estimator, notes=[]))
+    assert (
+        drive_of(model, given)[0].vehicle.lever == nearly.vehicle.lever
+    )  # how well it is known counts
     assert all(m.vehicle.same_origin(model.vehicle) for m in drive_of(model, nearly, vehicle))
-    stated = vehicle.with_lever((0.1, 0.0))
-    assert model.with_vehicle(stated).vehicle.lever == (0.1, 0.0)
+    for stated in ((0.1, 0.0), (0.0, 0.0)):  # another sensor
+        assert model.with_vehicle(vehicle.with_lever(stated)).vehicle.lever == stated
+
+
+@pytest.mark.parametrize("axes", [Axes.FLU, Axes.FRD])
+def test_a_file_whose_lever_arm_was_corrected_does_not_bring_it_back(known, axes, tmp_path):
+    """`validate --vehicle V` with the file that the model was identified with; another sensor's is its own."""
+    _, vehicle, recordings = known
+    told = (frd(vehicle) if axes is Axes.FRD else vehicle).with_lever((0.15, 0.05))
+    read = [of_origin(r, np.array([0.15, 0.05]) - LEVER) for r in recordings]
+    model = output_error(read, told, settings=OutputErrorSettings(effects=("lever",)))
+    np.testing.assert_allclose(model.vehicle.lever, LEVER, atol=0.005)
+    save(model, tmp_path / "model.yaml")
+    again = load(tmp_path / "model.yaml")
+    assert again.with_vehicle(told).vehicle.lever == again.vehicle.lever
+    for other in ((0.0, 0.0), (0.15, -0.05)):
+        assert again.with_vehicle(told.with_lever(other)).vehicle.lever == pytest.approx(other)
 
 
 def test_short_recordings_in_fast_water_each_find_their_own_current():

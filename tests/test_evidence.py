@@ -20,6 +20,7 @@ from seatrial.identify.minutes import minutes, minutes_text
 from seatrial.identify.output_error import OutputErrorSettings, fit
 from seatrial.identify.profile import profile
 from seatrial.identify.search import Point
+from seatrial.model import AT_BOUND
 from seatrial.plan import load_plan
 from seatrial.simulate import simulate
 
@@ -170,6 +171,15 @@ def test_what_ended_a_rounding_off_its_bound_is_at_it(quick):
         beside = sandwich(Point(theta, found.noise, found.passes))
         there = sandwich(Point(found.theta, found.noise, found.passes))
         np.testing.assert_allclose(beside, there, rtol=1e-6, atol=1e-15)
+
+
+def test_the_note_of_a_bound_names_the_bound(quick):
+    """What ended a ten-thousandth of its range off counts as at it, too."""
+    assert quick
+    said = [note for found in quick for note in found.notes if note.endswith(AT_BOUND)]
+    assert f"lag: 0.002 {AT_BOUND}" in said
+    limits = {f"{end:g}" for found in quick for ends in found.problem.bounds for end in ends}
+    assert {note.rpartition(": ")[2].split()[0] for note in said} <= limits
 
 
 def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):

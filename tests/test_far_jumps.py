@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from survey_boat import TRUTH, as_stated, driven
 
+from seatrial.causal import filter_pass, series
+from seatrial.filter_noise import noise_vector
 from seatrial.identify import output_error
 from seatrial.recording import make_recording
 
@@ -49,3 +51,22 @@ def test_a_jump_for_good_costs_the_same_however_far_it_is(drive, leap):
         if name in TRUTH:
             assert far.values[name] == pytest.approx(near.values[name], abs=0.02 * error), name
             assert far.standard_errors[name] == pytest.approx(error, rel=0.02)
+
+
+@pytest.mark.parametrize("gap", [0, 30])
+def test_a_jumps_cost_has_no_step_where_it_is_further_than_anywhere(drive, gap):
+    """10 m; a step of the likelihood there would be met by its derivatives."""
+    vehicle, recording = drive
+    model = output_error([recording], vehicle)
+
+    def cost(leap):
+        eta = recording.eta.copy()
+        eta[1000:, 0] += leap
+        kept = np.r_[0 : 1000 - gap, 1000 : len(eta)]
+        jumped = make_recording("jumped", recording.stamps[kept], eta[kept], recording.commands)
+        poses, noise = series(jumped), noise_vector(model.noise)
+        return filter_pass(model, jumped, poses, noise).cost
+
+    costs = [cost(leap) for leap in np.arange(8.5, 11.5, 0.05)]
+    assert np.abs(np.diff(costs)).max() < 0.05
+    assert cost(1000.0) == pytest.approx(costs[-1], abs=0.01)

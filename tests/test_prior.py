@@ -7,12 +7,13 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from pushed_boat import MIDDLE, driven
 
 import seatrial
 from seatrial.cli import main
 from seatrial.errors import IdentificationError
 from seatrial.identify import identify
-from seatrial.identify.output_error import OutputErrorSettings, output_error
+from seatrial.identify.output_error import OutputErrorSettings, fit, output_error
 from seatrial.identify.prior import Shift, check_prior, commons, conflicts, shift_notes, widened
 from seatrial.identify.provenance import recording_entry
 from seatrial.io.write import write_trial
@@ -269,6 +270,18 @@ def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, a
         assert found.values.get(name, 0.0) == pytest.approx(
             whole.values.get(name, 0.0), abs=whole.standard_errors[name]
         )
+
+
+def test_a_prior_counts_where_the_data_ask_for_a_stage_that_it_has_not():
+    """The library's `output_error(prior=...)`: what was freed began without the prior."""
+    curved = {"lag": 0.15, "latency": 0.05, "power": 1.6}
+    vehicle, long = driven(MIDDLE, curved, seed=3, white=2e-3)
+    straight = output_error(long, vehicle, settings=OutputErrorSettings(extras=False))
+    _, short = driven(MIDDLE, curved, seed=4, white=2e-3, drives=1)
+    assert "power" in output_error(short, vehicle).vehicle.constants.names
+    found = fit(short, vehicle, prior=straight)
+    assert found.problem.prior is not None
+    assert "power" not in found.problem.names
 
 
 def test_a_bound_is_no_knowledge(mp, before, after):

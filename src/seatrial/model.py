@@ -35,6 +35,9 @@ ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
 LEVER_ERRORS = (
     "standard errors of the lever arm"  # a note that begins so has them: 1e-3 m ahead, 2e-3 m aside
 )
+LEVER_TOLD = (
+    "lever_stated"  # among the settings: what the vehicle file had, where another was found
+)
 SURELY = 3.0  # standard errors from which on two lever arms are two
 AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
@@ -109,9 +112,19 @@ class Model:
         """Standard errors [m] of the lever arm, ahead and aside, where it was found; 0 where it was given."""
         for note in self.estimator.notes:
             if note.startswith(LEVER_ERRORS):
-                ahead, aside = re.findall(r"([\d.e+-]+) m", note)
-                return float(ahead), float(aside)
+                found = [float(error) for error in re.findall(r"([\d.e+-]+) m\b", note)]
+                return (found[0], found[1]) if len(found) == 2 else (0.0, 0.0)
         return 0.0, 0.0
+
+    def about_origin(self, vehicle: Vehicle) -> Vehicle:
+        """A vehicle with the model's lever arm, if the poses' point is the same.
+
+        So it is where the vehicle states none, or what was stated before this model's was found.
+        """
+        told = self.estimator.settings.get(LEVER_TOLD)
+        same = vehicle.stated_lever in (None, told)
+        other = same and vehicle.lever != self.vehicle.lever
+        return vehicle.with_lever(self.vehicle.lever) if other else vehicle
 
     def same_origin(self, other: "Model") -> bool:
         """Whether the two are about one point of the boat, as far as it is known."""
@@ -148,7 +161,8 @@ class Model:
     def with_vehicle(self, vehicle: Vehicle) -> "Model":
         """The same boat and actuator chain with another vehicle's signals and allocation.
 
-        Where that vehicle states no lever arm, the poses' point is still the model's.
+        Where that vehicle states no lever arm, or that which this model's was sought from, the poses' point
+        is still the model's.
         """
         own, new = self.structure, vehicle.structure
         if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
@@ -161,7 +175,7 @@ class Model:
         places = [*order, *range(len(order), len(self.covariance))]
         return replace(
             self,
-            vehicle=vehicle.with_chain(self.vehicle.file.chain).about_origin_of(self.vehicle),
+            vehicle=self.about_origin(vehicle.with_chain(self.vehicle.file.chain)),
             coefficients=self.coefficients[order],
             covariance=self.covariance[np.ix_(places, places)],
         )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.frames import Array, Axes, frozen_array
+from seatrial.frames import Array, frozen_array
 from seatrial.model import Model, load
 from seatrial.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
 from seatrial.vehicle import Vehicle
@@ -107,5 +107,4 @@ class Odometer:
 
 def lever_of(vehicle: Vehicle) -> Array:
     """Where the measured point is (2,): forward, left of the origin [m]."""
-    forward, second = vehicle.file.pose.lever
-    return np.array([forward, -second if vehicle.axes is Axes.FRD else second])
+    return np.array(vehicle.lever)

@@ -49,7 +49,7 @@ class PoseSource(Strict, frozen=True):
     child: str | None = None
     clock: Clock = "header"
     # [m] where on the boat the measured point is, from the origin: forward, second axis
-    lever: tuple[float, float] = (0.0, 0.0)
+    lever: tuple[float, float] | None = None  # not stated: it is the origin
 
 
 class CommandSource(Strict, frozen=True):

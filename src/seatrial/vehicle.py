@@ -59,8 +59,15 @@ class Vehicle:
     @property
     def lever(self) -> tuple[float, float]:
         """The poses' point from the origin, ahead and to port [m]."""
-        ahead, aside = self.file.pose.lever
+        ahead, aside = self.file.pose.lever or (0.0, 0.0)
         return ahead, -aside if self.axes is Axes.FRD else aside
+
+    @property
+    def stated_lever(self) -> str | None:
+        """The lever where the file states one, forward-left-up, as a model file's settings have it."""
+        if self.file.pose.lever is None:
+            return None
+        return ", ".join(f"{end + 0.0:g}" for end in self.lever)
 
     def same_origin(self, other: "Vehicle") -> bool:
         """Whether the two are about the same point of the boat."""
@@ -220,10 +227,6 @@ class Vehicle:
         second = -left if self.axes is Axes.FRD else left
         pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
-
-    def about_origin_of(self, other: "Vehicle") -> "Vehicle":
-        """The same vehicle; where it states no lever, with another's: the point is taken to be the same."""
-        return self if any(self.lever) else self.with_lever(other.lever)
 
     def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
         """The same vehicle with other numbers, by constant."""

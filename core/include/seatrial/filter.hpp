@@ -119,13 +119,14 @@ class Filter {
     add_process_noise(passed);
   }
 
-  /// The pose may be anywhere: it jumped. Where that is further than anywhere, it is there.
+  /// The pose may be anywhere: it jumped. What is further than anywhere counts as just as far.
   void loosen(const double* eta, double t) {
     double arm[2];
     plane_to_earth(std::cos(x_[2]), std::sin(x_[2]), effects_.lever, arm);
     for (int i = 0; i < 2; ++i) {
       const double leap = eta[i] - x_[i] - arm[i] - effects_.current[i] * t;
-      if (std::abs(leap) > kAnywhere[i]) x_[i] += leap;
+      const double beyond = std::abs(leap) - kAnywhere[i];
+      if (beyond > 0.0) x_[i] += std::copysign(beyond, leap);
     }
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j < N; ++j) p_[i][j] = p_[j][i] = 0.0;

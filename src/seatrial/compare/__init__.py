@@ -20,7 +20,14 @@ from seatrial.compare.parameters import (
     unlike,
     views,
 )
-from seatrial.compare.prediction import Ahead, ahead, driven_by, same_drive, verdict
+from seatrial.compare.prediction import (
+    Ahead,
+    about_one_point,
+    ahead,
+    driven_by,
+    same_drive,
+    verdict,
+)
 from seatrial.errors import ModelError
 from seatrial.model import Model
 from seatrial.predict import DEFAULT_HORIZON
@@ -123,7 +130,8 @@ def compare(
 def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model, Model]:
     """Both models as the boat that made the recordings: its signals, thrusters and allocation.
 
-    That is `vehicle`, or the models' own where these agree; raises ModelError where they don't.
+    That is `vehicle`, or the models' own where these agree; raises ModelError where they don't. Lever arms
+    that differ by what they may be off by become the same.
     """
     if not a.same_origin(b):
         raise ModelError(
@@ -131,13 +139,13 @@ def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model,
             f"{origin(b.vehicle)} of B's): leave the recordings out, or take validate A RECORDING --against B"
         )
     if vehicle is not None:
-        return driven_by(a, vehicle), driven_by(b, vehicle)
+        return about_one_point(driven_by(a, vehicle), driven_by(b, vehicle))
     if not same_drive(a.vehicle, b.vehicle):
         raise ModelError(
             "the models' vehicles differ in signals, thrusters or allocation; say with --vehicle how these "
             "recordings were driven"
         )
-    return a, b
+    return about_one_point(a, b)
 
 
 def comparison_json(found: Comparison) -> dict[str, Any]:

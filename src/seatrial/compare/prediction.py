@@ -141,14 +141,27 @@ def driven_by(model: Model, vehicle: Vehicle) -> Model:
     file = msgspec.structs.replace(
         vehicle.file, structure=structure.lines(), chain=model.vehicle.file.chain
     )
-    return replace(model, vehicle=Vehicle(file, vehicle.source).about_origin_of(model.vehicle))
+    return replace(model, vehicle=model.about_origin(Vehicle(file, vehicle.source)))
+
+
+def about_one_point(a: Model, b: Model) -> tuple[Model, Model]:
+    """Both with the mean of their lever arms, by how well they are known: in either order the same."""
+    levers = np.array([a.vehicle.lever, b.vehicle.lever])
+    if (levers[0] == levers[1]).all():
+        return a, b
+    variances = np.square([a.lever_errors, b.lever_errors])
+    whole = variances.sum(axis=0)
+    share = np.divide(variances[1], whole, out=np.full(2, 0.5), where=whole > 0)
+    ahead, left = (share * levers[0] + (1.0 - share) * levers[1]).tolist()
+    one, other = (replace(m, vehicle=m.vehicle.with_lever((ahead, left))) for m in (a, b))
+    return one, other
 
 
 def same_drive(a: Vehicle, b: Vehicle) -> bool:
     """Whether a recording of the one is read, but for the lever arm, and is allocated as one of the other."""
     names = "axes", "pose", "commands", "scales", "thrusters", "forces", "allocation"
-    other = b.with_lever(a.lever)
-    return all(getattr(a.file, n) == getattr(other.file, n) for n in names)
+    own, other = (vehicle.with_lever(a.lever) for vehicle in (a, b))
+    return all(getattr(own.file, n) == getattr(other.file, n) for n in names)
 
 
 def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[str, list[Motion]]:

@@ -100,14 +100,17 @@ def fit(
     likely, at, share = believed(at, hold=chosen.hold_noise)
     for point in (at, bumped or at):
         point.passes.forget_ways()
-    if chosen.extras and start is None:
+    if (
+        chosen.extras and start is None and prior is None
+    ):  # what a prior says, it says of its own stages
         likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
         notes += [*found, *hints(at, share), *disagreements(at), *wear(at)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
-    for i, held in zip(problem.free, at_bounds(at), strict=True):
-        if held:
-            notes.append(f"{problem.names[i]}: {round(at.theta[i], 12) + 0.0:g} {AT_BOUND}")
+    for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
+        value = at.theta[int(i)]
+        end = low if abs(value - low) < abs(value - high) else high
+        notes.append(f"{problem.names[int(i)]}: {end:g} {AT_BOUND}")
     if share:
         notes.append(
             f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "

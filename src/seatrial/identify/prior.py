@@ -129,9 +129,10 @@ def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
     if not lever and not vehicle.same_origin(prior.vehicle):
         ahead, left = prior.vehicle.lever
         point = f"[{ahead:.3f}, {-left if vehicle.axes is Axes.FRD else left:.3f}]"
+        stated = list(vehicle.file.pose.lever or (0.0, 0.0))
         raise IdentificationError(
-            f"the prior's poses are of a point {point} m from its origin, the vehicle file's of "
-            f"{list(vehicle.file.pose.lever)}; write 'lever: {point}' there, under pose, or add --effect lever"
+            f"the prior's poses are of a point {point} m from its origin, the vehicle file's of {stated}; "
+            f"write 'lever: {point}' there, under pose, or add --effect lever"
         )
     for name in vehicle.structure.coefficients:
         if name in prior.values:

@@ -14,7 +14,7 @@ from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
 from seatrial.identify.provenance import envelope, recording_entry
 from seatrial.identify.search import Point
-from seatrial.model import LEVER_ERRORS, Model
+from seatrial.model import LEVER_ERRORS, LEVER_TOLD, Model
 from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.statistics import BLOCK
 from seatrial.vehicle import Vehicle
@@ -73,6 +73,8 @@ class Fit:
             "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.share,
             "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
+        if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
+            settings[LEVER_TOLD] = stated
         noise = self.noise
         if self.share and self.plain is not None:
             noise = plain_noise(Point(theta, noise, self.passes), self.plain)

@@ -142,7 +142,7 @@ def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
     eta[np.abs(eta) > FARTHEST] = np.nan
     c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
-    ahead, aside = vehicle.file.pose.lever
+    ahead, aside = vehicle.file.pose.lever or (0.0, 0.0)
     eta[:, 0] -= c * ahead - s * aside
     eta[:, 1] -= s * ahead + c * aside
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
