@@ -9,10 +9,12 @@ import yaml
 from conftest import CSE1
 from init_tools import NAMES, refused, same_boat, tables
 from logs import drive, half, nanoseconds
+from pushed_boat import MIDDLE, driven
 from test_model import frd
 
 import seatrial
 from seatrial.cli import main
+from seatrial.identify.lever import of_origin
 from seatrial.io.write_bag import BagTopic, write_bag
 from seatrial.signs import check_signs
 from seatrial.vehicle import vehicle_from
@@ -306,6 +308,27 @@ def test_a_sensor_off_the_origin_is_a_lever_not_a_force(lever, axes, tmp_path, p
     assert not vehicle.file.forces
     assert vehicle.lever == pytest.approx(lever, abs=0.04)
     assert "check: where the sensor" in text
+
+
+@pytest.mark.parametrize("lever", [(0.4, 0.0), (-0.3, 0.15), (0.0, 0.3)])
+def test_a_lever_of_a_boat_that_is_quick_in_yaw_does_not_hide_the_stick_for_sway(
+    lever, tmp_path, propose
+):
+    """Turning moves such a sensor aside more than any command for sway does."""
+    _, recordings = driven(MIDDLE, {"lag": 0.1}, seed=3, white=2e-3, seconds=300.0, drives=1)
+    eta, commands = of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
+    folder = tmp_path / "quick"
+    folder.mkdir()
+    for name, stamps, values, head in (
+        ("poses", recordings[0].stamps, eta, "t,x,y,psi"),
+        ("commands", commands.stamps, commands.values, "t,F_u,F_v,F_r"),
+    ):
+        rows = np.column_stack([(stamps - recordings[0].stamps[0]) * 1e-9, values])
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    vehicle, _ = propose(folder)
+    assert set(vehicle.inputs) == set(NAMES)
+    assert not vehicle.file.forces
+    assert vehicle.lever == pytest.approx(lever, abs=0.1)
 
 
 def test_the_sensors_place_is_asked_for_where_nothing_is_seen_of_it(tmp_path, propose):

@@ -20,6 +20,7 @@ from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
 
 SEEN = 6.0  # t from which on a channel is said to drive an axis,
 SHARE = 0.3  # with at least this share of the effect of the strongest there
+STICK = 0.1  # the same of what turns the boat, of which a point off the origin shows sideways
 LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] of the measured point that are proposed
 MOST_CHANNELS = 8  # those that vary most: a vehicle has no more inputs
 PWM = (900.0, 2100.0)  # [us]
@@ -88,10 +89,9 @@ class Channels:
         What turns the boat moves a point off its origin aside: that is no drive of surge or sway.
         """
         seen = self.effects
-        found = np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
         if self.lever is not None:
-            found[:2, self.turning] = False
-        return found
+            seen[:2, self.turning] = 0.0
+        return np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
 
     @cached_property
     def lever(self) -> tuple[float, float] | None:
@@ -104,9 +104,7 @@ class Channels:
         if np.count_nonzero(seen[2] >= max(SHARE * seen[2].max(), 1e-12)) != 1:
             return None
         aside = seen[:2, k] > 0.0
-        others = np.delete(seen[:2], k, axis=1).max(axis=1, initial=0.0) >= SHARE * seen[:2].max(
-            axis=1
-        )
+        others = np.delete(seen[:2], k, axis=1).max(axis=1, initial=0.0) >= STICK * seen[:2, k]
         if not aside.any() or not others[aside].all():
             return None
         along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]
