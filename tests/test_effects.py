@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What stands between boat and sensor, or differs between recordings: planted, then found."""
 
+import sys
 from dataclasses import replace
 
 import msgspec
@@ -29,6 +30,7 @@ from seatrial.recording import Signal, make_recording
 from seatrial.simulate import plant_model, simulate
 
 LEVER = np.array([0.25, -0.08])  # [m]
+FAR = np.array([-8.0, 6.0])  # [m]
 CURRENTS = {"S1": (0.03, -0.02), "S2": (-0.01, 0.015), "S3": (0.0, 0.02)}  # [m/s]
 
 
@@ -240,3 +242,19 @@ def test_errors_that_hang_together_for_less_than_a_pose_are_white():
     assert white[0] == pytest.approx(np.hypot(1e-5, 3e-3)) and white[1] == pytest.approx(2e-3)
     assert noise_entry(white).correlated is None
     np.testing.assert_array_equal(folded(noise, 0.05), noise)
+
+
+def test_a_lever_arms_search_that_begins_far_off_ends_no_elsewhere(known, monkeypatch):
+    """The other begins at the solution without one; the likelier is kept."""
+    _, vehicle, recordings = known
+    moved = [of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
+    settings = OutputErrorSettings(effects=("lever",))
+    usual = fit(moved, vehicle, settings=settings)
+    module = sys.modules["seatrial.identify.output_error"]  # the package has a function of its name
+    monkeypatch.setattr(module, "first_lever", lambda *_: FAR)
+    found = fit(moved, vehicle, settings=settings)
+    for name in usual.names:
+        k, free = usual.names.index(name), found.problem.free
+        off = found.theta[free[found.names.index(name)]] - usual.theta[usual.problem.free[k]]
+        assert abs(off) < 0.3 * np.sqrt(usual.covariance[k, k]), name
+    assert {n for n in found.notes if "lever" in n} == {n for n in usual.notes if "lever" in n}

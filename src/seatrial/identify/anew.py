@@ -93,7 +93,7 @@ def _other_frame(at: Point, theta: Array) -> Point:
     problem = at.passes.problem
     other = replace(problem, earth_fixed=not problem.earth_fixed)
     if (at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any():
-        return _likelier(at, at.theta, at.noise, other)
+        return _likelier(at, at.theta, at.noise, other, worth=0.0)  # neither is the simpler
     return at if white(at) else _likelier(at, theta, pushed_and_coloured(problem.recordings), other)
 
 
@@ -199,10 +199,20 @@ def _promises(at: Point, noise: Array) -> bool:
     return cost < sum(p.cost for p in passes) - WORTH
 
 
-def _likelier(at: Point, theta: Array, noise: Array, problem: Problem | None = None) -> Point:
-    """The more likely of `at` and what is found from other parameters and noise, or as another problem."""
+def _likelier(
+    at: Point,
+    theta: Array,
+    noise: Array,
+    problem: Problem | None = None,
+    *,
+    worth: float = WORTH,
+) -> Point:
+    """The more likely of `at` and what is found from other parameters and noise, or as another problem.
+
+    The other by `worth` at least.
+    """
     try:
         other = descend(problem or at.passes.problem, theta, noise, at.passes.cost)
     except IdentificationError:
         return at
-    return other if other.passes.cost < at.passes.cost - WORTH else at
+    return other if other.passes.cost < at.passes.cost - worth else at

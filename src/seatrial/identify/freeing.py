@@ -23,6 +23,7 @@ MOST_EXTRAS = 5
 WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
 SURELY = 3.5  # standard errors away from its neutral value, where the score test does not tell
 CURVE = ("reverse_ratio", "power")
+ASKED_FOR = "estimated, as the data ask for it"  # so end the notes of what was freed
 
 
 def problem_of(
@@ -58,7 +59,7 @@ def freed(
         if there is None or most is None:
             break
         at = there
-        notes += [f"{words}: estimated, as the data ask for it" for words in most.words]
+        notes += [f"{words}: {ASKED_FOR}" for words in most.words]
     return at, notes
 
 

@@ -11,6 +11,7 @@ not bias the coefficients as it does the paper's.
 
 import itertools
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import msgspec
@@ -26,7 +27,7 @@ from seatrial.identify.belief import believed, worth
 from seatrial.identify.bumps import bumps, bumps_said, bumps_tried
 from seatrial.identify.covariance import at_bounds, long_enough, sandwich
 from seatrial.identify.first_noise import first_noise
-from seatrial.identify.freeing import freed, problem_of
+from seatrial.identify.freeing import ASKED_FOR, freed, problem_of
 from seatrial.identify.hints import hints
 from seatrial.identify.kinks import as_likely
 from seatrial.identify.lever import first_lever, of_origin
@@ -84,7 +85,53 @@ def fit(
     for kind in chosen.effects:
         if kind not in KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
+    fresh = start is None and prior is None and chosen.extras
+    if not (fresh and "lever" in chosen.effects):
+        return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
+    beside = _from_stated_lever(recordings, vehicle, chosen)
+    try:
+        found = _fit(recordings, vehicle, chosen, None, None, further=True)
+    except IdentificationError:
+        if beside is None:
+            raise
+        return beside
+    return found if beside is None else min(found, beside, key=_cost)
+
+
+def _from_stated_lever(
+    recordings: Sequence[Recording], vehicle: Vehicle, chosen: OutputErrorSettings
+) -> Fit | None:
+    """The solution with a lever arm that is found from the one without, thrusters and all; None: there is none.
+
+    A boat that is not yet known well may have its lever arm anywhere: where drag and inertia are free to
+    move with it, the likelihood is nearly flat along it, and a search may end far off.
+    """
+    without = replace(chosen, effects=tuple(e for e in chosen.effects if e != "lever"))
+    with suppress(IdentificationError):
+        begin = _fit(recordings, vehicle, without, None, None, further=True).model()
+        return _fit(recordings, vehicle, chosen, begin, None, further=True)
+    return None
+
+
+def _cost(found: Fit) -> float:
+    """-2 log likelihood, the model believed as closely as it makes likely."""
+    noise = found.noise if found.plain is None else found.plain
+    return found.problem.passes(found.theta, noise, repeatable=False).cost
+
+
+def _fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    chosen: OutputErrorSettings,
+    start: Model | None,
+    prior: Model | None,
+    *,
+    further: bool,
+) -> Fit:
+    """`fit` from one start; `further`: more stages of the chain are tried, and hints looked for."""
     whole, notes = _whole(vehicle, recordings, start)
+    if further and start is not None:
+        notes = [n for n in notes if n.endswith(ASKED_FOR)] + staged(vehicle, recordings)[1]
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
@@ -100,9 +147,7 @@ def fit(
     likely, at, share = believed(at, hold=chosen.hold_noise)
     for point in (at, bumped or at):
         point.passes.forget_ways()
-    if (
-        chosen.extras and start is None and prior is None
-    ):  # what a prior says, it says of its own stages
+    if further:  # what a prior says, it says of its own stages
         likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
         notes += [*found, *hints(at, share), *disagreements(at), *wear(at)]
     notes += [*_rejected(at), *worth(at, share)]
@@ -117,7 +162,8 @@ def fit(
             "in a second, which predicts one second ahead at least as well as the likelihood's choice"
         )
     covariance = by_squares(at, as_likely(at, sandwich(at)))
-    sought = chosen.extras and (start is None or prior is not None) and not chosen.hold_noise
+    sought = chosen.extras and (further or start is None or prior is not None)
+    sought = sought and not chosen.hold_noise
     if sought and (bumped is not None or not explained(at)):
         notes += bumps_said(bumped, at, covariance, _afresh)
     if _nothing_told(at, covariance):

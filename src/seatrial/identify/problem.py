@@ -233,8 +233,8 @@ class Passes:
 
     @cached_property
     def cost(self) -> float:
-        """-2 log likelihood, but for a constant; infinite where the boat diverged."""
-        if not all(p.good for p in self.each):
+        """-2 log likelihood, but for a constant; infinite where the boat diverged, or the numbers ran out."""
+        if not all(p.good and np.diag(p.information).min(initial=0.0) >= 0.0 for p in self.each):
             return np.inf
         prior = self.problem.prior
         return sum(p.cost for p in self.each) + (prior.cost(self.theta) if prior else 0.0)

@@ -107,6 +107,8 @@ def _within(at: Point) -> Point:
     nearest = problem.bounded(at.theta)
     if (nearest == at.theta).all():
         return at
+    if not np.isfinite(at.passes.cost):  # then its slopes say nothing
+        return _point(problem, nearest, at.noise)
     stepped = problem.bounded(at.theta + step_within(at, 0.0)[0])
     tried = (_point(problem, theta, at.noise) for theta in (stepped, nearest))
     return min(tried, key=lambda p: p.passes.cost if np.isfinite(p.passes.cost) else np.inf)
