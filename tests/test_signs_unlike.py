@@ -11,6 +11,7 @@ from survey_boat import pulses
 from seatrial import _core
 from seatrial.recording import Signal, make_recording
 from seatrial.signs import check_apart, check_signs
+from seatrial.signs.findings import Wrong
 from seatrial.vehicle import vehicle_from
 
 TRUTH = {
@@ -112,12 +113,47 @@ CORNERS = [(0.3, 0.22, -45.0), (0.3, -0.22, 45.0), (-0.3, 0.22, 45.0), (-0.3, -0
 def test_poses_of_a_point_off_the_origin_are_no_wrong_sign(seed):
     """When it turns the point moves aside; of the one recording that turns it was said that a thruster is wrong."""
     vehicle, recordings = one_by_one(CORNERS, EDGES, seed=seed, seconds=180.0, others=0.08)
-    moved = []
-    for recording in recordings:
-        eta = recording.eta.copy()
-        eta[:, :2] += 0.25 * np.column_stack([np.cos(eta[:, 2]), np.sin(eta[:, 2])])
-        moved.append(replace(recording, eta=eta))
+    moved = [off(recording, 0.25) for recording in recordings]
     assert check_apart(moved, vehicle).findings == ()
     odd = [moved[0], turned(moved[1], -1.0), moved[2]]
     found = check_apart(odd, vehicle).findings
     assert found and all(f.text.startswith("S2 contradicts") for f in found)
+
+
+TUG = [(-0.6, 0.25, 0.0), (-0.6, -0.25, 0.0), (0.6, 0.0, 90.0)]  # two astern, one at the bow
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_a_boat_that_sways_as_it_turns_is_no_wrong_sign(seed):
+    """Looked at each for itself, as it is recorded: x, y and a thruster were said to be wrong."""
+    vehicle, recordings = one_by_one(TUG, CURVE, seed=seed, seconds=180.0)
+    moved = [off(recording, -0.05) for recording in recordings]
+    for recording in moved:
+        assert check_signs([recording], vehicle).findings == ()
+
+
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("wrong", ["swapped", "turned"])
+def test_one_mistake_in_the_file_is_one_finding_for_recordings_of_one_axis_each(wrong, seed):
+    """The recordings of the axis that it does not touch are no reason to leave the others out."""
+    vehicle, recordings = one_by_one(TUG, CURVE, seed=seed, seconds=180.0)
+    signs = [1.0, 1.0, -1.0] if wrong == "turned" else [1.0, 1.0, 1.0]
+    order = [1, 0, 2] if wrong == "swapped" else [0, 1, 2]
+    odd = [exchanged(turned(off(r, -0.05), signs), order) for r in recordings]
+    found = check_apart(odd, vehicle).findings
+    assert [f.kind for f in found] == [Wrong.PERMUTED if wrong == "swapped" else Wrong.NEGATED]
+    assert "contradicts" not in found[0].text
+
+
+def off(recording, ahead):
+    """With poses of a point so far ahead [m]."""
+    c, s = np.cos(recording.eta[:, 2]), np.sin(recording.eta[:, 2])
+    eta = recording.eta.copy()
+    eta[:, :2] += ahead * np.column_stack([c, s])
+    return replace(recording, eta=eta)
+
+
+def exchanged(recording, order):
+    """With columns of commands in another order."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps, c.values[:, order]))

@@ -10,9 +10,8 @@ from dataclasses import replace
 from seatrial.recording import Recording
 from seatrial.signs.check import SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
+from seatrial.signs.search import LONG, nearest_arm
 from seatrial.vehicle import Vehicle
-
-ARMS = tuple(0.02 * k for k in range(-75, 76))  # [m] of the measured point, ahead or to port
 
 
 def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
@@ -23,6 +22,9 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
     if len(recordings) < 2:
         return together
     apart = [check_signs([recording], vehicle) for recording in recordings]
+    one = together.repair.edits == 1 and not together.repair.pose_edits
+    if one and all(own.search and own.search.fits(together.repair) for own in apart):
+        return together  # one mistake in the file makes all of them wrong
     others = [r for r, own in zip(recordings, apart, strict=True) if not own.findings]
     if not 0 < len(others) < len(recordings) or check_signs(others, vehicle).findings:
         return together
@@ -31,11 +33,17 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
     fits = _of_one_point(apart)
     if all(fit for fit, own in zip(fits, apart, strict=True) if own.findings):
         return together
+    right = [
+        r.name
+        for r, own, fit in zip(recordings, apart, fits, strict=True)
+        if fit or not own.findings
+    ]
+    said = f"{_joined(right)} {'does' if len(right) == 1 else 'do'} not"
     findings = [
         Finding(
             finding.kind,
-            f"{recording.name} contradicts the vehicle file, the others do not; leave it out, or correct its "
-            f"columns: {finding.text}",
+            f"{recording.name} contradicts the vehicle file, {said}; leave it out, or correct its columns: "
+            f"{finding.text}",
         )
         for recording, own, fit in zip(recordings, apart, fits, strict=True)
         for finding in (() if fit else own.findings)
@@ -51,13 +59,12 @@ def _of_one_point(apart: Sequence[SignReport]) -> list[bool]:
     ):
         return [False] * len(apart)
     known = [s for s in searches if s is not None]
+    arm = nearest_arm(known, LONG)
+    return [s.moved(arm).misfit(s.as_is) < s.price for s in known]
 
-    def misfits(ahead: float, left: float) -> list[float]:
-        return [s.moved((ahead, left)).misfit(s.as_is) for s in known]
 
-    ahead = min(ARMS, key=lambda arm: sum(misfits(arm, 0.0)))  # moves sway
-    left = min(ARMS, key=lambda arm: sum(misfits(0.0, arm)))  # moves surge
-    return [fit < s.price for fit, s in zip(misfits(ahead, left), known, strict=True)]
+def _joined(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _said(report: SignReport) -> tuple[object, set[Wrong]]:

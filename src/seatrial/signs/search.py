@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Which signs and which order of a vehicle file's signals explain the gains with the fewest edits."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, permutations, product
@@ -17,6 +17,8 @@ PRICE = 10.0  # chi-square that an edit must be worth, given many blocks;
 FEW = 12.0  # so many blocks above the number of inputs double it
 TIE = 0.01  # edits: of explanations alike, y and psi mirrored, else the one that leaves the poses
 EXHAUSTIVE = 5  # more inputs than this are searched edit by edit
+SHORT, LONG = 0.3, 1.5  # [m] arms of a measured point, of one recording and of several that agree
+STEP = 0.02  # [m]
 MIRROR = np.diag([1.0, -1.0])
 UNLIKE = (
     0.08  # of its thrust by which an actuator may differ from the others: its dead zone, its curve
@@ -72,14 +74,6 @@ class Search:
         return patterns(self.vehicle)
 
     @cached_property
-    def loose(self) -> tuple[Gains, Gains, Gains]:
-        """The gains, when actuators need not thrust quite as the file's shares say: what is left of an
-        axis that others drive is no sign of a mistake.
-        """
-        surge, sway, yaw = (_loosened(g, p) for g, p in zip(self.gains, self.patterns, strict=True))
-        return surge, sway, yaw
-
-    @cached_property
     def as_is(self) -> Repair:
         """No edit."""
         n = len(self.vehicle.inputs)
@@ -87,7 +81,7 @@ class Search:
 
     def best(self) -> Repair:
         """The repair with the best of chi-square and price of its edits."""
-        if not self.mirrored and self.misfit(self.as_is) < self.price:
+        if self.fits(self.as_is):
             return self.as_is  # nothing can be worth an edit
         if len(self.vehicle.inputs) > EXHAUSTIVE:
             return min((self._climbed(pose) for pose in self._poses()), key=self._score)
@@ -105,13 +99,25 @@ class Search:
         """Chi-square of the gains against what the repaired file allows."""
         return float(self._misfits(repair, repair.matrix[None])[0])
 
-    def moved(self, arm: tuple[float, float]) -> "Search":
-        """The same of a point so far behind and to starboard [m] of the measured one, forward-left-up."""
+    def fits(self, repair: Repair) -> bool:
+        """Whether the file with its inputs repaired is right, for a measured point that may be off the origin."""
+        if self.mirrored:
+            return False
+        if self.misfit(repair) < self.price:
+            return True
+        return self.moved(nearest_arm([self], SHORT, repair), repair).misfit(repair) < self.price
+
+    def moved(self, arm: tuple[float, float], repair: Repair | None = None) -> "Search":
+        """The same of a point so far behind and to starboard [m] of the measured one, forward-left-up.
+
+        It turns as the file allows: what these inputs do not show may be anything in the gains themselves.
+        """
         ahead, left = arm
         surge, sway, yaw = self.gains
-        side = -1.0 if self.mirrored else 1.0
-        surge = replace(surge, values=surge.values + left * side * yaw.values)
-        sway = replace(sway, values=sway.values - ahead * side * yaw.values)
+        weights = self.patterns[2].weights @ (repair or self.as_is).matrix
+        turns = _allowed(yaw, weights) * (-1.0 if self.mirrored else 1.0)
+        surge = replace(surge, values=surge.values + left * turns)
+        sway = replace(sway, values=sway.values - ahead * turns)
         return replace(self, gains=(surge, sway, yaw))
 
     def body(self, repair: Repair) -> Array:
@@ -142,7 +148,7 @@ class Search:
         total = np.zeros(len(matrices))
         for pattern, row in zip(self.patterns, self.body(pose), strict=True):
             axis = int(np.argmax(np.abs(row)))
-            total += _misfit(self.loose[axis], row[axis], pattern, matrices)
+            total += _misfit(self.gains[axis], row[axis], pattern, matrices)
         return total
 
     def _score(self, repair: Repair) -> float:
@@ -156,6 +162,20 @@ class Search:
             if self._score(step) >= self._score(repair):
                 return repair
             repair = step
+
+
+def nearest_arm(
+    searches: Sequence[Search], most: float, repair: Repair | None = None
+) -> tuple[float, float]:
+    """Where the measured point is [m], ahead of the origin and to port, if the files are right; `most` away."""
+    arms = np.arange(-round(most / STEP), round(most / STEP) + 1) * STEP
+
+    def misfit(arm: tuple[float, float]) -> float:
+        return sum(s.moved(arm, repair).misfit(repair or s.as_is) for s in searches)
+
+    ahead = min(arms.tolist(), key=lambda arm: misfit((arm, 0.0)))  # moves sway
+    left = min(arms.tolist(), key=lambda arm: misfit((0.0, arm)))  # moves surge
+    return ahead, left
 
 
 def neighbours(repair: Repair) -> Iterator[Repair]:
@@ -199,40 +219,56 @@ def _signed_permutations(
     return found, matrices, np.array([float(edits_of(o, s)) for o, s in found])
 
 
-def _loosened(gains: Gains, pattern: Pattern) -> Gains:
-    """Gains with `UNLIKE` in their errors, of forces as large as these gains allow.
+def _loosened(gains: Gains, weights: Array) -> Array:
+    """Precisions (h, n, n) of gains, when actuators need not thrust quite as the shares (h, forces, n) say.
 
-    Of a force that was hardly given they allow any size: then the axis tells little.
+    What is left of an axis that others drive is no sign of a mistake. `UNLIKE` is in their errors, of forces as
+    large as these gains allow; of a force that was hardly given they allow any size: then the axis tells little.
     """
-    shared = np.count_nonzero(pattern.weights, axis=1) > 1  # by several actuators
+    precision = gains.precision
+    shared = np.count_nonzero(weights, axis=2) > 1  # (h, forces) by several actuators
     if not shared.any():
-        return gains
-    weights, precision = pattern.weights, gains.precision
-    curvature = weights @ precision @ weights.T
-    most = float(np.linalg.norm(precision, 2)) * float(np.sum(weights**2))
-    inverse = np.linalg.inv(curvature + 1e-9 * most * np.eye(len(weights)))
-    force = np.abs(inverse @ weights @ precision @ gains.values) + 2.0 * np.sqrt(np.diag(inverse))
-    unlike = UNLIKE**2 * np.diag(((force[:, None] * weights)[shared] ** 2).sum(axis=0))
-    return replace(gains, precision=np.asarray(np.linalg.inv(np.linalg.inv(precision) + unlike)))
+        return np.broadcast_to(precision, (len(weights), *precision.shape))
+    curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
+    most = np.linalg.norm(precision, 2) * np.sum(weights**2, axis=(1, 2))
+    inverse = np.linalg.inv(curvature + 1e-9 * most[:, None, None] * np.eye(weights.shape[1]))
+    found = (inverse @ weights @ (precision @ gains.values)[:, None])[:, :, 0]
+    force = np.abs(found) + 2.0 * np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
+    parts = np.where(shared[:, :, None], force[:, :, None] * weights, 0.0)
+    unlike = UNLIKE**2 * np.sum(parts**2, axis=1)[:, :, None] * np.eye(weights.shape[2])
+    return np.asarray(np.linalg.inv(np.linalg.inv(precision) + unlike))
+
+
+def _allowed(gains: Gains, weights: Array) -> Array:
+    """The gains (n,) nearest to those seen that a pattern's weights (forces, n) allow, of either sign."""
+    if not weights.any():
+        return gains.values
+    pull = weights @ gains.precision
+    curvature = pull @ weights.T
+    ridge = 1e-9 * float(np.trace(curvature)) * np.eye(len(curvature))
+    return np.asarray(np.linalg.solve(curvature + ridge, pull @ gains.values) @ weights)
 
 
 def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Array:
     """Chi-square (h,) of an axis' gains, times sign, against its pattern of edited inputs."""
-    best = np.full(len(matrices), gains.total)
     if len(pattern.own) == 0:
-        return best
+        return np.full(len(matrices), gains.total)
     weights = pattern.weights @ matrices  # (h, forces, n)
-    curvature = weights @ gains.precision @ np.swapaxes(weights, 1, 2)
-    slope = sign * weights @ (gains.precision @ gains.values)
+    precision = _loosened(gains, weights)
+    pull = precision @ gains.values  # (h, n)
+    total = pull @ gains.values
+    curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
+    slope = sign * (weights @ pull[:, :, None])[:, :, 0]
+    best = total
     for active in _active_sets(pattern.own):
         matrix = curvature[:, active[:, None], active]
         ridge = 1e-9 * np.trace(matrix, axis1=1, axis2=2) + 1e-300
         matrix = matrix + ridge[:, None, None] * np.eye(len(active))
         gain = np.linalg.solve(matrix, slope[:, active, None])[:, :, 0]
         allowed = np.all((gain >= 0) | ~pattern.own[active], axis=1)
-        cost = gains.total - np.sum(gain * slope[:, active], axis=1)
+        cost = total - np.sum(gain * slope[:, active], axis=1)
         best = np.where(allowed & (cost < best), cost, best)
-    return best
+    return np.asarray(best)
 
 
 def _active_sets(own: Mask) -> Iterator[Array]:
