@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from pushed_boat import FREE, MIDDLE
 from scipy import stats
 
 import seatrial
@@ -71,6 +72,20 @@ def test_more_mass_is_one_factor_in_every_axis(mp):
         assert factor.fits > 0.001
         assert "N_ud" not in factor.coefficients
     assert "20 % more mass" in comparison_text(compare(estimated(mp, TRUTH), estimated(mp, LOADED)))
+
+
+def test_a_payloads_coriolis_terms_take_no_part_in_the_factor(mp):
+    """They are ratios of masses: with them a payload changed drag or thrust."""
+    light, heavy = MIDDLE, replace(MIDDLE, mass=(15.0, 19.0, 0.9))
+    boat = vehicle_from({**mp.to_mapping(), "structure": FREE}, "free")
+    rng = np.random.default_rng(5)
+    models = [estimated(boat, hull.coefficients, rng, 0.01) for hull in (light, heavy)]
+    found = compare(*models)
+    for factor, old, new in zip(found.factors, light.mass, heavy.mass, strict=True):
+        assert factor.factor == pytest.approx(old / new, abs=3 * factor.error)
+        assert factor.fits > 0.001
+        assert not {"X_vr", "Y_ur", "N_uv"} & {*factor.coefficients}
+    assert "by no common factor" not in comparison_text(found)
 
 
 def test_what_one_model_never_knew_takes_no_part_in_the_factor(mp):

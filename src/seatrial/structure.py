@@ -61,6 +61,14 @@ class Term:
         odd = sum(name in _ODD_FACTORS or name in odd_forces for name in names)
         return (odd + (self.axis > 0)) % 2 == 1
 
+    @property
+    def of_masses(self) -> bool:
+        """Whether its coefficient is made of masses alone: of an acceleration, or of two velocities, as Coriolis
+        and centripetal terms are (Fossen, Handbook of Marine Craft, 2nd ed., section 6.3)."""
+        return self.acceleration is not None or (
+            len(self.factors) == 2 and {*self.factors} <= {*SYMBOLS}
+        )
+
     def unit(self) -> str:
         """SI unit of its coefficient; forces are in command units, so dimensionless."""
         metre, second, radian = (1, -2, 0) if self.axis < 2 else (0, -2, 1)

@@ -263,13 +263,13 @@ def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor
     """For each axis the factor that its drag and thrust share, by generalised least squares.
 
     Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is 1 / k of what
-    it was. Acceleration terms are left out: they tell of where the mass is.
+    it was. Acceleration and Coriolis terms are left out: they tell of where the mass is.
     """
     out = []
     known = {pair.name for pair in found if _tells(pair)}
     for axis, word in enumerate(AXES):
         own = [t for t in a.structure.terms if t.axis == axis and t.coefficient in known]
-        still = {t.coefficient for t in own if t.acceleration is not None}
+        still = {t.coefficient for t in own if t.of_masses}
         names = list(dict.fromkeys(t.coefficient for t in own if t.coefficient not in still))
         if len(names) >= 2:
             out.append(_factor(word, [n for n in names if n], seen))

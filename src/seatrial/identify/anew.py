@@ -58,6 +58,7 @@ MOST_OFTEN = 3.0  # poses in a period, at the least
 SIZES = (3.0, 10.0, 30.0)  # times the white errors
 LONGER = 1.5  # times the longest memory of a first search: from there it may go on
 WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
+CHANCE = 3.0  # the same of the other frame: neither is the simpler, but by chance is not found
 
 
 def anew(at: Point, theta: Array) -> Point:
@@ -93,7 +94,7 @@ def _other_frame(at: Point, theta: Array) -> Point:
     problem = at.passes.problem
     other = replace(problem, earth_fixed=not problem.earth_fixed)
     if (at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any():
-        return _likelier(at, at.theta, at.noise, other, worth=0.0)  # neither is the simpler
+        return _likelier(at, at.theta, at.noise, other, worth=CHANCE)
     return at if white(at) else _likelier(at, theta, pushed_and_coloured(problem.recordings), other)
 
 

@@ -87,7 +87,7 @@ def _of_axis(model: Model, axis: int) -> list[int]:
     out = []
     for i, name in enumerate(model.structure.coefficients):
         own = [t for t in model.structure.terms if t.coefficient == name]
-        if all(t.axis == axis and t.acceleration is None for t in own):
+        if all(t.axis == axis and not t.of_masses for t in own):
             out.append(i)
     return out
 
