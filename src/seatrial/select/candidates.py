@@ -14,14 +14,20 @@ from seatrial.structure import Force, Structure, Term, parse
 from seatrial.vehicle import Vehicle
 
 LETTERS = ("X", "Y", "N")
+EVEN = {  # that a hull which is the same to port and to starboard may have besides, its mass ahead or astern
+    0: (("v2", ("v", "v")), ("r2", ("r", "r"))),
+    1: (("uv", ("u", "v")),),
+    2: (("ur", ("u", "r")), ("vr", ("v", "r"))),
+}
 
 
 def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
     """What the paper tried and left out, and what real boats need, without what is there already.
 
-    Linear and quadratic drag, coupled or not, cubic drag, drag that grows with the speed of another axis, free
-    added mass on v r, u r and u v, coupled force, a cubic in the axis' own force, and a steady trim. In
-    yaw v r as well: one of four that make N_ud.
+    Linear and quadratic drag, coupled or not, cubic drag, drag that grows with the speed of another axis,
+    free added mass on v r, u r and u v, coupled force, a cubic in the axis' own force, and a steady trim.
+    What a hull has whose middle of mass is not its middle: v v and r r in surge, u v in sway, u r in yaw.
+    In yaw v r as well: one of four that make N_ud.
     """
     known = {_what(term) for term in vehicle.structure.terms if term.coefficient}
     names = set(vehicle.structure.coefficients)
@@ -52,8 +58,7 @@ def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, 
         else:
             yield short, (force.name,)
     yield "0", ()
-    if axis == 2:
-        yield "vr", ("v", "r")
+    yield from EVEN.get(axis, ())
     yield from ((f"{symbol}{own}", (f"|{symbol}|", own)) for symbol in others)
 
 
