@@ -112,6 +112,23 @@ def test_many_false_matches_and_drop_outs_are_found_and_nothing_else(seed):
     assert np.mean(record.valid == ~wrong[keep]) > 0.999
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_false_match_whose_way_back_is_less_plain_is_masked_all_the_same(seed):
+    """The way back was below what counts as a jump: it had jumped for good, and wrong poses were used."""
+    stamps, eta = poses(n=3000, rate=10.0, noise=0.01, seed=seed)
+    rng = np.random.default_rng(seed)
+    wrong = np.zeros(len(eta), dtype=bool)
+    for begin in range(100, 2900, 150):
+        length, way = int(rng.integers(3, 8)), rng.uniform(-np.pi, np.pi)
+        where = slice(begin, begin + length)
+        eta[where, :2] += 0.2 * np.array([np.cos(way), np.sin(way)])
+        wrong[where] = True
+    record = make_recording("back", stamps, eta, COMMANDS)
+    assert kinds(record) == {FaultKind.EXCURSION, FaultKind.GAP}
+    assert record.valid[~wrong].all()
+    assert record.valid[wrong].sum() < 12  # of about 95: both ways of a match or two
+
+
 def test_a_jump_for_good_is_not_differentiated_over():
     stamps, eta = poses()
     eta[300:, 1] += 0.4

@@ -26,6 +26,7 @@ JUMP_SPEED = 0.3  # and by this share of the 90th percentile of the boat's speed
 LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
+BACK = 0.35  # of a jump: what may be left where a step undoes it that is not seen to be one itself
 HABIT = 3  # silences from which on they may be one, of a joystick that is let go
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
@@ -313,7 +314,24 @@ def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[
         if free[i : j + 1].all():
             free[i : j + 1] = False
             away[jumps[i] + 1 : jumps[j] + 1] = True
-    return away, [jump for jump, lasts in zip(jumps, free, strict=True) if lasts]
+    lasting = [jump for jump, lasts in zip(jumps, free, strict=True) if lasts]
+    for jump in lasting:
+        twin = _undone_by(t, shift, jump)
+        if twin is not None and not away[min(jump, twin) + 1 : max(jump, twin) + 1].any():
+            away[min(jump, twin) + 1 : max(jump, twin) + 1] = True
+            lasting = [j for j in lasting if j not in (jump, twin)]
+    return away, lasting
+
+
+def _undone_by(t: Array, shift: Array, jump: int) -> int | None:
+    """The step, large though no jump by itself, that undoes one before or after; None: there is none."""
+    near = np.flatnonzero(np.abs(t[1:] - t[jump + 1]) <= EXCURSION)
+    near = near[near != jump]
+    if not len(near):
+        return None
+    left = np.linalg.norm(shift[near] + shift[jump], axis=1)
+    best = int(np.argmin(left))
+    return int(near[best]) if left[best] < BACK * np.linalg.norm(shift[jump]) else None
 
 
 def _runs(mask: Mask) -> list[tuple[int, int]]:

@@ -53,8 +53,8 @@ def verdicts(
     off = jitter(recording)
     if off > UNEVEN_STAMPS * recording.period:
         said.append(
-            f"stamps are off an even rhythm by {1e3 * off:.1f} ms; are they rounded, or arrival "
-            "times? Velocities suffer: record the sensor's own stamps"
+            f"stamps are off an even rhythm by {1e3 * off:.1f} ms; that does no harm if they are true, but if "
+            "they are rounded, or arrival times, velocities suffer: record the sensor's own stamps"
         )
     said += _drive(found, vehicle) + [sentence for use in inputs for sentence in _input(use)]
     return said
