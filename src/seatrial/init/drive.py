@@ -234,6 +234,9 @@ def _thrusters(found: Channels) -> Parts:
             of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
+    if len(forces) > len(used):  # two astern: it sways as it turns, but nothing pushes it aside
+        forces.pop(WRENCH[1], None)
+        used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
     return inputs, {n: _seen(found.t[:, found.names.index(n)]) for n in inputs}, forces
 
