@@ -11,7 +11,7 @@ from test_hints import asked, both
 from seatrial.identify.freeing import problem_of
 from seatrial.identify.output_error import OutputErrorSettings, output_error
 from seatrial.identify.stages import with_free_stages
-from seatrial.identify.unequal import with_gains
+from seatrial.identify.unequal import WithGains, with_gains
 
 GAINS = {"left": 1.15, "right": 0.85}
 NONE = {"dead_zone": {"forward": 0.0, "reverse": 0.0}}
@@ -84,3 +84,18 @@ def test_nothing_is_sought_where_commands_or_the_file_leave_nothing_to_seek():
     assert with_gains(*problem(stated, recordings)) is None
     still = drives(None, sizes=(both, lambda rng: 0.0, both))[1]  # right is never commanded
     assert with_gains(*problem(vehicle, still)) is None
+
+
+@pytest.mark.parametrize(
+    ("gains", "grouped"),
+    [
+        ([0.9, 0.88, 1.1, 1.12], True),  # fore and aft: as a force off the middle does
+        ([1.07, 1.07, 0.796, 1.064], False),  # one propeller
+        ([0.8, 1.2, 0.95, 1.05], False),
+        ([0.9, 1.05, 1.05], False),
+    ],
+)
+def test_a_weak_thruster_is_told_from_a_force_off_the_middle(gains, grouped):
+    names = tuple(f"t{k}" for k in range(len(gains)))
+    found = WithGains(None, np.array(gains), (), (names,), 0)
+    assert found.in_groups(np.array(gains)) is grouped

@@ -102,8 +102,14 @@ def _unlike(at: Point) -> list[_Asked]:
     theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_GAIN)
 
     def said(found: Array) -> str:
+        why = (
+            "several are weaker by as much: a force that acts off the middle does that, too, as with a payload; "
+            "look with select whether a coupled force explains it"
+            if wider.in_groups(found)
+            else "is a propeller fouled or damaged?"
+        )
         return (
-            "thrusters that do not thrust alike (is a propeller fouled or damaged?): if that may be, add "
+            f"thrusters that do not thrust alike ({why}): if that may be, add "
             f"{wider.said(found)} to the vehicle file's chain and identify again"
         )
 

@@ -16,6 +16,9 @@ from seatrial.vehicle import Vehicle
 
 ROWS = 2000  # of commands that are looked at
 TOLD = 1e-3  # share of the forces: less that other gains change can't be told from coefficients
+ALIKE = (
+    0.4  # of the step between weak and strong thrusters: what those of a group differ by at most
+)
 OFF = 0.1  # another gain, to see what it does
 
 
@@ -28,6 +31,19 @@ class WithGains:
     places: tuple[int, ...]  # of the gains that are sought
     kinds: tuple[tuple[str, ...], ...]  # actuators that have forces in common
     first: int  # place of the first gain of all
+
+    def in_groups(self, theta: Array) -> bool:
+        """Whether no thruster stands out alone: of a kind, two or more are weak, and as many strong, alike."""
+        at = self.first
+        for names in self.kinds:
+            own = np.sort(theta[at : at + len(names)])
+            at += len(names)
+            steps = np.diff(own)
+            cut = int(np.argmax(steps)) + 1
+            inner = float(np.delete(steps, cut - 1).max(initial=0.0))
+            if min(cut, len(own) - cut) < 2 or inner > ALIKE * steps[cut - 1]:
+                return False
+        return True
 
     def said(self, theta: Array) -> str:
         """The gains that were found, over their mean, as the vehicle file takes them."""
