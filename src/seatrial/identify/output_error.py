@@ -85,8 +85,8 @@ def fit(
     for kind in chosen.effects:
         if kind not in KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
-    fresh = start is None and prior is None and chosen.extras
-    if not (fresh and "lever" in chosen.effects):
+    fresh = start is None and chosen.extras
+    if not (fresh and prior is None and "lever" in chosen.effects):
         return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
     beside = _from_stated_lever(recordings, vehicle, chosen)
     try:
@@ -147,9 +147,11 @@ def _fit(
     likely, at, share = believed(at, hold=chosen.hold_noise)
     for point in (at, bumped or at):
         point.passes.forget_ways()
-    if further:  # what a prior says, it says of its own stages
+    if further and prior is None:  # what a prior says, it says of its own stages
         likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
-        notes += [*found, *hints(at, share), *disagreements(at), *wear(at)]
+        notes += found
+    if further:
+        notes += [*hints(at, share), *disagreements(at), *wear(at)]
     notes += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
