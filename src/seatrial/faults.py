@@ -327,11 +327,13 @@ def _undone_by(t: Array, shift: Array, jump: int) -> int | None:
     """The step, large though no jump by itself, that undoes one before or after; None: there is none."""
     near = np.flatnonzero(np.abs(t[1:] - t[jump + 1]) <= EXCURSION)
     near = near[near != jump]
-    if not len(near):
+    sizes = np.linalg.norm(shift, axis=1)
+    spread = 1.4826 * float(np.median(sizes))
+    if not len(near) or sizes[jump] < JUMP_SPREADS * spread:  # noise has such steps everywhere
         return None
     left = np.linalg.norm(shift[near] + shift[jump], axis=1)
     best = int(np.argmin(left))
-    return int(near[best]) if left[best] < BACK * np.linalg.norm(shift[jump]) else None
+    return int(near[best]) if left[best] < BACK * sizes[jump] else None
 
 
 def _runs(mask: Mask) -> list[tuple[int, int]]:
