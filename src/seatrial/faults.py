@@ -27,6 +27,7 @@ LEVER = 0.25  # [m] by which speed and yaw rate are compared
 EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
 BACK = 0.35  # of a jump: what may be left where a step undoes it that is not seen to be one itself
+STANDS_OUT = 2.5  # usual steps, beyond the boat's own way, that such a jump is larger than
 HABIT = 3  # silences from which on they may be one, of a joystick that is let go
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
@@ -329,7 +330,7 @@ def _undone_by(t: Array, shift: Array, jump: int) -> int | None:
     near = near[near != jump]
     sizes = np.linalg.norm(shift, axis=1)
     spread = 1.4826 * float(np.median(sizes))
-    if not len(near) or sizes[jump] < JUMP_SPREADS * spread:  # noise has such steps everywhere
+    if not len(near) or sizes[jump] < STANDS_OUT * spread:  # noise has such steps everywhere
         return None
     left = np.linalg.norm(shift[near] + shift[jump], axis=1)
     best = int(np.argmin(left))
