@@ -12,7 +12,7 @@ import seatrial
 ROOT = Path(seatrial.__file__).parent
 LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
     {"_core", "errors"},
-    {"bootstrap", "distributions", "files", "frames", "parallel", "progress", "schema", "statistics"},
+    {"bootstrap", "distributions", "files", "frames", "parallel", "progress", "schema", "statistics", "words"},
     {"faults", "streams"},
     {"allocation", "chain", "plan", "recording", "structure"},
     {"filter_noise", "noise", "vehicle", "velocity"},

@@ -8,7 +8,8 @@ import pytest
 
 from seatrial.report.embed import decode, encode, pack
 from seatrial.report.markup import number, unit
-from seatrial.report.words import joined, ratio_word
+from seatrial.report.words import ratio_word
+from seatrial.words import joined
 
 
 def test_columns_keep_five_digits_and_gaps():

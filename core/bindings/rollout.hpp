@@ -13,22 +13,33 @@ namespace {
 
 using namespace seatrial;
 
+/// States (rows x 6) and d state / d columns (rows x 6 x columns) for Python, and where to write.
+struct Rollout {
+  Rollout(const Trace& trace, std::size_t rows, bool tangents)
+      : states(fresh<Out2>({rows, std::size_t{kStates}}, &out)),
+        jacobian(fresh<Out3>({tangents ? rows : 0, std::size_t{kStates},
+                              tangents ? static_cast<std::size_t>(trace.columns().size()) : 0},
+                             &made)),
+        slopes(tangents ? made : nullptr) {}
+
+  double* out = nullptr;
+  double* made = nullptr;
+  Out2 states;
+  Out3 jacobian;
+  double* slopes;  // null where tangents are not asked for
+};
+
 std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector x0, Vector time,
                                    bool tangents) {
   check_trace(boat, trace);
   require(x0.shape(0) == kStates, "x0: [x, y, psi, u, v, r]");
   const std::size_t n = time.shape(0);
-  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
-  double* out = nullptr;
-  double* slopes = nullptr;
-  auto states = fresh<Out2>({n, std::size_t{kStates}}, &out);
-  auto jacobian = fresh<Out3>({tangents ? n : 0, std::size_t{kStates}, width}, &slopes);
+  const Rollout to(trace, n, tangents);
   {
     nb::gil_scoped_release released;
-    simulate(boat, trace, x0.data(), time.data(), static_cast<int>(n), out,
-             tangents ? slopes : nullptr);
+    simulate(boat, trace, x0.data(), time.data(), static_cast<int>(n), to.out, to.slopes);
   }
-  return {states, jacobian};
+  return {to.states, to.jacobian};
 }
 
 std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector time, Indices start,
@@ -42,17 +53,13 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector t
         start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < time.shape(0),
         "a start's stop is not among the times after it");
   }
-  const auto width = static_cast<std::size_t>(tangents ? trace.columns().size() : 0);
-  double* out = nullptr;
-  double* slopes = nullptr;
-  auto states = fresh<Out2>({m, std::size_t{kStates}}, &out);
-  auto jacobian = fresh<Out3>({tangents ? m : 0, std::size_t{kStates}, width}, &slopes);
+  const Rollout to(trace, m, tangents);
   {
     nb::gil_scoped_release released;
     predict(boat, trace, time.data(), start.data(), stop.data(), x0.data(), static_cast<int>(m),
-            threads, out, tangents ? slopes : nullptr);
+            threads, to.out, to.slopes);
   }
-  return {states, jacobian};
+  return {to.states, to.jacobian};
 }
 
 void bind_rollout(nb::module_& m) {

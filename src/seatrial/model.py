@@ -35,9 +35,7 @@ ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
 LEVER_ERRORS = (
     "standard errors of the lever arm"  # a note that begins so has them: 1e-3 m ahead, 2e-3 m aside
 )
-LEVER_TOLD = (
-    "lever_stated"  # among the settings: what the vehicle file had, where another was found
-)
+LEVER_TOLD = "lever_stated"  # a setting: what the vehicle file had, where another was found
 SURELY = 3.0  # standard errors from which on two lever arms are two
 AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere

@@ -17,7 +17,6 @@ from seatrial import _core
 from seatrial.frames import Array, frozen_array
 from seatrial.model import Model, load
 from seatrial.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
-from seatrial.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -98,13 +97,8 @@ class Odometer:
         return self._core.newest
 
     def _arm(self, model: Model) -> Array:
-        return lever_of(model.vehicle) if self._lever is None else self._lever
+        return np.array(model.vehicle.lever) if self._lever is None else self._lever
 
     def _onboard(self, model: Model) -> _core.OnboardModel:
         disturbance, current, window = self._settings
         return onboard_model(model, disturbance=disturbance, current=current, window=window)
-
-
-def lever_of(vehicle: Vehicle) -> Array:
-    """Where the measured point is (2,): forward, left of the origin [m]."""
-    return np.array(vehicle.lever)

@@ -8,6 +8,7 @@ import numpy as np
 from seatrial.advice.gain import Gain
 from seatrial.identifiability import Identifiability, Verdict
 from seatrial.statistics import NORMAL_95
+from seatrial.words import joined
 
 MOST_SAID = 4  # sentences
 LONG = 1800.0  # [s] more than this nobody drives for one number
@@ -52,8 +53,7 @@ def next_drive(found: Identifiability, gained: Sequence[Gain]) -> list[str]:
 
 
 def _listed(found: Sequence[Gain]) -> str:
-    words = [f"{g.parameter} ({_interval(g)})" for g in found]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    return joined([f"{g.parameter} ({_interval(g)})" for g in found])
 
 
 def seconds_said(seconds: float) -> str:

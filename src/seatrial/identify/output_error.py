@@ -164,8 +164,7 @@ def _fit(
             "in a second, which predicts one second ahead at least as well as the likelihood's choice"
         )
     covariance = by_squares(at, as_likely(at, sandwich(at)))
-    sought = chosen.extras and (further or start is None or prior is not None)
-    sought = sought and not chosen.hold_noise
+    sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise
     if sought and (bumped is not None or not explained(at)):
         notes += bumps_said(bumped, at, covariance, _afresh)
     if _nothing_told(at, covariance):

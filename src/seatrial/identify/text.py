@@ -22,6 +22,7 @@ from seatrial.identify.smoother import METHOD as SMOOTHER
 from seatrial.model import Model
 from seatrial.sanity import sanity_line
 from seatrial.velocity import STENCIL_NOISE
+from seatrial.words import joined
 
 UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
 STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
@@ -141,7 +142,7 @@ def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
 
 def combined(found: Combination) -> str:
     """What is known of some parameters together."""
-    names = " and ".join([", ".join(found.names[:-1]), found.names[-1]])
+    names = joined(found.names)
     apart = "can't be told apart" if abs(found.correlation) > APART else "are correlated"
     value = plus_minus(found.value, found.error)
     return (
@@ -180,7 +181,7 @@ def _noise(model: Model) -> str:
         if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
-        f"; unmodelled force: {_listed(parts)} of what the largest commands give, lasting "
+        f"; unmodelled force: {joined(parts)} of what the largest commands give, lasting "
         f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
         if parts else "; no unmodelled force to be seen"
     )  # fmt: skip
@@ -188,11 +189,6 @@ def _noise(model: Model) -> str:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
         said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
     return f"{said}."
-
-
-def _listed(parts: Sequence[str]) -> str:
-    """As one says them: a, b and c."""
-    return " and ".join([*([", ".join(parts[:-1])] if parts[1:] else []), *parts[-1:]])
 
 
 def _above(least: float, *sizes: tuple[float, str]) -> str:

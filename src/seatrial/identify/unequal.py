@@ -16,9 +16,7 @@ from seatrial.vehicle import Vehicle
 
 ROWS = 2000  # of commands that are looked at
 TOLD = 1e-3  # share of the forces: less that other gains change can't be told from coefficients
-ALIKE = (
-    0.4  # of the step between weak and strong thrusters: what those of a group differ by at most
-)
+ALIKE = 0.4  # of the step from weak to strong thrusters: what those of a group differ by at most
 OFF = 0.1  # another gain, to see what it does
 
 

@@ -20,7 +20,7 @@ from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
 
 SEEN = 6.0  # t from which on a channel is said to drive an axis,
 SHARE = 0.3  # with at least this share of the effect of the strongest there
-STICK = 0.1  # the same of what turns the boat, of which a point off the origin shows sideways
+STICK = 0.1  # share of what turning does to a point off the origin that the axis' own stick does at least
 LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] of the measured point that are proposed
 MOST_CHANNELS = 8  # those that vary most: a vehicle has no more inputs
 PWM = (900.0, 2100.0)  # [us]

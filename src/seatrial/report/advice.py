@@ -16,11 +16,11 @@ from seatrial.report.words import (
     AT_FLOOR,
     GOOD_RATIO,
     floors,
-    joined,
     not_told_apart,
     ratio_word,
     rms_and_ratio,
 )
+from seatrial.words import joined
 
 MANY_MASKED = 0.1  # share of the poses left out that deserves a look at the sensor
 BIASED = 0.5  # share of the RMS error from which on a constant part is worth a remark

@@ -18,13 +18,13 @@ from seatrial.report.words import (
     UNITS,
     floors,
     foreseen,
-    joined,
     minutes,
     names_of,
     ratio_word,
     rms_and_ratio,
 )
 from seatrial.sanity import doubts
+from seatrial.words import joined, shortened
 
 ALL_WELL = "use it within the speeds and commands that it was made from."
 
@@ -45,7 +45,7 @@ def identified(evidence: Evidence) -> str:
         return f"{what}, {model.estimator.method}{_told(known)}."
     length = minutes(sum(r.length for r in model.recordings))
     names = [r.name for r in model.recordings]
-    listed = joined(names) if len(names) <= 4 else f"{joined(names[:2])} and {len(names) - 2} more"
+    listed = shortened(names)
     return (
         f"{what}, identified by {model.estimator.method} from {_count(len(names), 'recording')}, "
         f"{length} in all ({listed}){_told(known)}."

@@ -9,6 +9,7 @@ from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.report.runs import Run
 from seatrial.sanity import TOLD_APART
+from seatrial.words import shortened
 
 GOOD_RATIO = 0.8  # above this share of the constant-velocity error an axis needs work
 AT_FLOOR = 1.1  # an RMS below this many floors says no more about the model
@@ -21,11 +22,6 @@ _RATIO_WORDS = (
     (1.05, "no better than no model"),
     (np.inf, "worse than no model"),
 )
-
-
-def joined(words: Sequence[str]) -> str:
-    """`a, b and c`."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def minutes(seconds: float) -> str:
@@ -76,5 +72,4 @@ def not_told_apart(model: Model) -> list[str]:
 
 def names_of(runs: Sequence[Run]) -> str:
     """`S1, S2 and S3`; of many the first, and how many more."""
-    names = [run.name for run in runs]
-    return joined(names) if len(names) <= 4 else f"{joined(names[:2])} and {len(names) - 2} more"
+    return shortened([run.name for run in runs])

@@ -12,6 +12,7 @@ from seatrial.signs.check import SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
 from seatrial.signs.search import LONG, nearest_arm
 from seatrial.vehicle import Vehicle
+from seatrial.words import joined
 
 
 def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
@@ -38,7 +39,7 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
         for r, own, fit in zip(recordings, apart, fits, strict=True)
         if fit or not own.findings
     ]
-    said = f"{_joined(right)} {'does' if len(right) == 1 else 'do'} not"
+    said = f"{joined(right)} {'does' if len(right) == 1 else 'do'} not"
     findings = [
         Finding(
             finding.kind,
@@ -61,10 +62,6 @@ def _of_one_point(apart: Sequence[SignReport]) -> list[bool]:
     known = [s for s in searches if s is not None]
     arm = nearest_arm(known, LONG)
     return [s.moved(arm).misfit(s.as_is) < s.price for s in known]
-
-
-def _joined(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _said(report: SignReport) -> tuple[object, set[Wrong]]:

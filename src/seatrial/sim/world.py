@@ -17,7 +17,6 @@ from seatrial import _core
 from seatrial.errors import ModelError, SimulatorError
 from seatrial.frames import Array
 from seatrial.model import Model, load
-from seatrial.odometer import lever_of
 from seatrial.predictor import row_of
 from seatrial.sim.readings import ImuReading, PoseReading, Reading, Scan, reading_of
 from seatrial.sim.scene import Scene, SceneFile, load_scene
@@ -131,7 +130,7 @@ class SimulatedBoat:
 
     def _enter(self, start: Array, sensors: Sensors, lever: Sequence[float] | None) -> None:
         model, vehicle = self.model, self.model.vehicle
-        x, y = lever_of(vehicle) if lever is None else lever
+        x, y = vehicle.lever if lever is None else lever
         pose, imu = core_pose(sensors.pose, (float(x), float(y))), core_imu(sensors.imu)
         self.lidar = core_lidar(sensors.lidar)
         check(pose, imu, self.lidar)

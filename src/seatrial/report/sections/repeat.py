@@ -12,7 +12,7 @@ from seatrial.report.names import names_in, sentence
 from seatrial.report.repeat import Repeat, repeat
 from seatrial.report.sections.base import ALL, Section, fine, plot
 from seatrial.report.table import Table
-from seatrial.report.words import joined
+from seatrial.words import joined
 
 
 def section(evidence: Evidence) -> Section | None:
