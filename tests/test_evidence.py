@@ -54,6 +54,15 @@ def test_the_bootstrap_spreads_as_the_sandwich_says(whole):
     assert ((low < found) & (found < high)).all()
 
 
+@pytest.mark.parametrize("replicates", [40, 60, 200])
+def test_percentile_intervals_hold_a_further_draw_as_often_as_they_say(replicates):
+    rng = np.random.default_rng(2)
+    found = intervals(rng.normal(size=(replicates, 4000)))
+    further = rng.normal(size=4000)
+    held = np.mean((found[:, 0] < further) & (further < found[:, 1]))
+    assert held == pytest.approx(0.95, abs=0.012)  # 3.5 standard errors
+
+
 def test_the_bootstrap_is_the_same_for_the_same_seed_whatever_the_threads_do(whole):
     first, again = bootstrap(whole, 4, seed=3), bootstrap(whole, 4, seed=3)
     np.testing.assert_array_equal(first, again)
@@ -233,7 +242,7 @@ def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
     model = whole.model()
     with pytest.raises(IdentificationError, match="--profile X_q: sought were X_u, "):
         evidence(model, [recording], vehicle, profiled=["X_q"])
-    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 20"):
+    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 40"):
         evidence(model, [recording], vehicle, replicates=5)
     paper = seatrial.identify([recording], vehicle, method="equation-error")
     with pytest.raises(IdentificationError, match="belong to output-error, not to equation-error"):

@@ -39,9 +39,13 @@ def bootstrap(fit: Fit, replicates: int = REPLICATES, seed: int = 0) -> Array:
 
 
 def intervals(draws: Array) -> Array:
-    """Percentile intervals (p, 2) of replicates (n, p)."""
+    """Percentile intervals (p, 2) of replicates (n, p).
+
+    At the order statistics (n + 1) q (Davison, Hinkley, section 5.3.1), outside of which a further
+    draw lies as often as `LEVEL` says, few as the draws may be; from 39 on they exist.
+    """
     tail = (100.0 - LEVEL) / 2.0
-    return np.percentile(draws, [tail, 100.0 - tail], axis=0).T
+    return np.percentile(draws, [tail, 100.0 - tail], axis=0, method="weibull").T
 
 
 def _refit(fit: Fit, counts: list[Array]) -> Array:

@@ -22,7 +22,7 @@ from seatrial.model import Model
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
-FEWEST = 20  # replicates that an interval can be read from
+FEWEST = 40  # replicates that an interval can be read from
 
 
 def evidence(
