@@ -21,7 +21,8 @@ lint: $(VENV)/.built $(VENV)/.test
 	$(BIN)/mypy
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 	cmake -S . -B build/tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
-	clang-tidy --quiet -p build/tidy $$(git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp')
+	git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp' | \
+	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/tidy
 
 # the site, site/index.html; a link that leads nowhere is an error
 docs: $(VENV)/.docs
