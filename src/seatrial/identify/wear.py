@@ -79,7 +79,8 @@ def _tested(course: _Course, axis: int, what: str, weights: Array) -> Change | N
     test = _with_step_taken(wide, scores)
     change = float(test.step[0])
     first, then = ("beginning", "end") if change > 0.0 else ("end", "beginning")
-    less, more = f"at the {first} of {course.longest}", f"at its {then}"
+    which = course.longest if len(course.blocks) == 1 else f"a recording like {course.longest}"
+    less, more = f"at the {first} of {which}", f"at its {then}"
     half = min(0.5 * abs(change), 1.0)
     return Change(axis, what, less, more, (1.0 - half) / (1.0 + half), test)
 
