@@ -24,6 +24,12 @@ def exchanged(recording: Recording) -> Recording:
     return replace(recording, eta=recording.eta[:, places], raw=recording.raw[:, places])
 
 
+def stamped(recording: Recording, later: float) -> Recording:
+    """With stamps of its commands so much later [s]."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps + round(later * 1e9), c.values))
+
+
 @pytest.fixture(scope="module")
 def driven(mp) -> dict[str, Recording]:
     plan = with_seed(load_plan("hard"), 33)
@@ -45,6 +51,17 @@ def test_the_odd_one_is_named_and_what_is_wrong_with_it(mp, driven, odd, made, k
     for finding in found:
         assert finding.text.startswith(f"{odd}-MP contradicts the vehicle file, ")
     assert {finding.kind for finding in found} <= kinds
+
+
+@pytest.mark.parametrize("later", [-3.0, -1.5, 2.0])
+@pytest.mark.parametrize("names", [("S3", "S5"), ("S1", "S2", "S5")])
+def test_the_one_whose_commands_are_of_another_clock_is_named(mp, driven, names, later):
+    """It fits the file once its stamps are put right, which must not make it right as it is."""
+    *right, odd = names
+    recordings = [*(driven[k] for k in right), stamped(driven[odd], later)]
+    (finding,) = check_apart(recordings, mp).findings
+    assert finding.kind is Wrong.CLOCK
+    assert finding.text.startswith(f"{odd}-MP contradicts the vehicle file, ")
 
 
 def test_recordings_of_one_kind_have_no_odd_one(mp, driven):

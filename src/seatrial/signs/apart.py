@@ -12,7 +12,7 @@ from seatrial.signs.check import SignReport, check_signs
 from seatrial.signs.findings import Finding, Wrong
 from seatrial.signs.search import LONG, nearest_arm
 from seatrial.vehicle import Vehicle
-from seatrial.words import joined
+from seatrial.words import shortened
 
 
 def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
@@ -24,7 +24,10 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
         return together
     apart = [check_signs([recording], vehicle) for recording in recordings]
     one = together.repair.edits == 1 and not together.repair.pose_edits
-    if one and all(own.search and own.search.fits(together.repair) for own in apart):
+    if one and all(
+        own.search and own.search.fits(together.repair) and _timed_as(together, own)
+        for own in apart
+    ):
         return together  # one mistake in the file makes all of them wrong
     others = [r for r, own in zip(recordings, apart, strict=True) if not own.findings]
     if not 0 < len(others) < len(recordings) or check_signs(others, vehicle).findings:
@@ -39,7 +42,7 @@ def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
         for r, own, fit in zip(recordings, apart, fits, strict=True)
         if fit or not own.findings
     ]
-    said = f"{joined(right)} {'does' if len(right) == 1 else 'do'} not"
+    said = f"{shortened(right)} {'does' if len(right) == 1 else 'do'} not"
     findings = [
         Finding(
             finding.kind,
@@ -61,7 +64,19 @@ def _of_one_point(apart: Sequence[SignReport]) -> list[bool]:
         return [False] * len(apart)
     known = [s for s in searches if s is not None]
     arm = nearest_arm(known, LONG)
-    return [s.moved(arm).misfit(s.as_is) < s.price for s in known]
+    return [
+        not _clocked(own) and s.moved(arm).misfit(s.as_is) < s.price
+        for own, s in zip(apart, known, strict=True)
+    ]
+
+
+def _clocked(report: SignReport) -> bool:
+    """Whether its commands are of another clock; all else that it says is of those put right."""
+    return any(finding.kind is Wrong.CLOCK for finding in report.findings)
+
+
+def _timed_as(together: SignReport, own: SignReport) -> bool:
+    return _clocked(together) or not _clocked(own)
 
 
 def _said(report: SignReport) -> tuple[object, set[Wrong]]:

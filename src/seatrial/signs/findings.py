@@ -8,6 +8,7 @@ from enum import Enum
 from seatrial.schema import Column
 from seatrial.signs.repair import POSE, Repair, cycles
 from seatrial.vehicle import Vehicle, as_column
+from seatrial.words import joined
 
 SPOKEN = {
     "m": "metres",
@@ -132,7 +133,7 @@ def _orders(vehicle: Vehicle, repair: Repair, seen: Mapping[str, str]) -> list[F
             f"{names[i]}: {_entry(vehicle, repair.order[i], repair.input_signs[i])}" for i in cycle
         )
         text = (
-            f"{_listed(labels)} are {what}: {'; '.join(f'{n} {seen[n]}' for n in labels)}; "
+            f"{joined(labels)} are {what}: {'; '.join(f'{n} {seen[n]}' for n in labels)}; "
             f"exchange their entries at commands: inputs ({entries})"
         )
         said.append(Finding(Wrong.PERMUTED, text))
@@ -185,7 +186,3 @@ def _pose_columns(vehicle: Vehicle) -> dict[str, Column]:
 
 def _places(names: list[str]) -> str:
     return " and ".join(f"pose: {name}" for name in names)
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(names[:-1]) + " and " + names[-1]
