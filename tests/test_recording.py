@@ -217,6 +217,24 @@ def test_cutting_keeps_the_commands_that_still_act_at_the_start():
         make_recording("cut", stamps, eta, commands).cut(100.0, None)
 
 
+@pytest.mark.parametrize("kind", [FaultKind.JUMP, FaultKind.GAP])
+def test_after_a_cut_faults_end_at_their_pose_to_the_last_bit(kind):
+    """A pose from which on SLAM is elsewhere is found by its time; rounded otherwise, it was the next."""
+    rng = np.random.default_rng(5)
+    for start in rng.uniform(1.0, 10.0, 100).tolist():
+        stamps = np.cumsum(rng.integers(64_000_000, 69_000_000, 400)) + 1_700_000_000_000_000_000
+        if kind is FaultKind.GAP:
+            stamps[300:] += 5_000_000_000
+        t = (stamps - stamps[0]) * 1e-9
+        eta = np.column_stack([0.3 * t, 0.05 * np.sin(t), 0.1 * np.sin(0.3 * t)])
+        if kind is FaultKind.JUMP:
+            eta[300:, 1] += 1.5
+        whole = make_recording("drive", stamps, eta, Signal(("F_u",), stamps, np.sin(t)[:, None]))
+        part = whole.cut(start)
+        (fault,) = (f for f in part.faults if f.kind is kind)
+        assert fault.end == part.t[np.flatnonzero(part.stamps == stamps[300])[0]]
+
+
 def test_a_cut_in_the_middle_of_a_drive_feels_the_same_forces(af, clean_af):
     """Latency and lag: what was commanded before the cut still acts after it."""
     plan = load_plan("paper-like")

@@ -180,8 +180,14 @@ class Recording:
                 f"{self.duration if end is None else end:g} s; it lasts {self.duration:.1f} s"
             )
         shift, last = (float(s) for s in self.seconds(self.stamps[keep][[0, -1]]))
+        since = round(shift * 1e9)
+
+        def moved(time: float) -> float:
+            """[s] since the cut, to the last bit what the stamp of a pose then is."""
+            return float(np.float64(round(time * 1e9) - since) * 1e-9)
+
         kept = tuple(
-            replace(f, start=max(0.0, f.start - shift), end=min(f.end, last) - shift)
+            replace(f, start=max(0.0, moved(f.start)), end=moved(min(f.end, last)))
             for f in self.faults
             if f.end >= shift and f.start <= last
         )
