@@ -217,6 +217,22 @@ def test_cutting_keeps_the_commands_that_still_act_at_the_start():
         make_recording("cut", stamps, eta, commands).cut(100.0, None)
 
 
+@pytest.mark.parametrize("uneven", [0.0, 0.2])
+@pytest.mark.parametrize("rate", [12.0, 30.0])
+def test_a_boat_that_rests_and_then_turns_quickly_has_no_faults(rate, uneven):
+    """Each step is far from the one before and the one after, but between them: that is acceleration."""
+    rng = np.random.default_rng(4)
+    t = (np.arange(900) + uneven * rng.uniform(-1.0, 1.0, 900)) / rate
+    turning = np.interp(t % 12.0, [0, 8, 8.3, 8.8, 9.2, 9.6, 12], [0, 0, 2.0, -2.0, 1.0, 0, 0])
+    psi = np.concatenate([[0.0], np.cumsum(0.5 * (turning[1:] + turning[:-1]) * np.diff(t))])
+    eta = np.column_stack([0.1 * np.sin(0.2 * t), 0.1 * t, psi]) + 2e-3 * rng.normal(size=(900, 3))
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    assert make_recording("quick", stamps, eta, COMMANDS).faults == ()
+    eta[600:, 2] += 1.0  # rad
+    (fault,) = make_recording("quick", stamps, eta, COMMANDS).faults
+    assert (fault.kind, fault.end) == (FaultKind.JUMP, pytest.approx(t[600] - t[0]))
+
+
 @pytest.mark.parametrize("kind", [FaultKind.JUMP, FaultKind.GAP])
 def test_after_a_cut_faults_end_at_their_pose_to_the_last_bit(kind):
     """A pose from which on SLAM is elsewhere is found by its time; rounded otherwise, it was the next."""

@@ -259,9 +259,10 @@ def _frozen(eta: Array) -> Mask:
 
 
 def _jumps(t: Array, eta: Array) -> list[int]:
-    """Steps i -> i + 1 at a rate that neither the step before nor the one after comes near.
+    """Steps i -> i + 1 at a rate that neither the step before nor the one after comes near, nor what lies between.
 
-    A boat's rate changes little by little; a false match makes one step, and one back.
+    A boat's rate changes little by little, quickly in a quick boat's turn; a false match makes one step, and
+    one back.
     """
     if len(t) < 7:
         return []
@@ -277,15 +278,23 @@ def _jumps(t: Array, eta: Array) -> list[int]:
     period = float(np.median(steps))
     for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
         change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
+        bend = np.append(np.append(np.inf, np.linalg.norm(_bends(t, parts), axis=1)), np.inf)
         apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
         apart[gap] = 0.0  # a gap is a fault of its own
         # of stamps that are close together the rate is noise, of those far apart the way is the boat's
         way = apart * np.minimum(steps, period)
         spread = 1.4826 * float(np.median(way))
         limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(way, 90)))
-        far = (way > limit) & (apart > floor)
+        far = (way > limit) & (apart > floor) & (bend * np.minimum(steps, period) > limit)
         found |= set(np.flatnonzero(far).tolist()) if max(limit, floor) > 0 else set()
     return sorted(found)
+
+
+def _bends(t: Array, rate: Array) -> Array:
+    """What the rates (n - 1, k) of all steps but the first and the last are off the line between their neighbours'."""
+    middle = 0.5 * (t[1:] + t[:-1])
+    share = ((middle[1:-1] - middle[:-2]) / (middle[2:] - middle[:-2]))[:, None]
+    return rate[1:-1] - (1.0 - share) * rate[:-2] - share * rate[2:]
 
 
 def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[int]]:

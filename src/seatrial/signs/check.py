@@ -2,18 +2,21 @@
 """The check of a vehicle file against recordings, and its report."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 
 from seatrial.chain import STAGES
+from seatrial.errors import RecordingError
 from seatrial.frames import AXES, Array
 from seatrial.recording import Recording, Signal
 from seatrial.signs.clock import clock_offset, later
 from seatrial.signs.findings import Finding, clock_finding, findings
 from seatrial.signs.gains import Gains, block_count, enough, gains, read_run, unexplained
 from seatrial.signs.poses import (
+    as_measured,
     clearly_better,
     heading_unit,
     length_factors,
@@ -58,7 +61,21 @@ class SignReport:
 
 
 def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
-    """Units, signs and order of a vehicle file's signals, from all recordings taken together."""
+    """Units, signs and order of a vehicle file's signals, from all recordings taken together.
+
+    With a lever arm, the poses are judged where they were measured: a wrong heading took it off to the wrong
+    side, and no reading would make that good.
+    """
+    if any(vehicle.lever):
+        with suppress(RecordingError):
+            measured = _checked([as_measured(r, vehicle) for r in recordings], vehicle)
+            if measured.repair.pose_edits or any(measured.repair.units):
+                return measured
+    return _checked(recordings, vehicle)
+
+
+def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
+    """The same, of poses as they are given."""
     thinned = max(1.0, sum(r.duration for r in recordings) / LONG)
     runs = [read_run(r, file_commands(vehicle, r), thinned=thinned) for r in recordings]
     steered = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.errors import RecordingError
-from seatrial.faults import FaultKind, examine
+from seatrial.faults import UNKNOWN, FaultKind, examine
 from seatrial.frames import Array, Mask
 from seatrial.recording import Recording
 from seatrial.sanity import ABSURD_SPEED
@@ -29,7 +29,9 @@ Factors = tuple[float, float]  # on x and y
 
 
 def clearly_better(now: Array, other: Array) -> bool:
-    """Whether another reading leaves clearly less unexplained. (blocks,) each."""
+    """Whether another reading leaves clearly less unexplained. (blocks,) each; of none it does not."""
+    if not len(now):
+        return False
     usual = 0.5 * float(np.mean(now + other))  # so that quiet blocks count little
     if usual <= 0 or float(now.sum()) < WORTH * float(other.sum()):
         return False
@@ -125,6 +127,20 @@ def reread(run: Run, factors: tuple[float, float, float]) -> Smooth:
     return smooth_poses(recording.t, found.eta, found.valid, found.segment, stride=run.stride)
 
 
+def as_measured(recording: Recording, vehicle: Vehicle) -> Recording:
+    """The poses of the point that was measured, the vehicle file's lever arm put back.
+
+    By the heading that it was taken off with: if that is read wrongly, so is where the origin went. Faults are
+    found again. Raises RecordingError.
+    """
+    ahead, left = vehicle.lever
+    raw = recording.raw.copy()
+    c, s = np.cos(raw[:, 2]), np.sin(raw[:, 2])
+    raw[:, :2] += np.column_stack([c * ahead - s * left, s * ahead + c * left])
+    found = examine(recording.name, recording.stamps, raw, _unmarked(recording))
+    return replace(recording, raw=raw, eta=found.eta, valid=found.valid, segment=found.segment)
+
+
 def stretched(smooth: Smooth, factors: Factors) -> Smooth:
     """The same with x and y multiplied."""
     x, y = factors
@@ -140,7 +156,7 @@ def _unmarked(recording: Recording) -> Mask:
     """Poses that were not left out for other reasons than where they are."""
     kept = np.ones(len(recording.t), dtype=bool)
     for fault in recording.faults:
-        if fault.kind in (FaultKind.MARKED, FaultKind.SILENT, FaultKind.UNWANTED):
+        if fault.kind is FaultKind.MARKED or fault.kind in UNKNOWN:
             kept &= (recording.t < fault.start - 1e-6) | (recording.t > fault.end + 1e-6)
     return kept
 
