@@ -2,9 +2,11 @@
 """Recordings of a boat that changed between them are told, and by what; those of one boat are not."""
 
 import re
+from dataclasses import replace
 
 import msgspec
 import pytest
+from pushed_boat import MIDDLE, driven
 
 from seatrial.identify.output_error import output_error
 from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
@@ -72,3 +74,19 @@ def test_a_push_does_not_hide_it(mp):
 def test_recordings_of_one_boat_agree(mp, preset, force):
     for seed in (510, 511):
         assert notes_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == []
+
+
+def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each():
+    """Coriolis terms stay as they were; counted as drag, they had hidden sway and halved surge."""
+    heavy = replace(MIDDLE, mass=tuple(1.3 * m for m in MIDDLE.mass))
+    chain = {"latency": 0.1, "lag": 0.1}
+    vehicle, (light,) = driven(MIDDLE, chain, seed=11, white=2e-3, seconds=150, drives=1)
+    _, (loaded,) = driven(heavy, chain, seed=12, white=2e-3, seconds=150, drives=1)
+    found = output_error([light, replace(loaded, name="loaded")], vehicle)
+    (note,) = (n for n in found.estimator.notes if "do not agree" in n)
+    assert "thrust and drag" in note
+    assert CAUSES["thrust and drag"] in note
+    shares = {axis: float(share) for axis, share in re.findall(r"in (\w+) (\d+) %", note)}
+    expected = pytest.approx(100.0 * (1.0 - 1.0 / 1.3), abs=4.0)
+    assert shares == dict.fromkeys(("surge", "sway", "yaw"), expected)
+    assert f"less in loaded than in {light.name}" in note

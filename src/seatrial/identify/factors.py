@@ -96,11 +96,15 @@ def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
 
 
 def thrust_and_drag(structure: Structure, axis: int) -> tuple[set[str], set[str]]:
-    """Coefficients of an axis' terms with a force, and of those with velocities only."""
+    """Coefficients of an axis' terms with a force, and of its drag.
+
+    Drag is what is of velocities alone, but for terms of masses: a payload that weighs on all axes alike changes
+    no Coriolis term.
+    """
     forces = {force.name for force in structure.forces}
     thrust: set[str] = set()
     drag: set[str] = set()
     for term in structure.terms:
-        if term.axis == axis and term.coefficient is not None and term.acceleration is None:
+        if term.axis == axis and term.coefficient is not None and not term.of_masses:
             (thrust if forces & set(term.factors) else drag).add(term.coefficient)
     return thrust, drag
