@@ -17,10 +17,18 @@ from seatrial.velocity import motion
 COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
 
 
-def poses(n=600, rate=15.0, noise=0.0, seed=0):
-    """A smooth wander with turns, sampled at `rate` Hz."""
+def poses(n=600, rate=15.0, noise=0.0, seed=0, rest=0):
+    """A smooth wander with turns, sampled at `rate` Hz; with a rest of so many poses on its way."""
     t = np.arange(n) / rate
-    eta = np.column_stack([0.8 * np.sin(0.3 * t), 0.5 * np.sin(0.5 * t + 1), 2.5 * np.sin(0.2 * t)])
+    s = t
+    if rest:
+        goes = np.interp(
+            np.arange(n),
+            [n // 3, n // 3 + 15, n // 3 + 15 + rest, n // 3 + 30 + rest],
+            [1, 0, 0, 1],
+        )
+        s = np.cumsum(goes) / rate
+    eta = np.column_stack([0.8 * np.sin(0.3 * s), 0.5 * np.sin(0.5 * s + 1), 2.5 * np.sin(0.2 * s)])
     eta += noise * np.random.default_rng(seed).normal(size=eta.shape)
     return np.rint(t * 1e9).astype(np.int64), eta
 
@@ -215,6 +223,41 @@ def test_cutting_keeps_the_commands_that_still_act_at_the_start():
     assert late.seconds(late.commands.stamps) == pytest.approx([-10.0, -2.0, 8.0], abs=0.07)
     with pytest.raises(RecordingError, match=r"it lasts 39\.9 s"):
         make_recording("cut", stamps, eta, commands).cut(100.0, None)
+
+
+def in_rows(stamps, eta, rate):
+    """A log at a rate of its own [Hz] that writes the last pose there is."""
+    rows = np.arange(stamps[0], stamps[-1], round(1e9 / rate))
+    last = np.searchsorted(stamps, rows, side="right") - 1
+    return rows, eta[last], np.append(True, np.diff(last) > 0)
+
+
+@pytest.mark.parametrize("rest", [None, 0.0, 2e-3])  # with the noise of poses, and without
+@pytest.mark.parametrize("rate", [20.0, 32.0, 60.0, 300.0])
+def test_a_log_that_holds_the_last_pose_is_that_of_its_poses(rate, rest):
+    """15 poses a second in more rows: the repeats are no poses, nor a tracker that hangs."""
+    stamps, eta = poses(noise=0.0 if rest == 0.0 else 2e-3, rest=0 if rest is None else 200)
+    rows, held, new = in_rows(stamps, eta, rate)
+    record = make_recording("held", rows, held, COMMANDS)
+    assert record.valid.all()
+    assert {f.kind for f in record.faults} <= {
+        FaultKind.JUMP
+    }  # where the boat comes to rest at once
+    kept = np.isin(rows, record.stamps)
+    if rest == 0.0:  # while it rests a pose stays now and then
+        assert kept.sum() < 600
+    else:
+        np.testing.assert_array_equal(kept, new)
+    assert record.remarks[0].startswith(f"{100 * (1 - kept.mean()):.0f} % of the rows repeat")
+
+
+@pytest.mark.parametrize("resolution", [0.0, 1e-3, 5e-3])
+def test_a_boat_at_rest_or_poses_that_are_rounded_are_not_held(resolution):
+    stamps, eta = poses(rest=250)
+    if resolution:
+        eta = resolution * np.rint(eta / resolution)
+    record = make_recording("rest", stamps, eta, COMMANDS)
+    assert (len(record.t), record.remarks) == (600, ())
 
 
 @pytest.mark.parametrize("uneven", [0.0, 0.2])

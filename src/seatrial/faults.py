@@ -28,6 +28,10 @@ EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
 BACK = 0.35  # of a jump: what may be left where a step undoes it that is not seen to be one itself
 STANDS_OUT = 2.5  # usual steps, beyond the boat's own way, that such a jump is larger than
+HELD = 0.2  # of the poses stand in two rows or more where a log has more rows than poses,
+ALIKE = (
+    1.6  # in about as many each: their 90th percentile is at most one more than this many medians
+)
 HABIT = 3  # silences from which on they may be one, of a joystick that is let go
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 
@@ -240,13 +244,34 @@ def _refuse_two_places(name: str, eta: Array) -> None:
     )
 
 
+def poses_held(eta: Array) -> Mask:
+    """Rows (n,) that hold the last pose of (n, 3) until there is a new one: a log with more rows than poses.
+
+    None where repeats are rare, or come in long runs: a boat at rest, a tracker that hangs. In a log that
+    holds poses, too, a boat may be at rest: of what repeats for longer than usual a row stays now and then.
+    """
+    repeats = _repeats(eta)
+    first = np.flatnonzero(~repeats)
+    rows = np.diff(np.append(first, len(eta)))
+    usual = float(np.percentile(rows, USUAL, method="lower"))
+    if np.mean(rows > 1) < HELD or usual > ALIKE * float(np.median(rows)) + 1.0:
+        return np.zeros(len(eta), dtype=bool)
+    since = np.arange(len(eta)) - first[np.cumsum(~repeats) - 1]
+    return np.asarray(since % int(2 * usual) != 0)
+
+
+def _repeats(eta: Array) -> Mask:
+    """Rows (n,) that are exactly the one before."""
+    return np.concatenate([[False], np.all(eta[1:] == eta[:-1], axis=1)])
+
+
 def _frozen(eta: Array) -> Mask:
     """Samples that repeat the one before exactly although the boat moved on meanwhile.
 
     A boat at rest repeats too, in a recording without noise; so a run counts only where the step
     that ends it catches up: more than 1.5 times the step that follows.
     """
-    repeats = np.concatenate([[False], np.all(eta[1:] == eta[:-1], axis=1)])
+    repeats = _repeats(eta)
     frozen = np.zeros(len(eta), dtype=bool)
     for first, last in _runs(repeats):
         if last + 2 >= len(eta):
@@ -291,7 +316,7 @@ def _jumps(t: Array, eta: Array) -> list[int]:
 
 
 def _bends(t: Array, rate: Array) -> Array:
-    """What the rates (n - 1, k) of all steps but the first and the last are off the line between their neighbours'."""
+    """What rates (n - 1, k) of steps are off the line between their neighbours'; not the first and the last."""
     middle = 0.5 * (t[1:] + t[:-1])
     share = ((middle[1:-1] - middle[:-2]) / (middle[2:] - middle[:-2]))[:, None]
     return rate[1:-1] - (1.0 - share) * rate[:-2] - share * rate[2:]

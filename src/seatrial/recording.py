@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.errors import RecordingError
-from seatrial.faults import UNKNOWN, Fault, FaultKind, examine, in_order, silences, usual_step
+from seatrial.faults import (
+    UNKNOWN,
+    Fault,
+    FaultKind,
+    examine,
+    in_order,
+    poses_held,
+    silences,
+    usual_step,
+)
 from seatrial.files import sha256
 from seatrial.frames import Array, Mask, Stamps, frozen_array
 from seatrial.streams import Stream, only_changes
@@ -86,7 +95,9 @@ class Recording:
     faults: tuple[Fault, ...] = ()
     sources: tuple[Source, ...] = ()
     streams: tuple[Stream, ...] = ()  # how its signals arrived
-    remarks: tuple[str, ...] = ()  # what was lost when it was salvaged
+    remarks: tuple[
+        str, ...
+    ] = ()  # what was lost when it was salvaged, what was left out of its rows
     offset: float = 0.0  # [s] that `cut` took from its start
 
     def __post_init__(self) -> None:
@@ -253,6 +264,11 @@ def make_recording(
         raise RecordingError(
             f"{name}: {len(stamps)} poses; at least a few seconds of them are needed"
         )
+    held = poses_held(eta)
+    if held.any():
+        remarks = [*remarks, _held_text(held)]
+        stamps, eta = stamps[~held], eta[~held]
+        marked_valid = None if marked_valid is None else marked_valid[~held]
     found = examine(name, stamps, eta, marked_valid)
     t = found.t
     origin = stamps[found.in_order][0]
@@ -276,6 +292,13 @@ def make_recording(
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
         tuple(sources), tuple(streams), tuple(remarks),
     )  # fmt: skip
+
+
+def _held_text(held: Mask) -> str:
+    return (
+        f"{100 * held.mean():.0f} % of the rows repeat the pose before, as they are written more often than poses "
+        "come: each pose counts once"
+    )
 
 
 def _changes(stream: Stream, held: Array, values: Array) -> bool:
