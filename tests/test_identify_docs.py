@@ -15,7 +15,7 @@ from seatrial.cli import main
 
 PAGE = ROOT / "docs" / "identify.md"
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
-REPLICATES = "20"  # instead of the page's 200: the same code, ten times as fast
+REPLICATES = "40"  # instead of the page's 200: the same code, ten times as fast
 
 
 @pytest.fixture(scope="module")

@@ -311,3 +311,22 @@ def test_a_prior_that_has_seen_the_recording_is_said(before, mp, tmp_path):
     assert any("counts twice" in note for note in said)
     said = identify([recording], mp, prior=before).estimator.notes
     assert not any("counts twice" in note for note in said)
+
+
+def test_what_was_said_of_older_recordings_is_not_said_of_the_new_one(mp, before, after):
+    stays = [
+        "reverse over forward of the thrust curve: estimated, as the data ask for it",
+        "dead zone of bow: one edge for both sides, as t1 hardly push astern",
+    ]
+    goes = [
+        "the recordings do not agree: thrust in yaw 26 % less in S3 than in S1: did the battery fall?",
+        "Prior: an older model, of 600 s",
+        "3.0 % of the poses are outliers to the model and count less",
+        "lag: 0.002 is the bound of its range",
+    ]
+    entry = EstimatorEntry("output-error", notes=[goes[0], stays[0], *goes[1:], stays[1]])
+    found = identify([after[1][0].recording], mp, prior=replace(before, estimator=entry))
+    notes = found.estimator.notes
+    assert [n for n in notes if n in stays] == stays
+    assert not set(goes) & set(notes)
+    assert sum(note.startswith("Prior:") for note in notes) <= 1

@@ -35,11 +35,11 @@ from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
 from seatrial.identify.search import Point, astray, search
 from seatrial.identify.short_lag import by_squares
 from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
-from seatrial.identify.stages import ONE_EDGE, staged, with_free_stages
+from seatrial.identify.stages import OF_CHAIN, ONE_EDGE, staged, with_free_stages
 from seatrial.identify.start import start_values
 from seatrial.identify.wear import wear
 from seatrial.identify.whiteness import explained
-from seatrial.model import AT_BOUND, LEVER_ERRORS, Model
+from seatrial.model import AT_BOUND, Model
 from seatrial.recording import Recording
 from seatrial.schema import ChainGroup, DeadZone
 from seatrial.statistics import inverse_of
@@ -303,15 +303,14 @@ def _whole(
 ) -> tuple[Vehicle, list[str]]:
     """The vehicle with all stages that are sought: the start model's own, where it has some.
 
-    What the vehicle file states goes before what the start model found.
+    What the vehicle file states goes before what the start model found. Of what was said of that model only
+    what is of its chain goes with it: the rest was of other recordings.
     """
     if start is not None and start.estimator.method == METHOD:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
             kept = [
-                note
-                for note in start.estimator.notes
-                if not (note.endswith(AT_BOUND) or note.startswith(LEVER_ERRORS))
+                n for n in start.estimator.notes if n.endswith(ASKED_FOR) or n.startswith(OF_CHAIN)
             ]
             chain = list(start.vehicle.file.chain)
             fresh, _ = staged(vehicle, recordings)

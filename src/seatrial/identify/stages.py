@@ -27,6 +27,7 @@ MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
 ONE_EDGE = "one edge for both sides"
+OF_CHAIN = ("dead zone", "scale_power")  # so begins what `staged` says
 APART = {  # stages that each kind of actuator may have of its own, in words
     "latency": "a latency", "lag": "a lag", "power": "a power", "reverse_ratio": "a reverse over forward",
 }  # fmt: skip
