@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import msgspec
 import pytest
-from pushed_boat import MIDDLE, driven
+from pushed_boat import MIDDLE, SMALL, driven
 
 from seatrial.identify.output_error import output_error
 from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.recording import Signal
 from seatrial.simulate import simulate
 
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
@@ -90,3 +91,20 @@ def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each(
     expected = pytest.approx(100.0 * (1.0 - 1.0 / 1.3), abs=4.0)
     assert shares == dict.fromkeys(("surge", "sway", "yaw"), expected)
     assert f"less in loaded than in {light.name}" in note
+
+
+@pytest.mark.parametrize("hull", [MIDDLE, SMALL])
+@pytest.mark.parametrize("late", [0.05, 0.1, -0.3])
+def test_a_clock_that_was_set_anew_is_told_with_how_much_and_is_no_payload(hull, late):
+    """All but one recording agree; stamps of its commands are late, so that these act early."""
+    vehicle, (one, odd, other) = driven(
+        hull, {"latency": 0.1, "lag": 0.1}, seed=3, white=2e-3, seconds=120, drives=3
+    )
+    told = odd.commands
+    commands = Signal(told.names, told.stamps + round(late * 1e9), told.values)
+    found = output_error([one, replace(odd, commands=commands), other], vehicle)
+    (note,) = (n for n in found.estimator.notes if "do not agree" in n)
+    seconds, later, earlier = re.search(r"act (.*) s later in (\w+) than in (\w+):", note).groups()
+    assert float(seconds) == pytest.approx(abs(late), abs=0.02)
+    assert (earlier if late > 0.0 else later) == odd.name
+    assert "payload" not in note

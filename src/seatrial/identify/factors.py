@@ -55,10 +55,18 @@ class Change:
         return self.test.likely and self.test.gain >= WORTH and self.ratio <= 1.0 - LEAST
 
 
+@dataclass(frozen=True)
+class Told:
+    """What is manifest, in words, and the fall of -2 log likelihood that it promises; "" and 0: nothing is."""
+
+    text: str
+    gain: float
+
+
 Tested = Callable[[int, str, Array], Change | None]  # of an axis, what changes, and its weights
 
 
-def changes(at: Point, tested: Tested) -> str:
+def changes(at: Point, tested: Tested) -> Told:
     """What is manifest, in words: one cause for all axes, the one that explains most."""
     by_cause: dict[str, list[Change]] = {what: [] for what in CAUSES}
     for axis in range(3):
@@ -74,7 +82,10 @@ def changes(at: Point, tested: Tested) -> str:
         where.setdefault(less, []).append(f"in {AXES[change.axis]} {share:.0f} %")
     places = [f"{', '.join(axes)} {less}" for less, axes in where.items()]
     zone = UNZONED if what == "thrust" and not _zoned(at.passes.problem.vehicle) else ""
-    return f"{what} {'; '.join(places)}: {zone}{CAUSES[what]}" if places else ""
+    if not places:
+        return Told("", 0.0)
+    gain = sum(change.test.gain for change in by_cause[what])
+    return Told(f"{what} {'; '.join(places)}: {zone}{CAUSES[what]}", gain)
 
 
 def _zoned(vehicle: Vehicle) -> bool:

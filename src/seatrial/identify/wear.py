@@ -47,7 +47,7 @@ def wear(at: Point) -> list[str]:
     course = _course(at)
     if course.span <= 0.0:
         return []
-    said = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights))
+    said = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights)).text
     if not said:
         return []
     return [
