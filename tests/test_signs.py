@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import CSE1
+from pushed_boat import MIDDLE
 from sign_tables import (
     Table,
     assert_found,
@@ -291,3 +292,31 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
             patch.setattr(poses, "clearly_better", Mock(side_effect=[False, True]))
             found.append(poses.heading_unit([run], vehicle, (1.0, 1.0))[0])
     assert found == [None, None, "deg"]
+
+
+@pytest.mark.parametrize("heading", [0.6, 1.3, -2.5])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_straight_way_shows_no_hand(heading, seed):
+    """Mirrored it is as straight; with drag of two velocities there is more to explain a poor curve with."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 150.0, 0.05)
+    stick, u, thrust = np.zeros((3, len(t)))
+    k = 20
+    while k < len(t):
+        lasts, rests = rng.integers(20, 100), rng.integers(0, 60)
+        stick[k : k + lasts] = rng.uniform(0.3, 1.0) * rng.choice([-1.0, 1.0])
+        k += lasts + rests
+    for k in range(len(t) - 1):  # with a dead zone, and less thrust astern
+        felt = (
+            np.sign(stick[k]) * max(0.0, abs(stick[k]) - 0.08) * (1.0 if stick[k] > 0.0 else 0.75)
+        )
+        thrust[k + 1] = thrust[k] + 0.05 / 0.15 * (felt - thrust[k])
+        u[k + 1] = u[k] + 0.05 * (5.0 * thrust[k] - 0.3 * u[k] - 0.7 * abs(u[k]) * u[k])
+    way = np.cumsum(u) * 0.05
+    eta = np.column_stack([way * np.cos(heading), way * np.sin(heading), np.full(len(t), heading)])
+    eta += rng.normal(size=eta.shape) * [0.01, 0.01, 0.005]
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    forces = np.column_stack([stick, 0 * stick, 0 * stick])
+    commands = Signal(("F_u", "F_v", "F_r"), stamps, forces)
+    recording = make_recording("straight", stamps[::4], eta[::4], commands)
+    assert check_signs([recording], MIDDLE.vehicle([])).findings == ()

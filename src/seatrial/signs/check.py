@@ -14,7 +14,7 @@ from seatrial.frames import AXES, Array
 from seatrial.recording import Recording, Signal
 from seatrial.signs.clock import clock_offset, later
 from seatrial.signs.findings import Finding, clock_finding, findings
-from seatrial.signs.gains import Gains, block_count, enough, gains, read_run, unexplained
+from seatrial.signs.gains import Gains, Run, block_count, enough, gains, read_run, unexplained
 from seatrial.signs.poses import (
     as_measured,
     clearly_better,
@@ -28,6 +28,7 @@ from seatrial.signs.search import Search, negated, swapped
 from seatrial.signs.smooth import held_rows
 from seatrial.vehicle import Vehicle
 
+STRAIGHT = 0.1  # [rad] standard deviation of the heading on a way that shows no hand
 LONG = 7200.0  # [s] of recordings: of longer ones fewer windows tell as much
 WAYS = (("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"))
 DARK = "hardly excited, its sign is not checked"
@@ -90,7 +91,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
     offset = clock_offset(runs)
     runs = [later(run, offset) for run in runs] if offset else runs
-    mirrored = clearly_better(unexplained(runs), unexplained(runs, mirrored=True))
+    mirrored = _turns(runs) and clearly_better(unexplained(runs), unexplained(runs, mirrored=True))
     found = gains(runs, mirrored=mirrored)
     search = Search(vehicle, found, mirrored, block_count(runs))
     repair = replace(search.best(), units=(*lengths, angle))
@@ -102,6 +103,15 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
         repair,
         search,
     )
+
+
+def _turns(runs: Sequence[Run]) -> bool:
+    """Whether the heading varies: of a straight way no one can tell whether it is mirrored.
+
+    Mirrored, it is turned against the heading by twice that, and so it is explained as well where it is straight.
+    """
+    twice = np.exp(2j * np.concatenate([run.smooth.psi for run in runs]))
+    return bool(np.abs(twice.mean()) < np.exp(-2.0 * STRAIGHT**2))
 
 
 def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
