@@ -260,6 +260,11 @@ def test_a_boat_at_rest_or_poses_that_are_rounded_are_not_held(resolution):
     assert (len(record.t), record.remarks) == (600, ())
 
 
+def test_poses_that_never_change_are_as_many_as_there_are():
+    record = make_recording("blank", poses()[0], np.zeros((600, 3)), COMMANDS)
+    assert (len(record.t), record.remarks) == (600, ())
+
+
 @pytest.mark.parametrize("uneven", [0.0, 0.2])
 @pytest.mark.parametrize("rate", [12.0, 30.0])
 def test_a_boat_that_rests_and_then_turns_quickly_has_no_faults(rate, uneven):

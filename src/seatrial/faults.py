@@ -28,7 +28,8 @@ EXCURSION = 1.5  # [s] a shorter stay between two jumps is a false match
 UNDONE = 0.1  # of the largest of several jumps: what may be left where they belong together
 BACK = 0.35  # of a jump: what may be left where a step undoes it that is not seen to be one itself
 STANDS_OUT = 2.5  # usual steps, beyond the boat's own way, that such a jump is larger than
-HELD = 0.2  # of the poses stand in two rows or more where a log has more rows than poses,
+FEW_POSES = 10  # of fewer it can't be seen whether a log has more rows than poses;
+HELD = 0.2  # of the poses stand in two rows or more where it has,
 ALIKE = (
     1.6  # in about as many each: their 90th percentile is at most one more than this many medians
 )
@@ -254,7 +255,11 @@ def poses_held(eta: Array) -> Mask:
     first = np.flatnonzero(~repeats)
     rows = np.diff(np.append(first, len(eta)))
     usual = float(np.percentile(rows, USUAL, method="lower"))
-    if np.mean(rows > 1) < HELD or usual > ALIKE * float(np.median(rows)) + 1.0:
+    if (
+        len(rows) < FEW_POSES
+        or np.mean(rows > 1) < HELD
+        or usual > ALIKE * float(np.median(rows)) + 1.0
+    ):
         return np.zeros(len(eta), dtype=bool)
     since = np.arange(len(eta)) - first[np.cumsum(~repeats) - 1]
     return np.asarray(since % int(2 * usual) != 0)

@@ -31,6 +31,7 @@ from seatrial.stretches import (
 
 ROUNDS = 4  # of looking and fitting
 END, END_SHARE = 20.0, 0.15  # [s] and of a recording, that its beginning and its end are
+LEFT = 0.5  # of the poses of every recording is left, at the least
 SHARPER = 0.7  # times the standard errors, without a stretch that is worth a word
 
 Afresh = Callable[[Problem], Point]  # the search from start values
@@ -121,7 +122,10 @@ def _searched(problem: Problem, near: Point, afresh: Afresh) -> Point:
 
 
 def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
-    """The problem without these; None where that is too much, or leaves too little."""
+    """The problem without these; None where that is too much, or leaves too little.
+
+    Most of one recording, too, is no exception in it: it is another boat, or shows what no term explains.
+    """
     recordings = list(problem.recordings)
     try:
         for s in found:
@@ -129,9 +133,11 @@ def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
     except RecordingError:
         return None
     before, after = (
-        sum(int(r.valid.sum()) for r in all_) for all_ in (problem.recordings, recordings)
+        np.array([r.valid.sum() for r in all_]) for all_ in (problem.recordings, recordings)
     )
-    return replace(problem, recordings=tuple(recordings)) if after > (1.0 - MOST) * before else None
+    if after.sum() <= (1.0 - MOST) * before.sum() or (after < LEFT * before).any():
+        return None
+    return replace(problem, recordings=tuple(recordings))
 
 
 def _difference(at: Point, covariance: Array, after: Point) -> tuple[float, str]:

@@ -161,7 +161,8 @@ def _fit(
     if share:
         notes.append(
             f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "
-            "in a second, which predicts one second ahead at least as well as the likelihood's choice"
+            "in a second, which predicts one second ahead at least as well as the likelihood's choice; "
+            "'seatrial select' tries further terms"
         )
     covariance = by_squares(at, as_likely(at, sandwich(at)))
     sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise

@@ -18,6 +18,7 @@ AXES_SAID = {
     "forward-right-down": "x forward, y to starboard, psi clockwise (SNAME, Fossen)",
 }
 FORCE = dict(zip(AXES, WRENCH, strict=True))
+LONG_HULL = "a hull longer than wide needs others: 'seatrial select' says which"
 UNSEEN = "Nothing was seen to"
 WITHOUT = {"surge": "X_F * F_u", "sway": "Y_F * F_v", "yaw": "N_F * F_r"}
 TERMS = {  # the structure `mallard`, spelled out where a force is missing
@@ -150,8 +151,13 @@ def _forces(drive: Drive) -> list[str]:
 
 def _structure(drive: Drive) -> list[str]:
     if not drive.undriven:
-        return [_commented("structure: mallard", "the paper's terms, Eq. (12); or list your own")]
-    lines = [_commented("structure:", "the paper's terms, Eq. (12), as far as they are driven")]
+        return [
+            _commented(
+                "structure: mallard", "the paper's terms, Eq. (12); or list your own", LONG_HULL
+            )
+        ]
+    said = "the paper's terms, Eq. (12), as far as they are driven"
+    lines = [_commented("structure:", said, LONG_HULL)]
     for axis, terms in TERMS.items():
         kept = [t for t in terms if axis not in drive.undriven or t != WITHOUT[axis]]
         lines.append(f"  {axis}: [{', '.join(kept)}]")
