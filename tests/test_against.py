@@ -117,3 +117,13 @@ def test_models_of_other_commands_are_not_compared(truth, trial, cse1_vehicle): 
     ship = make_model(cse1_vehicle, dict.fromkeys(names, -0.1))
     with pytest.raises(ModelError, match="only models of one boat"):
         against(truth, replace(ship), [trial.recording])
+
+
+def test_models_of_two_origins_are_not_compared(truth, trial):  # noqa: F811
+    """The recordings are about the first one's: which is better would depend on the order."""
+    there = replace(truth, vehicle=truth.vehicle.with_lever((0.3, 0.0)))
+    for one, other in ((truth, there), (there, truth)):
+        with pytest.raises(
+            ModelError, match=r"the poses' point is .* identify both with one lever"
+        ):
+            validate(one, [trial.recording], other=other)

@@ -7,12 +7,18 @@ import msgspec
 import numpy as np
 import pytest
 import yaml
+from conftest import make_model
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_model import frd
 
 import seatrial
+from seatrial import _core
+from seatrial.compare.parameters import unlike
+from seatrial.compare.prediction import driven_by
+from seatrial.errors import VehicleError
 from seatrial.identify import DEFAULT_METHOD, METHODS, equation_error
+from seatrial.identify.prior import check_prior
 from seatrial.io.write import write_trial
 from seatrial.model import save
 from seatrial.plan import TrialEntry, load_plan
@@ -91,3 +97,39 @@ def test_the_model_ship_is_the_same_boat_in_either_axes(cse1_vehicle, cse1):
         (cse1["random_run3"], cse1_vehicle), (seatrial.read(path, other), other)
     )]  # fmt: skip
     np.testing.assert_allclose(models[0].coefficients, models[1].coefficients, rtol=1e-9)
+
+
+def zoned(axes: str, *edges: float):
+    """A boat driven by forces, its sway thruster with two edges of the dead zone."""
+    column = {n: {"column": n} for n in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
+    return vehicle_from(
+        {
+            "seatrial": "vehicle 1", "name": "zoned", "axes": axes, "structure": {
+                "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v", "Y_F * F_v"], "yaw": ["N_r * r", "N_F * F_r"],
+            },
+            "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
+            "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
+            "chain": [{"name": "v", "actuators": ["F_v"], "dead_zone": dict(zip(("forward", "reverse"), edges, strict=True))}],
+        },
+        "zoned",
+    )  # fmt: skip
+
+
+def test_edges_change_sides_with_the_axes_and_no_model_takes_them_along_unseen():
+    ours, theirs = zoned("forward-left-up", 0.1, 0.3), zoned("forward-right-down", 0.3, 0.1)
+    values = {"X_u": -0.4, "X_F": 0.5, "Y_v": -0.6, "Y_F": 0.3, "N_r": -0.8, "N_F": 1.0}
+    one, other = make_model(ours, values), make_model(theirs, values)
+    push = np.zeros((2, 3))
+    push[:, 1] = [-0.5, 0.5]
+    felt = [_core.curve(m.vehicle.chain, m.constants, 1, push) for m in (one, other)]
+    np.testing.assert_allclose(*felt)  # the same boat
+    for refused in (
+        lambda: one.with_vehicle(theirs),
+        lambda: driven_by(other, ours),
+        lambda: check_prior(one, theirs),
+    ):
+        with pytest.raises(VehicleError, match="the dead zone of F_v has two edges"):
+            refused()
+    odd = {n: why for n, why in unlike(one, other).items() if n.startswith("edge")}
+    assert set(odd) == {"edge_forward.v", "edge_reverse.v"}
+    assert all("the other side" in why for why in odd.values())

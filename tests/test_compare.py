@@ -196,7 +196,7 @@ def test_two_origins_are_said_and_recordings_are_not_predicted_by_both(mp):
         "two origins: the poses' point is 0.150 m ahead and 0.050 m to port" in n for n in notes
     )
     for vehicle in (None, mp):
-        with pytest.raises(ModelError, match=r"of two origins .* validate A RECORDING --against B"):
+        with pytest.raises(ModelError, match=r"of two origins .* identify both with one lever arm"):
             drive_of(a, b, vehicle)
     near = make_model(changed(mp, pose=pose | {"lever": [0.0004, 0.0]}), TRUTH)
     assert not any("origins" in n for n in compare(near, b).notes)

@@ -80,8 +80,13 @@ def against(
 
     All four predict the same instants, and are compared with the stencil's velocities or with
     `velocities`, by recording (the truth of simulated trials). Raises ModelError where one of them
-    is unstable, runs away, or knows other commands than the recordings hold.
+    is unstable, runs away, or knows other commands than the recordings hold, or where their origins are two.
     """
+    if not model.same_origin(other):
+        raise ModelError(
+            f"the poses' point is {model.vehicle.point} of the model's origin, {other.vehicle.point} of the "
+            "other's: identify both with one lever arm, under pose in the vehicle file"
+        )
     for one in (model, other):
         sanity(one)
         _fits(one, recordings)

@@ -169,6 +169,7 @@ class Model:
                 f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}; "
                 "give a vehicle file with the model's terms, --vehicle"
             )
+        self.vehicle.check_sides(vehicle)
         order = [own.coefficients.index(name) for name in new.coefficients]
         places = [*order, *range(len(order), len(self.covariance))]
         return replace(

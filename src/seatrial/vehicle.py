@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core, structure
 from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
-from seatrial.chain import ChainReader, Constants, stated
+from seatrial.chain import STAGES, ChainReader, Constants, stated
 from seatrial.errors import VehicleError
 from seatrial.files import convert, expect_format, read_yaml
 from seatrial.frames import AXES, Array, Axes
@@ -63,6 +63,12 @@ class Vehicle:
         return ahead, -aside if self.axes is Axes.FRD else aside
 
     @property
+    def point(self) -> str:
+        """Where the poses' point is, in words."""
+        ahead, left = self.lever
+        return f"{ahead:.3f} m ahead and {left:.3f} m to port"
+
+    @property
     def stated_lever(self) -> str | None:
         """The lever where the file states one, forward-left-up, as a model file's settings have it."""
         if self.file.pose.lever is None:
@@ -95,6 +101,24 @@ class Vehicle:
     def actuator_signs(self) -> Array:
         """Signs (actuators,) of those whose command was turned to forward-left-up: -1."""
         return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
+
+    def check_sides(self, other: "Vehicle") -> None:
+        """Raises VehicleError where a chain's two edges would change sides, taken to another vehicle's axes.
+
+        Of the same force forward-left-up and forward-right-down call the other side forward.
+        """
+        ahead, astern = (STAGES.index(stage) for stage in ("edge_forward", "edge_reverse"))
+        index = self.constants.index
+        for k in np.flatnonzero(index[:, ahead] != index[:, astern]).tolist():
+            name = self.actuators[k]
+            if name in other.actuators and (
+                other.actuator_signs[other.actuators.index(name)] != self.actuator_signs[k]
+            ):
+                raise VehicleError(
+                    f"the dead zone of {name} has two edges, which the model's {self.axes.value} axes and "
+                    f"those of vehicle {other.name}, {other.axes.value}, call by each other's names; give a "
+                    "vehicle file in the model's axes"
+                )
 
     @cached_property
     def forces(self) -> tuple[Force, ...]:

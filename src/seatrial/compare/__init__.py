@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from seatrial.compare.boats import AxisMeaning, meaning, notes, origin, same_data
+from seatrial.compare.boats import AxisMeaning, meaning, notes, same_data
 from seatrial.compare.chance import luck
 from seatrial.compare.parameters import (
     Factor,
@@ -135,8 +135,8 @@ def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model,
     """
     if not a.same_origin(b):
         raise ModelError(
-            f"the models are of two origins (the poses' point is {origin(a.vehicle)} of A's, "
-            f"{origin(b.vehicle)} of B's): leave the recordings out, or take validate A RECORDING --against B"
+            f"the models are of two origins (the poses' point is {a.vehicle.point} of A's, "
+            f"{b.vehicle.point} of B's): leave the recordings out, or identify both with one lever arm"
         )
     if vehicle is not None:
         return about_one_point(driven_by(a, vehicle), driven_by(b, vehicle))

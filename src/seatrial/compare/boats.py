@@ -12,7 +12,7 @@ from seatrial.identify.equation_error import METHOD as EQUATION_ERROR
 from seatrial.model import Model
 from seatrial.sanity import AxisSanity, sanity
 from seatrial.schema import DeadZone, EnvelopeEntry, RecordingEntry
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.vehicle import as_column
 
 WIDER = 1.3  # ratio of speeds from which on an envelope is another
 
@@ -148,7 +148,7 @@ def _vehicles(a: Model, b: Model) -> list[str]:
         )
     if not a.same_origin(b):
         found.append(
-            f"two origins: the poses' point is {origin(one)} of A's, {origin(two)} of B's; coefficients of two "
+            f"two origins: the poses' point is {one.point} of A's, {two.point} of B's; coefficients of two "
             "points of a boat differ"
         )
     if fixed_terms(a) != fixed_terms(b):
@@ -164,12 +164,6 @@ def _vehicles(a: Model, b: Model) -> list[str]:
             "makes the same command of the same stick"
         )
     return found
-
-
-def origin(vehicle: Vehicle) -> str:
-    """Where the poses' point is, in words."""
-    ahead, left = vehicle.lever
-    return f"{ahead:.3f} m ahead and {left:.3f} m to port"
 
 
 def _scaling(column: object) -> tuple[object, ...]:

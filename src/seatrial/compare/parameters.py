@@ -162,6 +162,8 @@ def unlike(a: Model, b: Model) -> dict[str, str]:
     for name in set(a.vehicle.constants.names) & set(b.vehicle.constants.names):
         if _members(a.vehicle, name) != _members(b.vehicle, name):
             found[name] = "it stands for other actuators"
+        elif _sides(a.vehicle, name) != _sides(b.vehicle, name):
+            found[name] = "it is of the other side, as the files' axes turn the command"
     return found
 
 
@@ -201,6 +203,13 @@ def _members(vehicle: Vehicle, name: str) -> set[str]:
     place = vehicle.constants.names.index(name)
     users = (vehicle.constants.index == place).any(axis=1)
     return set() if users.all() else {n for n, u in zip(vehicle.actuators, users, strict=True) if u}
+
+
+def _sides(vehicle: Vehicle, name: str) -> list[set[int]]:
+    """For each actuator the stages that a constant serves, in forward-left-up axes."""
+    place = vehicle.constants.names.index(name)
+    index = vehicle.stages[:, : len(STAGES)]
+    return [set(np.flatnonzero(row == place).tolist()) for row in index]
 
 
 def pairs(a: Model, b: Model, seen: tuple[View, View], odd: dict[str, str]) -> list[Pair]:

@@ -136,6 +136,7 @@ def _corrected(chances: Mapping[str, float | None]) -> dict[str, float]:
 
 def driven_by(model: Model, vehicle: Vehicle) -> Model:
     """The model with the signals and the allocation that recordings were made with, about its origin."""
+    model.vehicle.check_sides(vehicle)
     flip = vehicle.axes is Axes.FRD
     structure = model.structure.flipped() if flip else model.structure
     file = msgspec.structs.replace(

@@ -118,7 +118,7 @@ def _least(model: Model) -> dict[str, float]:
 def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
     """Refuse a prior of another structure, other actuators or another origin than the vehicle's.
 
-    `lever`: the origin is sought. Raises IdentificationError.
+    `lever`: the origin is sought. Raises IdentificationError, VehicleError.
     """
     mine, theirs = vehicle.actuators, prior.vehicle.actuators
     if mine != theirs:
@@ -126,6 +126,7 @@ def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
             f"the prior's actuators are {', '.join(theirs)}, the vehicle file's {', '.join(mine)}; take the "
             "vehicle file that the prior was identified with"
         )
+    prior.vehicle.check_sides(vehicle)
     if not lever and not vehicle.same_origin(prior.vehicle):
         ahead, left = prior.vehicle.lever
         point = f"[{ahead:.3f}, {-left if vehicle.axes is Axes.FRD else left:.3f}]"
