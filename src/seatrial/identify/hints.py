@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Effects that nobody asked for but the data do: a score test of each kind."""
+"""Effects that nobody asked for but the data do: a score test of each kind, and of what is like them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,8 +11,9 @@ from seatrial.errors import IdentificationError
 from seatrial.filter_noise import DISTURBANCES, PROCESS, RAISED
 from seatrial.frames import Array
 from seatrial.identify.belief import least_noise
+from seatrial.identify.heading import askew, askew_said
 from seatrial.identify.problem import KINDS, Problem
-from seatrial.identify.score_test import ScoreTest, score_test
+from seatrial.identify.score_test import MUCH, ScoreTest, score_test
 from seatrial.identify.search import Point, search
 from seatrial.identify.unequal import with_gains
 from seatrial.identify.whiteness import explained
@@ -48,7 +49,9 @@ def hints(at: Point, share: float) -> list[str]:
     """
     if explained(at):
         return []
-    asked = [*_effects(at), *_unlike(at)]
+    asked, off = [*_effects(at), *_unlike(at)], askew(at)
+    if off is not None and off.gain > max([MUCH, *(a.gain for a in asked)]):
+        return askew_said(at, off, least_noise(off.problem, share))
     if not asked:
         return []
     most = max(asked, key=lambda a: a.gain)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""A heading that is off by a constant is told, by how much and what to write; a right one is not."""
+
+import re
+
+import msgspec
+import numpy as np
+import pytest
+from pushed_boat import MIDDLE, SMALL, driven
+
+from seatrial.identify.heading import psi_offset, without_offset
+from seatrial.identify.output_error import output_error
+from seatrial.io.poses import in_vehicle_terms
+from seatrial.plan import Unmodelled
+from seatrial.vehicle import Vehicle
+
+CHAIN = {"latency": 0.1, "lag": 0.1}
+NOTE = re.compile(r"heading that is off by (.*) degrees: .* write offset: (\S+) at pose: psi")
+
+
+def said(recordings, vehicle) -> list[str]:
+    notes = output_error(recordings, vehicle).estimator.notes
+    return [note for note in notes if "a heading that is off" in note]
+
+
+@pytest.mark.parametrize(
+    ("degrees", "force"),
+    [(4.0, None), (4.0, Unmodelled(0.04, 2.0)), (-15.0, Unmodelled(0.04, 2.0))],
+)
+def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
+    vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
+    askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]
+    (note,) = said(askew, vehicle)
+    off, offset = (float(value) for value in NOTE.search(note).groups())
+    assert off == pytest.approx(abs(degrees), abs=0.6)
+    assert np.degrees(offset) == pytest.approx(degrees, abs=0.6)
+
+
+def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
+    """Where nothing pushes the boat: coefficients are right then, and nothing needs to be said."""
+    vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2)
+    model = output_error([without_offset(drive, np.radians(15.0)) for drive in drives], vehicle)
+    for name, right in MIDDLE.coefficients.items():
+        assert model.values[name] == pytest.approx(right, abs=4.0 * model.standard_errors[name])
+
+
+@pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
+@pytest.mark.parametrize("hull", [MIDDLE, SMALL])
+@pytest.mark.parametrize("seed", [5, 6])
+def test_a_right_heading_is_not_doubted(hull, seed, force):
+    vehicle, drives = driven(hull, CHAIN, seed=seed, white=2e-3, seconds=120, drives=2, push=force)
+    assert said(drives, vehicle) == []
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("unit", "per"), [(None, 1.0), ("deg", 180.0 / np.pi)])
+def test_the_offset_that_is_named_takes_the_error_off(axes, sign, unit, per):
+    file = MIDDLE.vehicle([]).file
+    column = msgspec.structs.replace(file.pose.psi, unit=unit, sign=sign, scale=2.0, offset=0.3)
+
+    def reads(column) -> Vehicle:
+        pose = msgspec.structs.replace(file.pose, psi=column)
+        return Vehicle(msgspec.structs.replace(file, pose=pose, axes=axes))
+
+    raw = np.column_stack([np.zeros((20, 2)), per * np.linspace(-2.0, 2.0, 20)])
+    before = in_vehicle_terms(raw, reads(column))[:, 2]
+    offset = psi_offset(reads(column), 0.1)
+    after = in_vehicle_terms(raw, reads(msgspec.structs.replace(column, offset=offset)))[:, 2]
+    np.testing.assert_allclose(before - after, 0.1, atol=1e-12)
