@@ -58,8 +58,8 @@ def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, 
         else:
             yield short, (force.name,)
     yield "0", ()
-    yield from EVEN.get(axis, ())
     yield from ((f"{symbol}{own}", (f"|{symbol}|", own)) for symbol in others)
+    yield from EVEN.get(axis, ())  # last: the names are those of drag
 
 
 def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]:
