@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What may stand in a vehicle file, key by key. Unknown keys are refused."""
 
+import math
 from typing import Annotated, Literal
 
 import msgspec
@@ -17,6 +18,16 @@ Estimate = Literal["estimate"]  # instead of a number: there is such a stage, it
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
     """A mapping whose unknown keys are errors."""
+
+
+TO_SI = {  # by a column's unit; stamps are whole nanoseconds
+    "m": 1.0,
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "rad": 1.0,
+    "deg": math.pi / 180,
+    "-": 1.0,
+}
 
 
 class Column(Strict, frozen=True):

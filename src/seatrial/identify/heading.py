@@ -14,8 +14,8 @@ from seatrial.frames import Array, Axes
 from seatrial.identify.problem import Problem
 from seatrial.identify.score_test import MUCH
 from seatrial.identify.search import Point, search
-from seatrial.io.table import TO_SI
 from seatrial.recording import Recording
+from seatrial.schema import TO_SI
 from seatrial.vehicle import Vehicle, as_column
 
 STEP = 0.05  # [rad] by which poses are turned to see what it does

@@ -10,11 +10,11 @@ from seatrial.errors import RecordingError
 from seatrial.frames import POSE_SIGNS, Array, Axes, Mask, Stamps
 from seatrial.io.bag import Bag, Topic
 from seatrial.io.collect import Collector, Samples
-from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, TO_SI, scaled
+from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
 from seatrial.io.tf import is_tf, tf_pose, yaw
 from seatrial.io.wire import Wire, WireError, plain
+from seatrial.schema import TO_SI, Column, PoseSource
 from seatrial.schema import Clock as ClockChoice
-from seatrial.schema import Column, PoseSource
 from seatrial.streams import Clock, Stream, describe
 from seatrial.vehicle import Vehicle, as_column
 

@@ -12,9 +12,8 @@ import numpy as np
 
 from seatrial.errors import RecordingError
 from seatrial.frames import Array
-from seatrial.schema import Column
+from seatrial.schema import TO_SI, Column
 
-TO_SI = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "rad": 1.0, "deg": np.pi / 180, "-": 1.0}
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}

@@ -12,12 +12,12 @@ from seatrial.frames import POSE_SIGNS, Array, Axes, Stamps
 from seatrial.io.from_bag import field_path
 from seatrial.io.poses import pose_columns
 from seatrial.io.read import COMMAND_FILE, POSE_FILE
-from seatrial.io.table import TO_NANOSECONDS, TO_SI
+from seatrial.io.table import TO_NANOSECONDS
 from seatrial.io.write_bag import BagTopic, message_for, write_bag
 from seatrial.io.written import DIGESTS, edited, noted
 from seatrial.model import Model, save
 from seatrial.plan import PlanFile
-from seatrial.schema import Column
+from seatrial.schema import TO_SI, Column
 from seatrial.simulate import SUFFIX, Trial
 from seatrial.vehicle import Vehicle, as_column
 
