@@ -8,6 +8,7 @@ from survey_boat import as_stated
 
 from seatrial.identify import output_error
 from seatrial.plan import Unmodelled
+from seatrial.vehicle import vehicle_from
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}
@@ -46,6 +47,22 @@ def test_whether_a_push_turns_with_the_boat_is_found(earth):
         assert model.noise.process.earth_fixed == earth
         assert misfit(model) == []
         assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
+    """It was asked only as the likelihood has it, where coefficients follow what the structure lacks."""
+    push = Unmodelled(0.05, 3.0, earth_fixed=True)
+    whole, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+    linear = {
+        "surge": ["v * r", "X_u * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_F * F_v"],
+        "yaw": ["N_r * r", "N_F * F_r"],
+    }
+    vehicle = vehicle_from({**whole.to_mapping(), "structure": linear}, "boat")
+    model = output_error(recordings, vehicle)
+    assert len(misfit(model)) == 1
+    assert model.noise.process.earth_fixed
 
 
 @pytest.mark.parametrize(("share", "seed"), [(0.0, 0), (0.01, 1), (0.05, 2), (0.05, 3), (0.05, 5)])

@@ -77,7 +77,11 @@ def anew(at: Point, theta: Array) -> Point:
         other = exchanged(at.noise, walk, disturbance)
         if other is not None and _promises(at, other):
             at = _likelier(at, at.theta, other)
-    at = _other_frame(at, theta)
+    at = reframed(at)
+    problem = at.passes.problem
+    if not _disturbed(at) and not white(at):
+        pushes = pushed_and_coloured(problem.recordings)
+        at = _likelier(at, theta, pushes, _other_frame(problem))
     for times, memory in LASTING:
         if not white(at):
             at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
@@ -88,14 +92,22 @@ def anew(at: Point, theta: Array) -> Point:
     return at
 
 
-def _other_frame(at: Point, theta: Array) -> Point:
+def reframed(at: Point, least: Array = NOISE_LEAST) -> Point:
     """The more likely of `at` and what is found if what pushes the boat comes from one side of the world, or if it
-    turns with the boat where that was so before."""
-    problem = at.passes.problem
-    other = replace(problem, earth_fixed=not problem.earth_fixed)
-    if (at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any():
-        return _likelier(at, at.theta, at.noise, other, worth=CHANCE)
-    return at if white(at) else _likelier(at, theta, pushed_and_coloured(problem.recordings), other)
+    turns with the boat where that was so before. `least` (11,): noise is not below it."""
+    if not _disturbed(at):
+        return at
+    other = _other_frame(at.passes.problem)
+    return _likelier(at, at.theta, at.noise, other, worth=CHANCE, least=least)
+
+
+def _disturbed(at: Point) -> bool:
+    """Whether something pushes the boat that has a frame."""
+    return bool((at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any())
+
+
+def _other_frame(problem: Problem) -> Problem:
+    return replace(problem, earth_fixed=not problem.earth_fixed)
 
 
 def _waved(at: Point, theta: Array) -> Point:
@@ -207,13 +219,14 @@ def _likelier(
     problem: Problem | None = None,
     *,
     worth: float = WORTH,
+    least: Array = NOISE_LEAST,
 ) -> Point:
     """The more likely of `at` and what is found from other parameters and noise, or as another problem.
 
     The other by `worth` at least.
     """
     try:
-        other = descend(problem or at.passes.problem, theta, noise, at.passes.cost)
+        other = descend(problem or at.passes.problem, theta, noise, at.passes.cost, least)
     except IdentificationError:
         return at
     return other if other.passes.cost < at.passes.cost - worth else at

@@ -24,7 +24,7 @@ from seatrial.filter_noise import (
     noise_entry,
 )
 from seatrial.frames import AXES, Array
-from seatrial.identify.anew import WORTH
+from seatrial.identify.anew import WORTH, reframed
 from seatrial.identify.factors import thrust_and_drag
 from seatrial.identify.lever import of_origin
 from seatrial.identify.problem import Problem
@@ -84,6 +84,8 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
         worse = float(np.mean(np.log(ahead.rms / best.rms)))
         if worse < may_cost:  # as good a second ahead: then what was fitted a second ahead
             chosen, share, best = found, tried, ahead if worse < 0.0 else best
+    if share:  # what is more likely so may come from another side
+        chosen = reframed(chosen, least_noise(problem, share))
     return at.noise, chosen, share
 
 

@@ -136,13 +136,19 @@ def _loosely(at: Point, hold: bool, least: Array) -> Point:
     return _point(problem, theta, at.noise)
 
 
-def descend(problem: Problem, theta: Array, noise: Array, beat: float = np.inf) -> Point:
+def descend(
+    problem: Problem,
+    theta: Array,
+    noise: Array,
+    beat: float = np.inf,
+    least: Array = NOISE_LEAST,
+) -> Point:
     """`search` that does not start anew without correlated errors where they drift; those
     that begin as ones that last may do so all the way. Given up where it does not fall
     fast enough to get below the cost to `beat`."""
     begin, most = _point(problem, theta, noise), most_noise(noise)
-    at = _descent(begin, False, NOISE_LEAST, most=most, beat=beat, drifts=np.inf)
-    return _needed(at, NOISE_LEAST)
+    at = _descent(begin, False, least, most=most, beat=beat, drifts=np.inf)
+    return _needed(at, least)
 
 
 def approach(problem: Problem, theta: Array, noise: Array, steps: int) -> Point:
