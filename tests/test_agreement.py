@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import msgspec
 import pytest
-from pushed_boat import MIDDLE, SMALL, driven
 
+from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.identify.output_error import output_error
 from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.recording import Signal

@@ -9,9 +9,9 @@ import pytest
 from conftest import CSE1, TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
-from pushed_boat import MIDDLE, driven
 
 import seatrial
+from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial import _core
 from seatrial.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.files import convert

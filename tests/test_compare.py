@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
-from pushed_boat import FREE, MIDDLE
 from scipy import stats
 
 import seatrial
+from benchmarks.fleet.boats import FREE, MIDDLE
 from seatrial.cli import main
 from seatrial.compare import compare, comparison_json, drive_of
 from seatrial.compare.parameters import Factor, Joint, factors, joint, pairs, views

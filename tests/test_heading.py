@@ -6,8 +6,8 @@ import re
 import msgspec
 import numpy as np
 import pytest
-from pushed_boat import MIDDLE, SMALL, driven
 
+from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.identify.heading import psi_offset, without_offset
 from seatrial.identify.output_error import output_error
 from seatrial.io.poses import in_vehicle_terms

@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
-from pushed_boat import MIDDLE, driven
 
 import seatrial
+from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.cli import main
 from seatrial.errors import IdentificationError
 from seatrial.identify import identify

@@ -3,9 +3,9 @@
 
 import numpy as np
 import pytest
-from pushed_boat import BOWED, MIDDLE, SMALL, driven
 from survey_boat import as_stated
 
+from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.identify import output_error
 from seatrial.plan import Unmodelled
 from seatrial.vehicle import vehicle_from

@@ -10,7 +10,6 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import CSE1
-from pushed_boat import MIDDLE
 from sign_tables import (
     Table,
     assert_found,
@@ -25,6 +24,7 @@ from sign_tables import (
 )
 
 import seatrial
+from benchmarks.fleet.boats import MIDDLE
 from seatrial.errors import IdentificationError
 from seatrial.excitation import even_times
 from seatrial.plan import load_plan, with_seed

@@ -4,8 +4,8 @@
 import msgspec
 import numpy as np
 import pytest
-from pushed_boat import MIDDLE, driven
 
+from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.frames import Axes
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording import make_recording

@@ -20,8 +20,8 @@ from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
 
 MOST_EXTRAS = 5
-WORTH = 20.0  # fall of -2 log likelihood from which on a further stage is worth having
-SURELY = 3.5  # standard errors away from its neutral value, where the score test does not tell
+WORTH = 10.0  # fall of -2 log likelihood from which on a further stage is worth having
+SURELY = 2.5  # standard errors away from its neutral value, where the score test does not tell
 CURVE = ("reverse_ratio", "power")
 ASKED_FOR = "estimated, as the data ask for it"  # so end the notes of what was freed
 

@@ -19,6 +19,8 @@ from seatrial.signs import Assignment, Gain, SignReport, assignments, check_sign
 from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
 
 SEEN = 6.0  # t from which on a channel is said to drive an axis,
+ALIKE = 0.05  # of their mean, or so many standard errors: thrusters are taken to push alike
+ALIKE_ERRORS = 2.0
 SHARE = 0.3  # with at least this share of the effect of the strongest there
 STICK = 0.1  # share of what turning does to a point off the origin that the axis' own stick does at least
 LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] of the measured point that are proposed
@@ -230,7 +232,7 @@ def _thrusters(found: Channels) -> Parts:
     for axis, clear in enumerate(found.clear):
         mine = np.where(clear, found.gains[axis], 0.0)
         if clear.any():
-            weights = mine / np.abs(mine).sum()
+            weights = _evened(mine, np.abs(mine / np.where(clear, found.t[axis], 1.0)))
             of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
@@ -239,6 +241,19 @@ def _thrusters(found: Channels) -> Parts:
         used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
     return inputs, {n: _seen(found.t[:, found.names.index(n)]) for n in inputs}, forces
+
+
+def _evened(gains: Array, errors: Array) -> Array:
+    """Weights (n,) whose sizes sum to 1, alike where gains with these errors (n,) do not differ.
+
+    Thrusters of one kind push alike; by how much they seem not to depends on the drive. Sizes count as one where
+    they are a few per cent apart, or no more than their errors explain.
+    """
+    sizes, own = np.abs(gains), gains != 0.0
+    mean = float(sizes[own].mean())
+    alike = np.abs(sizes - mean) < np.maximum(ALIKE * mean, ALIKE_ERRORS * errors)
+    even = np.sign(gains) * mean if alike[own].all() else gains
+    return np.asarray(even / np.abs(even).sum())
 
 
 def _sticks(found: Channels) -> Parts:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.frames import Array
 from seatrial.model import Model
 from seatrial.plan import Unmodelled
 from seatrial.recording import Recording, Signal, make_recording
@@ -39,14 +40,18 @@ class Hull:
     quadratic: tuple[float, float, float]
 
     @property
-    def coefficients(self) -> dict[str, float]:
-        """Of `FREE`, by Newton's second law."""
+    def full_thrust(self) -> Array:
+        """(3,) [N, N, N m] of a wrench of 1 in each axis, as pseudo-inverse allocation has it."""
         x, y, angle = np.array(self.places).T
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        most = self.thrust * np.linalg.norm([c, s, x * s - y * c], axis=1)
+        return np.asarray(self.thrust * np.linalg.norm([c, s, x * s - y * c], axis=1))
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """Of `FREE`, by Newton's second law."""
         m, n, i = self.mass
         drag = [-np.array(d) / self.mass for d in (self.linear, self.quadratic)]
-        force = most / self.mass
+        force = self.full_thrust / self.mass
         return {
             "X_vr": n / m, "X_u": drag[0][0], "X_uu": drag[1][0], "X_F": force[0],
             "Y_ur": -m / n, "Y_v": drag[0][1], "Y_vv": drag[1][1], "Y_F": force[1],
@@ -73,7 +78,7 @@ MIDDLE = Hull(CORNERS, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.
 BOWED = Hull(TUG, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
 
 
-def sticks(rng, seconds):
+def sticks(rng: np.random.Generator, seconds: float) -> Array:
     """F_u, F_v, F_r (n, 3) at every tick: pulses of one axis or all, pauses between."""
     out = np.zeros((round(seconds / TICK), 3))
     t = 2.0
