@@ -4,6 +4,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -75,6 +76,18 @@ def three_sizes(t, seed):
 
 def yaw_never(t, seed):
     return wave(t, seed) * [1, 1, 0]
+
+
+def test_an_input_that_moves_in_a_recording_beside_is_not_asked_about(clean_af, af):
+    """A boat driven one axis at a time: the columns are the right ones."""
+    s1, _, s3, *_ = (trial.recording for trial in clean_af.values())
+    yaw = s1.commands.names.index("F_r")
+    still = s1.commands.values * (np.arange(3) != yaw)
+    s1 = replace(s1, commands=Signal(s1.commands.names, s1.commands.stamps, still))
+    alone, beside = (seatrial.inspect(them, af).recordings[0] for them in ([s1], [s1, s3]))
+    assert "F_r is 0 all the time: is it the right column or field?" in alone.verdicts
+    assert not any("all the time" in verdict for verdict in beside.verdicts)
+    assert set(beside.verdicts) < set(alone.verdicts)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 """What is in recordings, and what is wrong with them."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,7 +64,12 @@ class Inspection:
 
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """Rates, gaps, faults, clocks, excitation; and whether units, signs and order are right."""
-    views = tuple(_view(recording, vehicle) for recording in recordings)
+    uses = [input_use(vehicle, recording) for recording in recordings]
+    moves = {use.name for own in uses for use in own if not use.never_moves}
+    views = tuple(
+        _view(recording, vehicle, own, moves)
+        for recording, own in zip(recordings, uses, strict=True)
+    )
     return Inspection(vehicle, views, check_apart(recordings, vehicle))
 
 
@@ -83,10 +88,12 @@ def inspection_json(found: Inspection) -> dict[str, Any]:
     }
 
 
-def _view(recording: Recording, vehicle: Vehicle) -> RecordingView:
+def _view(
+    recording: Recording, vehicle: Vehicle, inputs: Sequence[InputUse], moves: Set[str]
+) -> RecordingView:
+    """`moves`: inputs that move in any of the recordings."""
     found, axes = coverage(vehicle, recording)
-    inputs = input_use(vehicle, recording)
-    said = verdicts(recording, found, inputs, vehicle) or [GOOD]
+    said = verdicts(recording, found, inputs, moves, vehicle) or [GOOD]
     said += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
     try:
         noise = pose_noise(recording)

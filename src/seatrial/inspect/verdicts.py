@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What to do about a recording, one sentence each."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 import numpy as np
 
@@ -27,9 +27,13 @@ AT_LIMIT = 0.5  # share of the driven time
 
 
 def verdicts(
-    recording: Recording, found: Excitation, inputs: Sequence[InputUse], vehicle: Vehicle
+    recording: Recording,
+    found: Excitation,
+    inputs: Sequence[InputUse],
+    moves: Set[str],
+    vehicle: Vehicle,
 ) -> list[str]:
-    """What to do about it, one sentence each."""
+    """What to do about it, one sentence each. `moves`: inputs that move here or in a recording beside it."""
     timeout = vehicle.file.command_timeout
     said = list(recording.remarks) + implausible(recording)
     if recording.duration < SHORT:
@@ -56,7 +60,7 @@ def verdicts(
             f"stamps are off an even rhythm by {1e3 * off:.1f} ms; that does no harm if they are true, but if "
             "they are rounded, or arrival times, velocities suffer: record the sensor's own stamps"
         )
-    said += _drive(found, vehicle) + [sentence for use in inputs for sentence in _input(use)]
+    said += _drive(found, vehicle) + [sentence for use in inputs for sentence in _input(use, moves)]
     return said
 
 
@@ -80,8 +84,10 @@ def _drive(found: Excitation, vehicle: Vehicle) -> list[str]:
     return said
 
 
-def _input(use: InputUse) -> list[str]:
+def _input(use: InputUse, moves: Set[str]) -> list[str]:
     if use.never_moves:
+        if use.name in moves:
+            return []
         return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
     said = beyond_full(use.name, use.least, use.most)
     if use.levels <= FEW:
