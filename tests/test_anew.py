@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Searches that begin anew: of boats that are pushed, with correlated pose errors."""
 
-import sys
-
 import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT
 
+from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
+from benchmarks.recovery.scenes import scenes, true_parameters
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import NOISE_LEAST
 from seatrial.identify import anew as subject
@@ -19,10 +18,6 @@ from seatrial.identify.whiteness import white
 from seatrial.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
-from benchmarks.recovery.scenes import scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes

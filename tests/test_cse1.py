@@ -2,17 +2,14 @@
 """The real recordings: a model ship, and the towing tests as independent truth."""
 
 import csv
-import sys
 
 import numpy as np
 import pytest
-from conftest import CSE1, ROOT
+from conftest import CSE1
 
 import seatrial
-from seatrial.faults import FaultKind
-
-sys.path.insert(0, str(ROOT))
 from benchmarks import cse1 as study
+from seatrial.faults import FaultKind
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What the on-board filter believes of a model: its noise, and the errors of its parameters."""
 
-import sys
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT, make_model
+from conftest import make_model
 
 import seatrial
+from benchmarks.predictor import accuracy
+from benchmarks.predictor.drives import SCENES, model
 from seatrial import _core
 from seatrial.doubt import believed_on_board
 from seatrial.filter_noise import NOISE_START
@@ -21,10 +22,6 @@ from seatrial.schema import (
     NoiseEntry,
     ProcessEntry,
 )
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor import accuracy
-from benchmarks.predictor.drives import SCENES, model
 
 EXACT = next(iter(SCENES))
 SILENT = NoiseEntry(1e-4, 1e-4, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.3))

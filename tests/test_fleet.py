@@ -3,8 +3,8 @@
 
 import pytest
 
-from benchmarks.fleet.__main__ import line, sums
 from benchmarks.fleet.draw import draw
+from benchmarks.fleet.tables import line, sums
 from benchmarks.fleet.work import identified
 
 

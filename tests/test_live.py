@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
 from test_model import frd
 
 import seatrial
+from benchmarks.predictor.drives import IDENTIFIED, drive, model, trials
 from seatrial.cli import main
 from seatrial.errors import LiveError, ModelError
 from seatrial.frames import POSE_SIGNS
@@ -27,9 +27,6 @@ from seatrial.live.sources import Pipes
 from seatrial.odometer import Odometer
 from seatrial.predictor import Taken
 from seatrial.vehicle import vehicle_from
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import IDENTIFIED, drive, model, trials
 
 SCENE = "hard"
 SEED = 5

@@ -2,23 +2,20 @@
 """The mimic: a simulated carrier with wheels that slip follows what the boat really did."""
 
 import re
-import sys
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT, TABLE_II, make_model
+from conftest import TABLE_II, make_model
 
 import seatrial
+from benchmarks.mimic import DT, driven, follow
 from seatrial import _core
 from seatrial.cli import main
 from seatrial.errors import MimicError, PredictorError
 from seatrial.mimic import Carrier, Mimic, MimicHealth
 from seatrial.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.mimic import DT, driven, follow
 
 LAG = Carrier(lag=0.14)  # the ground's lag and delay
 

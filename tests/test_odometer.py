@@ -1,18 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The odometer: what a program gets that asks for odometry, without lines or files."""
 
-import sys
-
 import numpy as np
 import pytest
-from conftest import ROOT
 
 import seatrial
+from benchmarks.predictor.drives import drive, model
 from seatrial.odometer import Odometer
 from seatrial.predictor import Health, Taken
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import drive, model
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The predictor with an identified model on simulated drives: against truth, in any order, on bad input."""
 
-import sys
 from dataclasses import replace
 
 import msgspec
@@ -14,14 +13,12 @@ from scipy.stats import binom, chi2
 from test_docs import blocks
 
 import seatrial
+from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
+from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 from seatrial import _core
 from seatrial.errors import PredictorError
 from seatrial.predictor import Health, Predictor, Taken
 from seatrial.schema import EnvelopeEntry, Integration
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
-from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES

@@ -2,14 +2,12 @@
 """The predictor as a program: without exceptions, under the sanitizers, and on another machine."""
 
 import shutil
-import sys
 
 import pytest
 from conftest import ROOT
 from test_core_cpp import run
 from test_docs import blocks
 
-sys.path.insert(0, str(ROOT))
 from benchmarks.predictor.board import build
 
 ESTIMATES = 2001  # of the script

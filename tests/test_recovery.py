@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The benchmark of recovery: its bounds against dense matrices, its scenes, its tables."""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -9,14 +8,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT
 
-from seatrial import _core
-from seatrial.causal import VELOCITY_SPREAD
-from seatrial.model import thrust_trace
-from seatrial.plan import TrialEntry, load_plan
-
-sys.path.insert(0, str(ROOT))
 from benchmarks.recovery import bounds, store, tables
 from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.scenes import (
@@ -28,6 +20,10 @@ from benchmarks.recovery.scenes import (
     without_faults,
 )
 from benchmarks.recovery.work import work
+from seatrial import _core
+from seatrial.causal import VELOCITY_SPREAD
+from seatrial.model import thrust_trace
+from seatrial.plan import TrialEntry, load_plan
 
 BEGIN, END = 10.0, 15.0  # [s] of the dense matrices' recording
 STEP = 1e-5  # of differences, relative

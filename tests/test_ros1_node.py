@@ -4,14 +4,12 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 
 import msgspec
 import numpy as np
 import pytest
 import script_tools
-from conftest import ROOT
 from ros1_node_tools import (
     CATKIN,
     LATENCY,
@@ -26,12 +24,10 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 
 import seatrial
+from benchmarks.predictor.drives import model
 from seatrial.io.write import EPOCH, write_trial
 from seatrial.plan import TrialEntry, load_plan
 from seatrial.simulate import simulate
-
-sys.path.insert(0, str(ROOT))
-from benchmarks.predictor.drives import model
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"

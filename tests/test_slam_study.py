@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The SLAM study: its rays, its scans that are swept, its matcher, its guesses, its tables."""
 
-import sys
-
 import numpy as np
 import pytest
-from conftest import ROOT
 from scipy.linalg import expm
 
 pytest.importorskip("small_gicp")
-sys.path.insert(0, str(ROOT))
 from benchmarks.slam import lidar, localise, mapping, tables
 from benchmarks.slam.drives import drive
 from benchmarks.slam.guesses import ConstantPose, ConstantVelocity, ModelOdometry, TrueMotion

@@ -29,10 +29,8 @@ UNDONE = 0.1  # of the largest of several jumps: what may be left where they bel
 BACK = 0.35  # of a jump: what may be left where a step undoes it that is not seen to be one itself
 STANDS_OUT = 2.5  # usual steps, beyond the boat's own way, that such a jump is larger than
 FEW_POSES = 10  # of fewer it can't be seen whether a log has more rows than poses;
-HELD = 0.2  # of the poses stand in two rows or more where it has,
-ALIKE = (
-    1.6  # in about as many each: their 90th percentile is at most one more than this many medians
-)
+HELD = 0.2  # of the poses stand in two rows or more where it has, in about as many each:
+ALIKE = 1.6  # their 90th percentile is at most one more than this many medians
 HABIT = 3  # silences from which on they may be one, of a joystick that is let go
 ISLAND = 0.5  # [s] a shorter stretch that a jump leads to or from is not trusted
 

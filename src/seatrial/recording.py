@@ -95,9 +95,7 @@ class Recording:
     faults: tuple[Fault, ...] = ()
     sources: tuple[Source, ...] = ()
     streams: tuple[Stream, ...] = ()  # how its signals arrived
-    remarks: tuple[
-        str, ...
-    ] = ()  # what was lost when it was salvaged, what was left out of its rows
+    remarks: tuple[str, ...] = ()  # what was lost when salvaged, what was left out of its rows
     offset: float = 0.0  # [s] that `cut` took from its start
 
     def __post_init__(self) -> None:

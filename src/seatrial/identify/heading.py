@@ -21,8 +21,6 @@ from seatrial.vehicle import Vehicle, as_column
 STEP = 0.05  # [rad] by which poses are turned to see what it does
 MOST = 0.15  # [rad] at once: further off the parabola is none
 SHARP = 0.05  # [rad] standard error above which the data say nothing of it
-
-
 ROUNDS = 8  # of turning and searching
 SETTLED = 0.01  # [rad]
 LEAST = 0.02  # [rad] less is not worth a word

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""Poses of a wander, and the faults that were found in them."""
+
+import numpy as np
+
+from seatrial.recording import Signal
+
+COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
+
+
+def poses(n=600, rate=15.0, noise=0.0, seed=0, rest=0):
+    """A smooth wander with turns, sampled at `rate` Hz; with a rest of so many poses on its way."""
+    t = np.arange(n) / rate
+    s = t
+    if rest:
+        goes = np.interp(
+            np.arange(n),
+            [n // 3, n // 3 + 15, n // 3 + 15 + rest, n // 3 + 30 + rest],
+            [1, 0, 0, 1],
+        )
+        s = np.cumsum(goes) / rate
+    eta = np.column_stack([0.8 * np.sin(0.3 * s), 0.5 * np.sin(0.5 * s + 1), 2.5 * np.sin(0.2 * s)])
+    eta += noise * np.random.default_rng(seed).normal(size=eta.shape)
+    return np.rint(t * 1e9).astype(np.int64), eta
+
+
+def kinds(record):
+    return {f.kind for f in record.faults}
