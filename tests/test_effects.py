@@ -77,6 +77,7 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     assert "standard errors of the lever arm: " in said
     error = found.errors[f"current_x.{first.name}"]
     assert f"current_x {plus_minus(first.effects['current_x'], error)}, current_y" in said
+    assert "(z up, as in the model file: y to the left of x" in said
     # what it was identified at is of the origin, through the water
     still = fit(recordings, vehicle).model()
     for symbol, range_ in still.envelope.speeds.items():

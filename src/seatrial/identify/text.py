@@ -82,6 +82,8 @@ def _effects(model: Model) -> list[str]:
                 for name, value in recording.effects.items()
             )
             lines.append(f"  {recording.name}: {', '.join(said)}")
+    if any(r.effects for r in model.recordings):  # the file's own axes may be forward-right-down
+        lines.append("  (z up, as in the model file: y to the left of x, turns counter-clockwise)")
     return lines
 
 
