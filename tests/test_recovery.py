@@ -209,6 +209,23 @@ def test_a_seed_is_worked_stored_and_shown(tmp_path):
     assert f"| {ratio:.2f} |" in shown.splitlines()[4]
 
 
+def test_a_seed_that_frees_one_parameter_more_counts_in_those_that_all_have():
+    def record(names, found):
+        return {
+            "scene": "a", "group": "still", "seed": 1, "names": names, "truth": [1.0] * len(names),
+            "found": found, "error": [0.1] * len(names),
+            "bound": {"whole": [0.01] * len(names)},
+        }  # fmt: skip
+
+    plain = record(["X_u", "lag"], [1.1, 1.2])
+    wider = record(["X_u", "reverse_ratio", "lag"], [0.9, 7.0, 1.0])
+    shown = tables.recovery([plain, wider], "a").splitlines()
+    assert [line.split("|")[1].strip() for line in shown[4:]] == ["X_u", "lag"]
+    np.testing.assert_allclose(
+        tables.stack(tables.good([plain, wider], "a"), "found"), [[1.1, 1.2], [0.9, 1.0]]
+    )
+
+
 def test_a_scene_in_which_no_model_is_found_says_why():
     scene = scenes()["hard MP pushed"]
     entries = {n: TrialEntry(e.drive, 12.0) for n, e in scene.plan.trials.items()}
@@ -225,7 +242,8 @@ def test_the_figure_has_a_curve_for_each_noise_and_method(tmp_path):
     truth = rng.uniform(1, 2, 11).tolist()
     records = [
         {
-            "scene": name, "truth": truth, "found": np.multiply(truth, 1.01).tolist(),
+            "scene": name, "names": [*"abcdefghijk"], "truth": truth,
+            "found": np.multiply(truth, 1.01).tolist(), "error": [0.1] * 11,
             "paper": np.multiply(truth, 2.0).tolist(),
             "ahead": {"ours true": [0.001] * 3, "paper true": [0.03, 0.04, 0.0]},
         }

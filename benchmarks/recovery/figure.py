@@ -34,8 +34,8 @@ class Line:
 
 def coefficient_error(records: Sequence[Record], method: str) -> float:
     """Median over the coefficients of the RMS error in per cent of the truth."""
-    truth = stack(records, "truth")[:, :COEFFICIENTS]
-    found = stack(records, "found" if method == "ours" else "paper")[:, :COEFFICIENTS]
+    truth = stack(records, "truth", COEFFICIENTS)
+    found = stack(records, "found" if method == "ours" else "paper", COEFFICIENTS)
     return float(100.0 * np.median(rms(found / truth - 1.0)))
 
 

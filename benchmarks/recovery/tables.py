@@ -2,6 +2,7 @@
 """The results as markdown tables, each figure beside its limit."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +28,31 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def good(records: Sequence[Record], scene: str) -> list[Record]:
-    """A scene's results in which a model was found."""
-    return [r for r in records if r["scene"] == scene and "failed" not in r]
+    """A scene's results in which a model was found, of the parameters that all of them have.
+
+    A stage of the curve is freed where a seed's noise makes it look worth it.
+    """
+    found = [r for r in records if r["scene"] == scene and "failed" not in r]
+    every = set.intersection(*(set(r["names"]) for r in found)) if found else set()
+    return [_only(r, every) for r in found]
 
 
-def stack(records: Sequence[Record], key: str) -> Array:
-    """(seeds, parameters)."""
-    return np.array([r[key] for r in records])
+def _only(record: Record, names: set[str]) -> Record:
+    """A record of these parameters."""
+    places = [i for i, name in enumerate(record["names"]) if name in names]
+
+    def kept(values: Sequence[Any]) -> list[Any]:
+        return [values[i] for i in places]
+
+    cut = {key: kept(record[key]) for key in ("names", "truth", "found", "error")}
+    if "bound" in record:
+        cut["bound"] = {name: kept(values) for name, values in record["bound"].items()}
+    return record | cut
+
+
+def stack(records: Sequence[Record], key: str, size: int | None = None) -> Array:
+    """(seeds, parameters), or the first `size` of them."""
+    return np.array([r[key][:size] for r in records])
 
 
 def rms(errors: Array) -> Array:
@@ -197,12 +216,11 @@ def fault_moves(records: Sequence[Record], names: Sequence[str]) -> str:
         if not mine:
             continue
         size = _coefficients(mine[0])
-        move = np.abs(stack(mine, "found") - stack(mine, "without"))[:, :size]
-        ratio = move / stack(mine, "error")[:, :size]
-        missing = np.abs(stack(mine, "missing") - stack(mine, "without"))[:, :size]
-        best = missing / stack(mine, "error")[:, :size]
-        off, before = (rms((stack(mine, k) - stack(mine, "truth"))[:, :size])
-                       for k in ("found", "without"))  # fmt: skip
+        found, without, missing, truth, error = (
+            stack(mine, key, size) for key in ("found", "without", "missing", "truth", "error")
+        )
+        ratio, best = np.abs(found - without) / error, np.abs(missing - without) / error
+        off, before = rms(found - truth), rms(without - truth)
         rows.append([
             scene, f"{len(mine)}", f"{ratio.max():.2f}", f"{100 * (ratio > 1).mean():.1f}",
             f"{rms(ratio.ravel()):.2f}", f"{best.max():.2f}", f"{100 * (best > 1).mean():.1f}",
