@@ -210,20 +210,22 @@ def test_a_seed_is_worked_stored_and_shown(tmp_path):
 
 
 def test_a_seed_that_frees_one_parameter_more_counts_in_those_that_all_have():
-    def record(names, found):
+    def record(seed, names, found):
         return {
-            "scene": "a", "group": "still", "seed": 1, "names": names, "truth": [1.0] * len(names),
+            "scene": "a", "group": "still", "seed": seed, "names": names, "truth": [1.0] * len(names),
             "found": found, "error": [0.1] * len(names),
             "bound": {"whole": [0.01] * len(names)},
         }  # fmt: skip
 
-    plain = record(["X_u", "lag"], [1.1, 1.2])
-    wider = record(["X_u", "reverse_ratio", "lag"], [0.9, 7.0, 1.0])
+    plain = record(1, ["X_u", "lag"], [1.1, 1.2])
+    wider = record(2, ["X_u", "reverse_ratio", "lag"], [0.9, 7.0, 1.0])
     shown = tables.recovery([plain, wider], "a").splitlines()
     assert [line.split("|")[1].strip() for line in shown[4:]] == ["X_u", "lag"]
     np.testing.assert_allclose(
         tables.stack(tables.good([plain, wider], "a"), "found"), [[1.1, 1.2], [0.9, 1.0]]
     )
+    told = tables.further([plain, wider], ["a"]).splitlines()
+    assert told[2:] == ["| a | 2 | reverse_ratio 7.00 ± 0.10 | -1.0 (X_u) |"]
 
 
 def test_a_scene_in_which_no_model_is_found_says_why():

@@ -32,6 +32,7 @@ def blocks(records: Sequence[Record]) -> dict[str, Block]:
     delayed = driven + names["together"]
     return {
         "overview": (driven, lambda: tables.overview(records, driven)),
+        "further": (driven, lambda: tables.further(records, driven)),
         "thrusters": (delayed, lambda: tables.thrusters(records, delayed)),
         "ahead": (names["still"], lambda: tables.prediction(records)),
         "ahead-pushed": (names["pushed"], lambda: tables.prediction(records, " pushed")),

@@ -235,6 +235,38 @@ def fault_moves(records: Sequence[Record], names: Sequence[str]) -> str:
     return table(head, rows)
 
 
+def further(records: Sequence[Record], names: Sequence[str]) -> str:
+    """Seeds that freed parameters which not all seeds of their scene have; these are in no other table."""
+    rows = []
+    for scene in names:
+        found = [r for r in records if r["scene"] == scene and "failed" not in r]
+        for record, common in zip(found, good(records, scene), strict=True):
+            more = [n for n in record["names"] if n not in common["names"]]
+            if not more:
+                continue
+            off = _far(common)[: _coefficients(common)]
+            most = int(np.argmax(np.abs(off)))
+            said = (
+                f"{name} {value:.2f} ± {error:.2f}"
+                for name, value, error in zip(
+                    *(record[k] for k in ("names", "found", "error")), strict=True
+                )
+                if name in more
+            )
+            rows.append([scene, f"{record['seed']}", ", ".join(said),
+                         f"{off[most]:.1f} ({common['names'][most]})"])  # fmt: skip
+    return table(
+        ["scene", "seed", "further parameters", "largest error of a coefficient / standard error"],
+        rows,
+    )
+
+
+def _far(record: Record) -> Array:
+    """(parameters,) how far each is from the truth, in standard errors."""
+    found, truth, error = (np.array(record[k]) for k in ("found", "truth", "error"))
+    return np.asarray((found - truth) / error)
+
+
 def failures(records: Sequence[Record]) -> str:
     """What raised."""
     return "".join(

@@ -2,16 +2,14 @@
 // The extended Kalman filter whose prediction errors the estimator looks at, with its
 // sensitivities.
 //
-// The state is the boat's (6), a disturbance (3): accelerations that come and go with a time
-// constant, body-fixed or, in surge and sway, earth-fixed, and, where the noise has any, correlated
-// errors of the poses (3), which a filter that takes all noise for white would take for the boat's
-// motion. Where these swing, as waves make them, each is a damped oscillation, and the filter has
-// its other side, too (3), as the models of wave-frequency motion in Fossen, Handbook of Marine
-// Craft Hydrodynamics and Motion Control. Host side: uses heap.
+// The state is the boat's (6), body-fixed or, in surge and sway, earth-fixed disturbances (3) and,
+// where the noise has any, correlated errors of the poses, which a filter that takes all noise for
+// white would take for the boat's motion (fading.hpp). Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
 
+#include "seatrial/fading.hpp"
 #include "seatrial/inverse3.hpp"
 #include "seatrial/pass.hpp"
 #include "seatrial/schedule.hpp"
@@ -21,15 +19,11 @@ namespace seatrial::detail {
 inline constexpr int kMaxParameters = kMaxColumns + kEffects;
 inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
 inline constexpr double kTurn = 6.283185307179586;             // [rad]
-inline constexpr int kColouredStates = kFilterStates + kPose;
-inline constexpr int kSwingingStates = kColouredStates + kPose;
 
 /// The filter between two poses. N: its states, kFilterStates, kColouredStates or kSwingingStates.
 template <int N>
 class Filter {
-  static constexpr bool kSwinging = N == kSwingingStates;
-  static constexpr bool kColoured = N == kColouredStates || kSwinging;
-  static_assert(N == kFilterStates || kColoured);
+  static constexpr bool kColoured = Fading<N>::kColoured;
 
  public:
   Filter(const Columns& columns, const FilterNoise& noise, const FilterStart& start,
@@ -89,8 +83,8 @@ class Filter {
       if (earth) plane_to_earth(c, s, push, f_[i] + kStates - 2);
     }
     std::copy(x_, x_ + kStates, way.to);
-    let_fade(passed);
-    carry_what_fades();
+    fading_.pass(noise_, passed);
+    fading_.carry(x_);
     carry_sensitivity(dx, force, c, s);
     for (int i = 0; i < kStates; ++i) {
       if (i >= 2) f_[i][i - 2] -= 1.0;
@@ -113,8 +107,8 @@ class Filter {
       }
       x_[i] = sum;
     }
-    let_fade(passed);
-    carry_what_fades();
+    fading_.pass(noise_, passed);
+    fading_.carry(x_);
     carry_covariance();
     add_process_noise(passed);
   }
@@ -248,24 +242,6 @@ class Filter {
     return kColoured ? std::hypot(noise_.pose(i), noise_.colour(i)) : noise_.pose(i);
   }
 
-  /// How much of disturbance and coloured error is left, and how far the latter swings.
-  void let_fade(const Interval& passed) {
-    std::fill(stays_, stays_ + kAxes, passed.disturbance_after(noise_.memory));
-    if constexpr (kSwinging) {
-      std::fill(stays_ + kAxes, stays_ + N - kStates, 1.0);
-      swing_ = passed.swing_after(noise_.colour_memory, noise_.colour_turn);
-    } else if constexpr (kColoured) {
-      std::fill(stays_ + kAxes, stays_ + kAxes + kPose, passed.colour_after(noise_.colour_memory));
-    }
-  }
-
-  void carry_what_fades() {
-    for (int i = kStates; i < N; ++i) x_[i] *= stays_[i - kStates];
-    if constexpr (kSwinging) {
-      for (int i = kFilterStates; i < kColouredStates; ++i) swing_.turn(x_[i], x_[i + kPose]);
-    }
-  }
-
   static std::size_t row(int k, int width) {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }
@@ -297,14 +273,7 @@ class Filter {
       }
     }
     for (int i = 0; i < kStates; ++i) std::copy(next_[i], next_[i] + parameters_, d_[i]);
-    for (int i = kStates; i < N; ++i) {
-      for (int c = 0; c < parameters_; ++c) d_[i][c] *= stays_[i - kStates];
-    }
-    if constexpr (kSwinging) {
-      for (int i = kFilterStates; i < kColouredStates; ++i) {
-        for (int c = 0; c < parameters_; ++c) swing_.turn(d_[i][c], d_[i + kPose][c]);
-      }
-    }
+    fading_.carry(d_, parameters_);
   }
 
   /// d measured pose / d parameters.
@@ -340,22 +309,8 @@ class Filter {
         for (int m = 0; m < kMoving; ++m) sum += fp[i][m + 2] * f_[j][m];
         p_[i][j] = p_[j][i] = sum;
       }
-      for (int j = kStates; j < N; ++j) p_[i][j] = p_[j][i] = stays_[j - kStates] * fp[i][j];
     }
-    for (int i = kStates; i < N; ++i) {
-      for (int j = kStates; j < N; ++j) p_[i][j] *= stays_[i - kStates] * stays_[j - kStates];
-    }
-    if constexpr (kSwinging) {
-      for (int i = kFilterStates; i < kColouredStates; ++i) {
-        for (int j = 0; j < N; ++j) swing_.turn(p_[i][j], p_[i + kPose][j]);
-      }
-      for (double(&row)[N] : p_) {
-        for (int i = kFilterStates; i < kColouredStates; ++i) swing_.turn(row[i], row[i + kPose]);
-      }
-      for (int i = kFilterStates; i < N; ++i) {  // as rounding has it on one side
-        for (int j = 0; j < i; ++j) p_[i][j] = p_[j][i];
-      }
-    }
+    fading_.carry(fp, p_);
   }
 
   /// Random walk of the velocity, integrated into the pose; renewal of what fades. The walks of
@@ -366,13 +321,8 @@ class Filter {
       const double q = noise_.walk(a) * noise_.walk(a) * length;
       p_[3 + a][3 + a] += q;
       p_[a][a] += q * length * length / 3.0;
-      renew(kStates + a, noise_.disturbance(a));
-      if constexpr (kSwinging) {
-        renew_swing(kFilterStates + a, noise_.colour(a));
-      } else if constexpr (kColoured) {
-        renew(kFilterStates + a, noise_.colour(a));
-      }
     }
+    fading_.renew(noise_, p_);
     const double half = length * length / 2.0;
     const double plane = noise_.walk(0) * noise_.walk(0) * half;
     const double turn = noise_.walk(2) * noise_.walk(2) * half;
@@ -385,19 +335,6 @@ class Filter {
         p_[3 + a][i] += cross[i][a];
       }
     }
-  }
-
-  void renew(int i, double sigma) {
-    const double stays = stays_[i - kStates];
-    p_[i][i] += sigma * sigma * (1.0 - stays * stays);
-  }
-
-  void renew_swing(int i, double sigma) {
-    const double variance = sigma * sigma;
-    p_[i][i] += variance * swing_.new_error();
-    p_[i + kPose][i + kPose] += variance * swing_.new_other();
-    p_[i][i + kPose] += variance * swing_.new_both();
-    p_[i + kPose][i] = p_[i][i + kPose];
   }
 
   void accumulate(const double* z, const double inverse[kPose][kPose],
@@ -451,8 +388,7 @@ class Filter {
   double spread_[kAxes] = {};  // of the velocity that it begins with
   double x_[N] = {};
   double p_[N][N] = {};
-  double stays_[N - kStates] = {};    // what is left of each after an interval
-  Swing swing_;                       // what is left of errors that swing
+  Fading<N> fading_;
   double d_[N][kMaxParameters] = {};  // d state / d parameters
   double next_[kStates][kMaxParameters] = {};
   double f_[kStates][kMoving] = {};  // d state / d what the motion depends on; less 1 once carried
