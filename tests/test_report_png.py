@@ -9,12 +9,12 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from seatrial.errors import FileError
-from seatrial.report import png as drawing
 from seatrial.report import write_report
-from seatrial.report.draw.base import figure, line
-from seatrial.report.png import SCALE, png
-from seatrial.report.svg import HEIGHT, WIDTH, svg
+from seatrial.report.figures import png as drawing
+from seatrial.report.figures.base import figure, line
+from seatrial.report.figures.png import SCALE, png
+from seatrial.report.figures.svg import HEIGHT, WIDTH, svg
+from seatrial.util.errors import FileError
 
 resvg_py = pytest.importorskip("resvg_py")
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.errors import VehicleError
-from seatrial.frames import Array
-from seatrial.schema import ChainGroup, DeadZone, Estimate, PairEntry
+from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
 
 ESTIMATE: Final = "estimate"
 STAGES = (

@@ -7,8 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from seatrial.errors import VehicleError
-from seatrial.frames import Array
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
 
 
 class Scheme(str, Enum):

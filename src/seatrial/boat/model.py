@@ -13,11 +13,7 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import ModelError
-from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_text
-from seatrial.frames import SYMBOLS, Array, Axes, frozen_array
-from seatrial.recording import Recording
-from seatrial.schema import (
+from seatrial.boat.schema import (
     ChainGroup,
     CoefficientEntry,
     EnvelopeEntry,
@@ -27,8 +23,12 @@ from seatrial.schema import (
     NoiseEntry,
     RecordingEntry,
 )
-from seatrial.structure import Structure
-from seatrial.vehicle import SAME_POINT, Vehicle, vehicle_from
+from seatrial.boat.structure import Structure
+from seatrial.boat.vehicle import SAME_POINT, Vehicle, vehicle_from
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import ModelError
+from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
+from seatrial.util.frames import SYMBOLS, Array, Axes, frozen_array
 
 MODEL_FORMAT: Final = "model 2"
 ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by

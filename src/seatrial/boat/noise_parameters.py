@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial import _core
-from seatrial.frames import Array
-from seatrial.parallel import spread
-from seatrial.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
+from seatrial.boat.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
+from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 
 # position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory
 # [s]; correlated errors of the poses [m], [rad], their memory [s], how fast they swing [rad/s]

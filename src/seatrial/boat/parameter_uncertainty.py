@@ -9,10 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.filter_noise import COLOUR, COLOUR_TURN, MEMORY, NOISE_START, correlated_vector
-from seatrial.frames import SYMBOLS, Array
-from seatrial.model import Model
-from seatrial.schema import NoiseEntry
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import (
+    COLOUR,
+    COLOUR_TURN,
+    MEMORY,
+    NOISE_START,
+    correlated_vector,
+)
+from seatrial.boat.schema import NoiseEntry
+from seatrial.util.frames import SYMBOLS, Array
 
 
 @dataclass(frozen=True)

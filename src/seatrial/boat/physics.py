@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.chain import STAGES, USES
-from seatrial.errors import ModelError
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.model import INTEGRATORS, Model
-from seatrial.structure import Structure, Term
-from seatrial.vehicle import WRENCH
+from seatrial.boat.actuators import STAGES, USES
+from seatrial.boat.model import INTEGRATORS, Model
+from seatrial.boat.structure import Structure, Term
+from seatrial.boat.vehicle import WRENCH
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
 STILL = 0.02  # share of the top speed at which a boat counts as stopped

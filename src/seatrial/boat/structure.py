@@ -13,9 +13,9 @@ from functools import cached_property
 from importlib import resources
 
 from seatrial import _core
-from seatrial.errors import StructureError
-from seatrial.files import DIGITS, read_yaml
-from seatrial.frames import AXES, SYMBOLS
+from seatrial.util.errors import StructureError
+from seatrial.util.files import DIGITS, read_yaml
+from seatrial.util.frames import AXES, SYMBOLS
 
 VELOCITIES = ("u", "v", "r", "|u|", "|v|", "|r|")  # in the order of the core's Signal codes
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
@@ -222,7 +222,7 @@ def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]
 
 def named(name: str) -> dict[str, list[str]]:
     """The lines of a structure that comes with seatrial, for instance ``mallard``."""
-    folder = resources.files("seatrial") / "structures"
+    folder = resources.files("seatrial") / "data" / "structures"
     path = folder / f"{name}.yaml"
     if not path.is_file():
         known = sorted(p.name.removesuffix(".yaml") for p in folder.iterdir())

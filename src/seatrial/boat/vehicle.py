@@ -12,14 +12,15 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial import _core, structure
-from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
-from seatrial.chain import STAGES, ChainReader, Constants, stated
-from seatrial.errors import VehicleError
-from seatrial.files import convert, expect_format, read_yaml
-from seatrial.frames import AXES, Array, Axes
-from seatrial.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
-from seatrial.structure import Force, Structure
+from seatrial import _core
+from seatrial.boat import structure
+from seatrial.boat.actuators import STAGES, ChainReader, Constants, stated
+from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
+from seatrial.boat.structure import Force, Structure
+from seatrial.util.errors import VehicleError
+from seatrial.util.files import convert, expect_format, read_yaml
+from seatrial.util.frames import AXES, Array, Axes
 
 SAME_POINT = 1e-3  # [m]
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
@@ -289,7 +290,7 @@ class Vehicle:
 
 def load_vehicle(path: str | Path) -> Vehicle:
     """A vehicle from a file, or by the name of one that comes with seatrial."""
-    bundled = resources.files("seatrial") / "vehicles" / f"{path}.yaml"
+    bundled = resources.files("seatrial") / "data" / "vehicles" / f"{path}.yaml"
     given = Path(path)
     if not given.exists() and bundled.is_file():
         return vehicle_from(read_yaml(bundled), str(path))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from seatrial.commands import make_parser
 from seatrial.commands.shared import Command
-from seatrial.errors import SeatrialError
-from seatrial.progress import Progress
+from seatrial.util.errors import SeatrialError
+from seatrial.util.progress import Progress
 
 DONE, MISTAKE = 0, 1
 

@@ -4,9 +4,9 @@
 from itertools import product
 from typing import get_args
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.residuals import in_words
-from seatrial.validate import AxisScore, Interval, RecordingScore, Scores, Start
+from seatrial.evaluation.residuals import in_words
+from seatrial.evaluation.validation import AxisScore, Interval, RecordingScore, Scores, Start
+from seatrial.util.frames import AXES, SYMBOLS
 
 MOST_SAID = 2  # sentences on the residuals of a recording
 

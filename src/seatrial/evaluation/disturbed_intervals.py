@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial import _core
-from seatrial.filter_noise import OUTLIER
-from seatrial.frames import Array
-from seatrial.recording import Recording
+from seatrial.boat.noise_parameters import OUTLIER
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
 
 STANDS_OUT = "as far from what is predicted as elsewhere"  # notes of stretches have this
 CELL = 2.0  # [s] to which a stretch is known

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import filter_pass
-from seatrial.errors import ModelError
-from seatrial.filter_noise import noise_vector
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.parallel import cores
-from seatrial.recording import Recording
-from seatrial.velocity import Motion
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.evaluation.filtering import filter_pass
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array
+from seatrial.util.parallel import cores
 
 Poses = NDArray[np.int64]  # places of poses in a recording
 KNOWN = np.full(3, 1e-9)  # [m/s, m/s, rad/s] as good as exactly

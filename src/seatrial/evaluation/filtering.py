@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.errors import ModelError, RecordingError
-from seatrial.faults import FaultKind
-from seatrial.filter_noise import (
+from seatrial.boat.model import INTEGRATORS, Model
+from seatrial.boat.noise_parameters import (
     NOISE_FIRST,
     NOISE_START,
     OUTLIER,
@@ -24,14 +23,15 @@ from seatrial.filter_noise import (
     fitted_noise,
     noise_vector,
 )
-from seatrial.frames import Array, body_velocity
-from seatrial.model import INTEGRATORS, Model
-from seatrial.noise import pose_noise
-from seatrial.parallel import spread
-from seatrial.recording import Recording
-from seatrial.structure import Row
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion, stencil_deviation
+from seatrial.boat.structure import Row
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion, stencil_deviation
+from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.frames import Array, body_velocity
+from seatrial.util.parallel import spread
 
 VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
 NOISY = 0.3  # of it, from which on a stencil's noise matters where the filter begins afresh;

@@ -10,15 +10,15 @@ from collections.abc import Mapping, Sequence
 import msgspec
 import numpy as np
 
-from seatrial.bootstrap import block_length, block_sums, ratio_interval
-from seatrial.causal import believed_noise, causal
-from seatrial.errors import ModelError
-from seatrial.frames import SYMBOLS, Array, Mask
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON, Prediction, predict
-from seatrial.recording import Recording
-from seatrial.sanity import sanity
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
+from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import SYMBOLS, Array, Mask
 
 CELLS = ("model, stencil", "model, filter", "other, stencil", "other, filter")
 PAIRS = {  # cells that are compared: (over, under)

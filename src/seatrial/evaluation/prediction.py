@@ -7,14 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import ModelError, RecordingError
-from seatrial.foreseen import Poses, pushed, unsure
-from seatrial.frames import Array, Mask, Stamps, body_velocity
-from seatrial.model import Model
-from seatrial.parallel import cores
-from seatrial.recording import Recording
-from seatrial.stencil_noise import StencilNoise
-from seatrial.velocity import Motion, five_point_stencil, motion
+from seatrial.boat.model import Model
+from seatrial.evaluation.expected_error import Poses, pushed, unsure
+from seatrial.recording.recording import Recording
+from seatrial.recording.stencil_noise import StencilNoise
+from seatrial.recording.velocity import Motion, five_point_stencil, motion
+from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.frames import Array, Mask, Stamps, body_velocity
+from seatrial.util.parallel import cores
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 OFF, OFF_SHARE = 0.75, 0.05  # of a period, of the horizon: a pose that far from it will do

@@ -11,11 +11,11 @@ from statistics import NormalDist
 import msgspec
 import numpy as np
 
-from seatrial.causal import Causal
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.statistics import (
+from seatrial.boat.model import Model
+from seatrial.evaluation.filtering import Causal
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.statistics import (
     NORMAL_95,
     autocorrelation,
     bartlett_band,

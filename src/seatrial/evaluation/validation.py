@@ -9,21 +9,21 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.against import Against, against
-from seatrial.bootstrap import block_length, block_sums, ratio_interval
-from seatrial.causal import Causal, believed_noise, causal
-from seatrial.errors import ModelError, RecordingError
-from seatrial.excitation import excitation
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.identify.first_noise import loosened
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON, Lookahead, Prediction, predict
-from seatrial.recording import Recording
-from seatrial.residuals import Correlation, residuals
-from seatrial.sanity import sanity
-from seatrial.statistics import kurtosis
-from seatrial.stretches import stretches, stretches_said
-from seatrial.velocity import SLOW
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
+from seatrial.evaluation.disturbed_intervals import stretches, stretches_said
+from seatrial.evaluation.filtering import Causal, believed_noise, causal
+from seatrial.evaluation.head_to_head import Against, against
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, Lookahead, Prediction, predict
+from seatrial.evaluation.residuals import Correlation, residuals
+from seatrial.identification.likelihood.start_noise import loosened
+from seatrial.recording.excitation import excitation
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import SLOW
+from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
+from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.statistics import kurtosis
 
 SCORES_FORMAT = "scores 3"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]

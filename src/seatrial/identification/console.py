@@ -5,8 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.frames import AXES, Array, Axes
-from seatrial.identifiability import (
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity_line
+from seatrial.identification.regression.equation_error import METHOD
+from seatrial.identification.regression.smoother import METHOD as SMOOTHER
+from seatrial.identification.uncertainty.identifiability import (
     APART,
     SHARP,
     TOGETHER,
@@ -17,12 +20,9 @@ from seatrial.identifiability import (
     full_thrust,
     identifiability,
 )
-from seatrial.identify.equation_error import METHOD
-from seatrial.identify.smoother import METHOD as SMOOTHER
-from seatrial.model import Model
-from seatrial.sanity import sanity_line
-from seatrial.velocity import STENCIL_NOISE
-from seatrial.words import joined
+from seatrial.recording.velocity import STENCIL_NOISE
+from seatrial.util.format import joined
+from seatrial.util.frames import AXES, Array, Axes
 
 UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
 STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still

@@ -18,33 +18,38 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import earth_fixed, noise_vector
-from seatrial.frames import Array
-from seatrial.identify.agreement import disagreements
-from seatrial.identify.anew import anew
-from seatrial.identify.belief import believed, worth
-from seatrial.identify.bumps import bumps, bumps_said, bumps_tried
-from seatrial.identify.covariance import at_bounds, long_enough, sandwich
-from seatrial.identify.first_noise import first_noise
-from seatrial.identify.freeing import ASKED_FOR, freed, problem_of
-from seatrial.identify.hints import hints
-from seatrial.identify.kinks import as_likely
-from seatrial.identify.lever import first_lever, of_origin
-from seatrial.identify.problem import KINDS, LEVER, Prior, Problem
-from seatrial.identify.search import Point, astray, search
-from seatrial.identify.short_lag import by_squares
-from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
-from seatrial.identify.stages import OF_CHAIN, ONE_EDGE, staged, with_free_stages
-from seatrial.identify.start import start_values
-from seatrial.identify.wear import wear
-from seatrial.identify.whiteness import explained
-from seatrial.model import AT_BOUND, Model
-from seatrial.recording import Recording
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.statistics import inverse_of
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import motion
+from seatrial.boat.model import AT_BOUND, Model
+from seatrial.boat.noise_parameters import earth_fixed, noise_vector
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.diagnostics.external_disturbances import bumps, bumps_said, bumps_tried
+from seatrial.identification.diagnostics.homogeneity import disagreements
+from seatrial.identification.diagnostics.parameter_drift import wear
+from seatrial.identification.diagnostics.unmodelled_effects import hints
+from seatrial.identification.likelihood.fit_horizon import believed, worth
+from seatrial.identification.likelihood.noise_structures import anew
+from seatrial.identification.likelihood.optimiser import Point, astray, search
+from seatrial.identification.likelihood.problem import KINDS, LEVER, Prior, Problem
+from seatrial.identification.likelihood.start_noise import first_noise
+from seatrial.identification.likelihood.whiteness import explained
+from seatrial.identification.regression.start_lever import first_lever, of_origin
+from seatrial.identification.regression.start_values import start_values
+from seatrial.identification.selection.actuator_selection import ASKED_FOR, freed, problem_of
+from seatrial.identification.selection.actuator_stages import (
+    OF_CHAIN,
+    ONE_EDGE,
+    staged,
+    with_free_stages,
+)
+from seatrial.identification.solution import METHOD, Fit, OutputErrorSettings
+from seatrial.identification.uncertainty.covariance import at_bounds, long_enough, sandwich
+from seatrial.identification.uncertainty.dead_zone import as_likely
+from seatrial.identification.uncertainty.lag import by_squares
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import motion
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import inverse_of
 
 SHORT = 0.02  # [m] a lever arm that is none
 LONGEST = 0.3  # step times rate of the boat's quickest motion

@@ -8,25 +8,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError, RecordingError
-from seatrial.excitation import beyond_full, excitation, find_roles
-from seatrial.identify.equation_error import METHOD, EquationErrorSettings, equation_error
-from seatrial.identify.output_error import METHOD as OUTPUT_ERROR
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.prior import SPREAD as PRIOR_SPREAD
-from seatrial.identify.prior import check_prior, widened, with_prior_said
-from seatrial.identify.problem import KINDS
-from seatrial.identify.smoother import METHOD as SMOOTHER
-from seatrial.identify.smoother import smoother
-from seatrial.identify.text import caution, summary
-from seatrial.identify.weak_form import METHOD as WEAK_FORM
-from seatrial.identify.weak_form import weak_form
-from seatrial.inspect import implausible
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.sanity import concerns, sanity
-from seatrial.signs import check_apart
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.console import caution, summary
+from seatrial.identification.estimator import METHOD as OUTPUT_ERROR
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.likelihood.problem import KINDS
+from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
+from seatrial.identification.prior import check_prior, widened, with_prior_said
+from seatrial.identification.regression.equation_error import (
+    METHOD,
+    EquationErrorSettings,
+    equation_error,
+)
+from seatrial.identification.regression.smoother import METHOD as SMOOTHER
+from seatrial.identification.regression.smoother import smoother
+from seatrial.identification.regression.weak_form import METHOD as WEAK_FORM
+from seatrial.identification.regression.weak_form import weak_form
+from seatrial.inspection.consistency import check_apart
+from seatrial.inspection.overview import implausible
+from seatrial.recording.excitation import beyond_full, excitation, find_roles
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError, RecordingError
 
 METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR

@@ -5,22 +5,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.identify.belief import least_noise
-from seatrial.identify.bootstrap import LEVEL, bootstrap, intervals
-from seatrial.identify.covariance import sandwich
-from seatrial.identify.kinks import as_likely
-from seatrial.identify.minutes import minutes, minutes_text
-from seatrial.identify.output_error import fit
-from seatrial.identify.problem import KINDS
-from seatrial.identify.profile import Profile, profile
-from seatrial.identify.search import search
-from seatrial.identify.short_lag import by_squares
-from seatrial.identify.solution import METHOD, Fit, OutputErrorSettings
-from seatrial.identify.text import plus_minus, table
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.console import plus_minus, table
+from seatrial.identification.estimator import fit
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.optimiser import search
+from seatrial.identification.likelihood.problem import KINDS
+from seatrial.identification.solution import METHOD, Fit, OutputErrorSettings
+from seatrial.identification.uncertainty.bootstrap import LEVEL, bootstrap, intervals
+from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.identification.uncertainty.dead_zone import as_likely
+from seatrial.identification.uncertainty.lag import by_squares
+from seatrial.identification.uncertainty.profile import Profile, profile
+from seatrial.identification.uncertainty.record_length import minutes, minutes_text
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
 
 FEWEST = 40  # replicates that an interval can be read from
 

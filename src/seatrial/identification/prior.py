@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from seatrial.distributions import chi2_sf, holm, normal_two_sided
-from seatrial.errors import IdentificationError
-from seatrial.frames import AXES, SYMBOLS, Array, Axes
-from seatrial.identify.factors import CAUSES, thrust_and_drag
-from seatrial.model import Model
-from seatrial.structure import Structure, Term
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.structure import Structure, Term
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.diagnostics.scale_factors import CAUSES, thrust_and_drag
+from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
 
 SPREAD = 0.2  # relative change of a coefficient that is to be expected
 COMMON = (

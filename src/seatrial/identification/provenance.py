@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.faults import FaultKind
-from seatrial.frames import SYMBOLS, Array
-from seatrial.model import thrust_trace
-from seatrial.recording import Recording
-from seatrial.schema import EnvelopeEntry, RecordingEntry, SourceEntry
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.schema import EnvelopeEntry, RecordingEntry, SourceEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion
+from seatrial.util.frames import SYMBOLS, Array
 
 
 def envelope(

@@ -7,18 +7,18 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial.filter_noise import OUTLIER, folded, noise_entry
-from seatrial.frames import Array
-from seatrial.identify.belief import plain_noise
-from seatrial.identify.lever import of_origin
-from seatrial.identify.problem import EFFECTS, LEVER, Passes, Problem
-from seatrial.identify.provenance import envelope, recording_entry
-from seatrial.identify.search import Point
-from seatrial.model import LEVER_ERRORS, LEVER_TOLD, Model
-from seatrial.schema import EstimatorEntry, Integration, RecordingEntry
-from seatrial.statistics import BLOCK
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import LEVER_ERRORS, LEVER_TOLD, Model
+from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
+from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import EFFECTS, LEVER, Passes, Problem
+from seatrial.identification.provenance import envelope, recording_entry
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
 
 METHOD = "output-error"
 

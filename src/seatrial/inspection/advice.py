@@ -5,15 +5,15 @@ from collections.abc import Sequence, Set
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.excitation import EXCITED, Excitation, beyond_full
-from seatrial.frames import AXES
-from seatrial.inspect.coverage import InputUse
-from seatrial.noise import pose_noise
-from seatrial.recording import Recording
-from seatrial.sanity import ABSURD_SPEED
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import SLOW, motion, stencil_deviation
+from seatrial.boat.physics import ABSURD_SPEED
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.coverage import InputUse
+from seatrial.recording.excitation import EXCITED, Excitation, beyond_full
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import SLOW, motion, stencil_deviation
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES
 
 SHORT = 30.0  # [s] a recording below it says little
 UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm

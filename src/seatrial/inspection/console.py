@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """An inspection in words, for the terminal."""
 
-from seatrial.excitation import EXCITED, beyond_full
-from seatrial.inspect import FaultSummary, Inspection, RecordingView
-from seatrial.inspect.coverage import AxisCoverage, InputUse
-from seatrial.streams import Clock, Stream, rhythm
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.coverage import AxisCoverage, InputUse
+from seatrial.inspection.overview import FaultSummary, Inspection, RecordingView
+from seatrial.recording.excitation import EXCITED, beyond_full
+from seatrial.recording.timing import Clock, Stream, rhythm
 
 SIDES = {  # directions in words, by axes
     "forward-left-up": (("forward", "back"), ("left", "right"), ("turning left", "turning right")),

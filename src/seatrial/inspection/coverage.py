@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.excitation import Excitation, even_times, excitation
-from seatrial.faults import GAP_FACTOR
-from seatrial.frames import AXES, Array
-from seatrial.model import thrust_trace
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.excitation import Excitation, even_times, excitation
+from seatrial.recording.pose_faults import GAP_FACTOR
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import AXES, Array
 
 REST = 0.05  # command below which an axis counts as at rest
 LEVELS = (1 / 3, 2 / 3)  # bounds of small, medium and large commands

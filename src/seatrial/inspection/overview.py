@@ -8,16 +8,16 @@ from typing import Any
 
 import msgspec
 
-from seatrial.errors import RecordingError
-from seatrial.inspect.clocks import clock_verdicts
-from seatrial.inspect.coverage import AxisCoverage, InputUse, coverage, input_use
-from seatrial.inspect.verdicts import implausible, jitter, verdicts
-from seatrial.noise import pose_noise
-from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
-from seatrial.signs import SignReport, check_apart
-from seatrial.streams import Stream
-from seatrial.vehicle import Vehicle
+from seatrial.boat.schema import NoiseEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.advice import implausible, jitter, verdicts
+from seatrial.inspection.consistency import SignReport, check_apart
+from seatrial.inspection.coverage import AxisCoverage, InputUse, coverage, input_use
+from seatrial.recording.clocks import clock_verdicts
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.timing import Stream
+from seatrial.util.errors import RecordingError
 
 __all__ = ["Inspection", "RecordingView", "implausible", "inspect", "inspection_json"]
 

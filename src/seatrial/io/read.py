@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.errors import FileError, RecordingError
-from seatrial.io.bags import is_bag
-from seatrial.io.from_bag import read_bag, recording_name
-from seatrial.io.poses import in_vehicle_terms, pose_columns
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.bags.opening import is_bag
+from seatrial.io.bags.poses import in_vehicle_terms, pose_columns
+from seatrial.io.bags.recording import read_bag, recording_name
 from seatrial.io.table import Table, checked_unit, nanoseconds, scaled
-from seatrial.recording import Recording, Signal, Source, make_recording, rising
-from seatrial.schema import Column
-from seatrial.streams import Clock, describe
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
+from seatrial.recording.timing import Clock, describe
+from seatrial.util.errors import FileError, RecordingError
 
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"

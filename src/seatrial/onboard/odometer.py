@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.frames import Array, frozen_array
-from seatrial.model import Model, load
-from seatrial.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
+from seatrial.boat.model import Model, load
+from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
+from seatrial.util.frames import Array, frozen_array
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.causal import VELOCITY_SPREAD
-from seatrial.doubt import believed_on_board
-from seatrial.errors import ModelError, PredictorError
-from seatrial.frames import SYMBOLS, Array, frozen_array
-from seatrial.model import Model, load
+from seatrial.boat.model import Model, load
+from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.util.errors import ModelError, PredictorError
+from seatrial.util.frames import SYMBOLS, Array, frozen_array
 
 Answer = tuple[float, Array, Array, Array, Array, float, int]
 POSE = ("x", "y", "psi")

@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from seatrial.streams import Clock, Delay, Stream, time_text
+from seatrial.recording.timing import Clock, Delay, Stream, time_text
 
 AHEAD = 0.002  # [s] a stamp this far after its arrival was made by another clock
 APART = 0.03  # [s] delays of two signals that differ by more are worth a word

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.frames import AXES, Array
-from seatrial.model import thrust_trace
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES, Array
 
 DOMINANT = 0.75  # share of the squared commands from which on a recording belongs to one axis
 FINE = 0.05  # [s] between looks at the commands

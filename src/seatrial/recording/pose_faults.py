@@ -8,9 +8,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array, Mask, Stamps
-from seatrial.streams import SHORTEST_SILENCE, beat, longest_rising, only_changes, silence
+from seatrial.recording.timing import SHORTEST_SILENCE, beat, longest_rising, only_changes, silence
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Mask, Stamps
 
 TWO_PLACES_SHARE = 0.12  # of the steps leap where two sources of poses are mixed,
 TWO_PLACES_STEPS = 20.0  # by this many usual steps,

@@ -4,10 +4,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array, Mask, body_velocity
-from seatrial.recording import Recording
-from seatrial.schema import CorrelatedEntry, NoiseEntry
+from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Mask, body_velocity
 
 EVEN = 0.5  # share of windows at even stamps, below which all are taken as uneven as they are
 EVENLY = 0.06  # periods by which the steps of such a window may differ: more, times a speed, looks like noise

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.faults import (
+from seatrial.recording.pose_faults import (
     UNKNOWN,
     Fault,
     FaultKind,
@@ -20,9 +19,10 @@ from seatrial.faults import (
     silences,
     usual_step,
 )
-from seatrial.files import sha256
-from seatrial.frames import Array, Mask, Stamps, frozen_array
-from seatrial.streams import Stream, only_changes
+from seatrial.recording.timing import Stream, only_changes
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import sha256
+from seatrial.util.frames import Array, Mask, Stamps, frozen_array
 
 BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag;
 AFTER = 1.0  # [s] and after it: their clock may be late, which looks like a negative latency

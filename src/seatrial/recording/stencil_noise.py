@@ -10,12 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array
-from seatrial.noise import coloured_ratio, left_of, noise_beside, pose_noise
-from seatrial.recording import Recording
-from seatrial.schema import CorrelatedEntry, NoiseEntry
-from seatrial.velocity import EVEN_WEIGHTS, STENCIL_CORRELATION, stencil_deviation
+from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
+from seatrial.recording.pose_noise import coloured_ratio, left_of, noise_beside, pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import EVEN_WEIGHTS, STENCIL_CORRELATION, stencil_deviation
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array, Mask, Stamps
+from seatrial.util.frames import Array, Mask, Stamps
 
 FEW = 20  # steps, of which no rhythm can be seen
 SILENCE = 10.0  # a hole in a rhythm is longer than this many periods ...

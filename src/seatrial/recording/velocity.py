@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array, Mask, body_velocity, frozen_array
-from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
+from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
 UNEVEN = 1.5  # a window with a step longer than this many usual ones is not differentiated
 NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either

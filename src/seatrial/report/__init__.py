@@ -4,16 +4,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.files import write_text
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.recording import Recording
-from seatrial.report.evidence import collect
-from seatrial.report.export import write_figures, write_tables
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.model_evidence import collect
+from seatrial.report.figures.png import check
 from seatrial.report.page import page
-from seatrial.report.png import check
+from seatrial.report.papers import write_figures, write_tables
 from seatrial.report.sections import Section, sections
 from seatrial.report.sections.base import store_of
+from seatrial.util.files import write_text
 
 __all__ = ["report", "write_report"]
 

@@ -8,8 +8,8 @@ from html import escape
 from importlib import resources
 from importlib.metadata import version
 
-from seatrial.report.draw.base import Figure
-from seatrial.report.embed import pack
+from seatrial.report.figures.base import Figure
+from seatrial.report.figures.embed import pack
 from seatrial.report.sections.base import Section
 
 # The browser itself refuses every request, whatever a name in the file may try.
@@ -72,4 +72,4 @@ def _kept_together(html: str) -> str:
 @cache
 def _asset(name: str) -> str:
     """A file that lies beside this one."""
-    return (resources.files("seatrial.report") / name).read_text(encoding="utf-8")
+    return (resources.files("seatrial.report") / "assets" / name).read_text(encoding="utf-8")

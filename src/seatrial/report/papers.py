@@ -5,11 +5,11 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from seatrial.files import write_bytes, write_text
+from seatrial.report.figures.png import png
+from seatrial.report.figures.svg import svg
 from seatrial.report.page import stores
-from seatrial.report.png import png
 from seatrial.report.sections.base import ALL, Section
-from seatrial.report.svg import svg
+from seatrial.util.files import write_bytes, write_text
 
 
 def write_figures(

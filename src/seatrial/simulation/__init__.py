@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """A simulator to develop against: identified boats in a pool, with walls, current and sensors."""
 
-from seatrial.sim.readings import ImuReading, PoseReading, Reading, Scan
-from seatrial.sim.scene import Scene, SceneFile, load_scene
-from seatrial.sim.sensors import ImuSettings, LidarSettings, PoseSettings, Sensors
-from seatrial.sim.world import SimulatedBoat, Simulator, World
+from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
+from seatrial.simulation.scene import Scene, SceneFile, load_scene
+from seatrial.simulation.sensors import ImuSettings, LidarSettings, PoseSettings, Sensors
+from seatrial.simulation.world import SimulatedBoat, Simulator, World
 
 __all__ = [
     "ImuReading",

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from seatrial import _core
-from seatrial.frames import AXES, Array
-from seatrial.plan import OperatorEntry, Pool
+from seatrial.simulation.plan import OperatorEntry, Pool
+from seatrial.util.frames import AXES, Array
 
 BRAKING = 0.12  # [m/s^2] what the operator expects of full reverse
 LOOK_AHEAD = 0.5  # [s]

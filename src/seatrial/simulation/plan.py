@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from seatrial.errors import FileError
-from seatrial.files import convert, expect_format, read_yaml
-from seatrial.schema import ChainGroup, NotNegative, Positive, Strict
+from seatrial.boat.schema import ChainGroup, NotNegative, Positive, Strict
+from seatrial.util.errors import FileError
+from seatrial.util.files import convert, expect_format, read_yaml
 
 PLAN_FORMAT = "plan 1"
 Range = tuple[float, float]
@@ -122,14 +122,14 @@ def with_seed(plan: PlanFile, seed: int) -> PlanFile:
 
 def plan_names() -> list[str]:
     """Plans that come with seatrial."""
-    folder = resources.files("seatrial") / "plans"
+    folder = resources.files("seatrial") / "data" / "plans"
     return sorted(
         p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml")
     )
 
 
 def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
-    bundled = resources.files("seatrial") / "plans" / f"{path}.yaml"
+    bundled = resources.files("seatrial") / "data" / "plans" / f"{path}.yaml"
     given = Path(path)
     if not given.exists() and not bundled.is_file():
         raise FileError(f"{path}: no such plan; give a file or one of {', '.join(plan_names())}")

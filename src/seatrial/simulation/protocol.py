@@ -8,12 +8,12 @@ from typing import Literal, get_args
 import msgspec
 import numpy as np
 
-from seatrial.errors import LiveError
-from seatrial.frames import POSE_SIGNS, Array, Axes
-from seatrial.live.lines import not_a_line
-from seatrial.schema import Strict
-from seatrial.sim.readings import ImuReading, PoseReading, Reading, Scan
-from seatrial.sim.world import SimulatedBoat
+from seatrial.boat.schema import Strict
+from seatrial.onboard.live.protocol import not_a_line
+from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
+from seatrial.simulation.world import SimulatedBoat
+from seatrial.util.errors import LiveError
+from seatrial.util.frames import POSE_SIGNS, Array, Axes
 
 Kind = Literal["pose", "truth", "imu", "scan", "command"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from seatrial import _core
-from seatrial.frames import Array, frozen_array
+from seatrial.util.frames import Array, frozen_array
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from typing import Final, Literal
 import numpy as np
 
 from seatrial import _core
-from seatrial.files import convert, expect_format, read_yaml
-from seatrial.frames import Array, frozen_array
-from seatrial.schema import Positive, Strict
-from seatrial.sim.sensors import Sensors
+from seatrial.boat.schema import Positive, Strict
+from seatrial.simulation.sensors import Sensors
+from seatrial.util.files import convert, expect_format, read_yaml
+from seatrial.util.frames import Array, frozen_array
 
 SCENE_FORMAT: Final = "scene 1"
 

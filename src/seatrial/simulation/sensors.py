@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import SimulatorError
-from seatrial.plan import PoseSensor
-from seatrial.schema import NotNegative, Positive, Strict
+from seatrial.boat.schema import NotNegative, Positive, Strict
+from seatrial.simulation.plan import PoseSensor
+from seatrial.util.errors import SimulatorError
 
 S = TypeVar("S", _core.PoseSensor, _core.Imu, _core.Lidar)
 Count = Annotated[int, msgspec.Meta(ge=1)]

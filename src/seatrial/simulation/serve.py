@@ -10,11 +10,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from seatrial.errors import LiveError, SimulatorError
-from seatrial.live.sources import Source
-from seatrial.sim.lines import KINDS, Kind, Writer, read_line
-from seatrial.sim.readings import ImuReading, PoseReading, Reading
-from seatrial.sim.world import World
+from seatrial.onboard.live.endpoints import Source
+from seatrial.simulation.protocol import KINDS, Kind, Writer, read_line
+from seatrial.simulation.readings import ImuReading, PoseReading, Reading
+from seatrial.simulation.world import World
+from seatrial.util.errors import LiveError, SimulatorError
 
 LONGEST_WAIT = 0.005  # [s] between looks at the clock
 BEHIND = 1.0  # [s] that are made up for at once; what is more was lost

@@ -9,16 +9,16 @@ from functools import cached_property
 import numpy as np
 
 from seatrial import _core
-from seatrial.allocation import Scheme
-from seatrial.errors import ModelError, VehicleError
-from seatrial.frames import Array, Mask, Stamps, body_velocity
-from seatrial.model import Model
-from seatrial.operators import make_operator
-from seatrial.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
-from seatrial.recording import Recording, Signal, make_recording
-from seatrial.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
-from seatrial.vehicle import WRENCH, Vehicle
-from seatrial.velocity import Motion
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.recording.velocity import Motion
+from seatrial.simulation.pilots import make_operator
+from seatrial.simulation.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
+from seatrial.util.errors import ModelError, VehicleError
+from seatrial.util.frames import Array, Mask, Stamps, body_velocity
 
 SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
 TRANSPORT = 0.002  # [s] from a message's making to its arrival at the recorder

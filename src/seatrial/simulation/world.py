@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.errors import ModelError, SimulatorError
-from seatrial.frames import Array
-from seatrial.model import Model, load
-from seatrial.predictor import row_of
-from seatrial.sim.readings import ImuReading, PoseReading, Reading, Scan, reading_of
-from seatrial.sim.scene import Scene, SceneFile, load_scene
-from seatrial.sim.sensors import Sensors, check, core_imu, core_lidar, core_pose
+from seatrial.boat.model import Model, load
+from seatrial.onboard.predictor import row_of
+from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan, reading_of
+from seatrial.simulation.scene import Scene, SceneFile, load_scene
+from seatrial.simulation.sensors import Sensors, check, core_imu, core_lidar, core_pose
+from seatrial.util.errors import ModelError, SimulatorError
+from seatrial.util.frames import Array
 
 R = TypeVar("R", bound=Reading)
 ABREAST = 1.5  # [m] to port of each other, where no scene says where boats begin

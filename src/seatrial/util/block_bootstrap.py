@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array, frozen_array
-from seatrial.statistics import autocorrelation
+from seatrial.util.frames import Array, frozen_array
+from seatrial.util.statistics import autocorrelation
 
 RESAMPLES = 1000
 SEED = 1

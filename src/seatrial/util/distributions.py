@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 _LEAST = 1e-300
 _ROUNDS = 10_000  # both expansions settle within about the square root of the shape

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 import msgspec
 import yaml
 
-from seatrial.errors import FileError
+from seatrial.util.errors import FileError
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable

@@ -4,7 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
 BLOCK = 10.0  # [s] over which errors may be correlated: blocks of it count as independent

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Thrust allocation for any geometry, and what each scheme costs a boat."""
 
-from seatrial.allocate.allocator import PRIORITY, Allocator, AllocatorScheme
-from seatrial.allocate.boat import load_boat
-from seatrial.allocate.comparison import AllocationComparison, compare_schemes
-from seatrial.allocate.effectiveness import Effectiveness, effectiveness
-from seatrial.allocate.text import allocation_json, allocation_text, wrench_text
+from seatrial.control.allocation.allocator import PRIORITY, Allocator, AllocatorScheme
+from seatrial.control.allocation.boat import load_boat
+from seatrial.control.allocation.console import allocation_json, allocation_text, wrench_text
+from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
+from seatrial.control.allocation.schemes import AllocationComparison, compare_schemes
 
 __all__ = [
     "PRIORITY",

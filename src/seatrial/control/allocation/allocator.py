@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.allocate.effectiveness import Effectiveness, effectiveness
-from seatrial.errors import AllocationError
-from seatrial.frames import AXES, Array, Mask, frozen_array
-from seatrial.model import Model
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
+from seatrial.util.errors import AllocationError
+from seatrial.util.frames import AXES, Array, Mask, frozen_array
 
 PRIORITY: Final = "yaw, surge+sway"
 MARGIN: Final = 0.04  # [command units] from a dead zone's edge to idling, as MallARD's F_os has

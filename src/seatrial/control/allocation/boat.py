@@ -3,10 +3,10 @@
 
 from pathlib import Path
 
-from seatrial.errors import VehicleError
-from seatrial.files import read_yaml
-from seatrial.model import Model, load
-from seatrial.vehicle import Vehicle, load_vehicle
+from seatrial.boat.model import Model, load
+from seatrial.boat.vehicle import Vehicle, load_vehicle
+from seatrial.util.errors import VehicleError
+from seatrial.util.files import read_yaml
 
 
 def load_boat(path: str | Path, vehicle: str | None = None) -> tuple[Model | Vehicle, Vehicle]:

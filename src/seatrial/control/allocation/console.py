@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.allocate.comparison import AllocationComparison, Drive, Row
-from seatrial.frames import AXES
-from seatrial.vehicle import WRENCH
+from seatrial.boat.vehicle import WRENCH
+from seatrial.control.allocation.schemes import AllocationComparison, Drive, Row
+from seatrial.util.frames import AXES
 
 WIDTH = 21  # [characters] of a scheme's name
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.allocation import thruster_matrix
-from seatrial.errors import AllocationError
-from seatrial.frames import AXES, Array
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.vehicle import WRENCH, Vehicle
+from seatrial.boat.allocation import thruster_matrix
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import AllocationError
+from seatrial.util.frames import AXES, Array
 
 
 @dataclass(frozen=True)

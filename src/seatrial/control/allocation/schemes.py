@@ -7,13 +7,13 @@ from typing import TypedDict
 
 import numpy as np
 
-from seatrial.allocate.allocator import HYSTERESIS, PRIORITY, Allocator, AllocatorScheme
-from seatrial.allocate.effectiveness import Effectiveness, effectiveness
-from seatrial.errors import AllocationError
-from seatrial.frames import Array, Mask, frozen_array
-from seatrial.model import Model
-from seatrial.recording import Recording, Signal
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.control.allocation.allocator import HYSTERESIS, PRIORITY, Allocator, AllocatorScheme
+from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
+from seatrial.recording.recording import Recording, Signal
+from seatrial.util.errors import AllocationError
+from seatrial.util.frames import Array, Mask, frozen_array
 
 PLAIN = "moore-penrose, plain"  # thrusts sent as commands, the curve left out
 RECORDED = "as recorded"

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from seatrial.errors import ControlError
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
+from seatrial.control.mpc.problem import MOTION, POSE, Grid, Weights
+from seatrial.control.mpc.step import Layout, step_function
+from seatrial.control.mpc.thrusters import by_thrusters, thrusters_of
 from seatrial.export.casadi import casadi_module
-from seatrial.frames import Array, frozen_array
-from seatrial.model import Model
-from seatrial.mpc.problem import MOTION, POSE, Grid, Weights
-from seatrial.mpc.step import Layout, step_function
-from seatrial.mpc.thrusters import by_thrusters, thrusters_of
-from seatrial.sanity import sanity
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array, frozen_array
 
 if TYPE_CHECKING:
     import casadi

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from seatrial.errors import ControlError
+from seatrial.boat.model import Model
+from seatrial.control.mpc.thrusters import Thrusters
 from seatrial.export.casadi import Symbol, casadi_dynamics, casadi_module
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.mpc.thrusters import Thrusters
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
 
 if TYPE_CHECKING:
     import casadi

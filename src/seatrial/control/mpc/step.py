@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from seatrial.boat.model import Model
+from seatrial.control.mpc.interior_point import minimum
+from seatrial.control.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
+from seatrial.control.mpc.thrusters import Thrusters
 from seatrial.export.casadi import Symbol, casadi_module
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.mpc.interior import minimum
-from seatrial.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
-from seatrial.mpc.thrusters import Thrusters
+from seatrial.util.frames import Array
 
 if TYPE_CHECKING:
     import casadi

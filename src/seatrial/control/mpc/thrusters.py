@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from seatrial.allocate import Allocator
-from seatrial.chain import SHORTEST_LAG
-from seatrial.errors import ControlError
-from seatrial.frames import Array, frozen_array
-from seatrial.model import Model
-from seatrial.schema import AllocationEntry
+from seatrial.boat.actuators import SHORTEST_LAG
+from seatrial.boat.model import Model
+from seatrial.boat.schema import AllocationEntry
+from seatrial.control.allocation import Allocator
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array, frozen_array
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
+from seatrial.boat.model import Model, load
 from seatrial.control.gains_file import GainsFile, gains_of, load_gains
-from seatrial.control.linear import linearise
-from seatrial.control.reference import Reference
-from seatrial.control.tuning import Tuning
-from seatrial.errors import ControlError
-from seatrial.frames import Array
-from seatrial.model import Model, load
-from seatrial.predictor import row_of
+from seatrial.control.tracking.reference import Reference
+from seatrial.control.tuning.design import Tuning
+from seatrial.control.tuning.linear import linearise
+from seatrial.onboard.predictor import row_of
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
 
 SAME = 1e-6  # by which two authorities may differ
 

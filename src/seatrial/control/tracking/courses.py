@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.control.linear import LinearBoat, linearise, steady_motions
-from seatrial.control.reference import Reference
-from seatrial.errors import ControlError
-from seatrial.frames import Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.control.tracking.reference import Reference
+from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
 
 Jet = tuple[float, float, float]  # a value and its first two derivatives
 SHARE = (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array, body_velocity, frozen_array
+from seatrial.util.frames import Array, body_velocity, frozen_array
 
 
 @dataclass(frozen=True)

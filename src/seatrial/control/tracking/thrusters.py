@@ -7,13 +7,13 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.allocate import Allocator, AllocatorScheme
-from seatrial.allocate.effectiveness import effectiveness
-from seatrial.allocation import Scheme
-from seatrial.errors import ControlError
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.schema import NotNegative, Positive, Strict
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
+from seatrial.boat.schema import NotNegative, Positive, Strict
+from seatrial.control.allocation import Allocator, AllocatorScheme
+from seatrial.control.allocation.effectiveness import effectiveness
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
 
 VEHICLE: Final = "vehicle"  # the boat allocates by itself
 ALLOCATIONS: Final = (VEHICLE, *(scheme.value for scheme in AllocatorScheme))

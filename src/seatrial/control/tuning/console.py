@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from seatrial.control.dead_zone import dead_zone
-from seatrial.control.loops import Margins
-from seatrial.control.tuning import LIMIT, Tuning
-from seatrial.frames import AXES
-from seatrial.identify.text import table
+from seatrial.control.tuning.dead_zone import dead_zone
+from seatrial.control.tuning.design import LIMIT, Tuning
+from seatrial.control.tuning.loops import Margins
+from seatrial.identification.console import table
+from seatrial.util.frames import AXES
 
 UNITS = ("m", "m", "rad")
 

@@ -4,11 +4,11 @@
 import numpy as np
 
 from seatrial import _core
-from seatrial.allocate import Allocator
-from seatrial.control.linear import LinearBoat, chords
-from seatrial.control.thrusters import wrench_of
-from seatrial.frames import Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.control.allocation import Allocator
+from seatrial.control.tracking.thrusters import wrench_of
+from seatrial.control.tuning.linear import LinearBoat, chords
+from seatrial.util.frames import Array
 
 STEPS = 1000  # of an axis command from 0 to 1
 FELT = 1e-4  # of the acceleration by a full axis command

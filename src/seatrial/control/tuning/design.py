@@ -6,15 +6,15 @@ from typing import Literal
 
 import numpy as np
 
-from seatrial.allocate import Allocator
-from seatrial.control.linear import LinearBoat, linearise, steepest
-from seatrial.control.loops import Feedback, Margins, frequencies, margins
-from seatrial.control.robust import DRAWS, SEED, draws_of, worst_of
-from seatrial.control.rules import Gains, pd_gains, pid_gains
-from seatrial.control.thrusters import VEHICLE, allocator_for
-from seatrial.errors import ControlError
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.control.allocation import Allocator
+from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
+from seatrial.control.tuning.linear import LinearBoat, linearise, steepest
+from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
+from seatrial.control.tuning.robustness import DRAWS, SEED, draws_of, worst_of
+from seatrial.control.tuning.rules import Gains, pd_gains, pid_gains
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 Action = Literal["pid", "pd"]
 KNOB = 1.0  # [s]

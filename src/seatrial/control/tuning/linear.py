@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.errors import ControlError, ModelError
-from seatrial.frames import AXES, SYMBOLS, Array, frozen_array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.util.errors import ControlError, ModelError
+from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
 
 Complex = NDArray[np.complex128]
 SMALL = 1e-3  # of a command: within every limit

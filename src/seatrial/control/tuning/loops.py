@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.control.linear import Complex, LinearBoat
-from seatrial.control.rules import Gains
-from seatrial.frames import Array, Mask
+from seatrial.control.tuning.linear import Complex, LinearBoat
+from seatrial.control.tuning.rules import Gains
+from seatrial.util.frames import Array, Mask
 
 GRID = 400  # frequencies of a loop that is shown
 SLOWEST, FASTEST = 1e-3, 100.0  # of the grid, over the slowest and the fastest time constant

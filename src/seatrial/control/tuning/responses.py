@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.control.linear import Complex, LinearBoat
-from seatrial.control.loops import Feedback, frequencies, open_loop
-from seatrial.control.robust import draws_of
-from seatrial.control.tuning import Tuning
-from seatrial.frames import Array, frozen_array
+from seatrial.control.tuning.design import Tuning
+from seatrial.control.tuning.linear import Complex, LinearBoat
+from seatrial.control.tuning.loops import Feedback, frequencies, open_loop
+from seatrial.control.tuning.robustness import draws_of
+from seatrial.util.frames import Array, frozen_array
 
 SHOWN = 40  # draws that a band is made of
 POINTS = 160  # frequencies of a Bode plot

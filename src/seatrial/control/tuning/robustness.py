@@ -6,11 +6,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from seatrial.control.linear import LinearBoat, redrawn
-from seatrial.control.loops import Feedback, Margins, frequencies, margins
-from seatrial.control.rules import Gains
-from seatrial.frames import Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.control.tuning.linear import LinearBoat, redrawn
+from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
+from seatrial.control.tuning.rules import Gains
+from seatrial.util.frames import Array
 
 DRAWS = 200
 SEED = 1

@@ -6,9 +6,11 @@ from typing import Any
 
 import msgspec
 
-from seatrial.compare.boats import AxisMeaning, meaning, notes, same_data
-from seatrial.compare.chance import luck
-from seatrial.compare.parameters import (
+from seatrial.boat.model import Model
+from seatrial.boat.schema import NoiseEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.comparison.boats import AxisMeaning, meaning, notes, same_data
+from seatrial.evaluation.comparison.parameters import (
     Factor,
     Joint,
     OneSided,
@@ -20,7 +22,7 @@ from seatrial.compare.parameters import (
     unlike,
     views,
 )
-from seatrial.compare.prediction import (
+from seatrial.evaluation.comparison.prediction import (
     Ahead,
     about_one_point,
     ahead,
@@ -28,12 +30,10 @@ from seatrial.compare.prediction import (
     same_drive,
     verdict,
 )
-from seatrial.errors import ModelError
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
-from seatrial.vehicle import Vehicle
+from seatrial.evaluation.comparison.significance import luck
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import ModelError
 
 COMPARISON_FORMAT = "comparison 1"
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import msgspec
 
-from seatrial.compare.parameters import EDGES, View, fixed_terms
-from seatrial.errors import ModelError
-from seatrial.frames import AXES, SYMBOLS, Axes
-from seatrial.identify.equation_error import METHOD as EQUATION_ERROR
-from seatrial.model import Model
-from seatrial.sanity import AxisSanity, sanity
-from seatrial.schema import DeadZone, EnvelopeEntry, RecordingEntry
-from seatrial.vehicle import as_column
+from seatrial.boat.model import Model
+from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.schema import DeadZone, EnvelopeEntry, RecordingEntry
+from seatrial.boat.vehicle import as_column
+from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
+from seatrial.identification.regression.equation_error import METHOD as EQUATION_ERROR
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import AXES, SYMBOLS, Axes
 
 WIDER = 1.3  # ratio of speeds from which on an envelope is another
 

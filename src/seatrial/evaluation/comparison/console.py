@@ -4,12 +4,12 @@
 from collections.abc import Iterator
 from math import floor, log10
 
-from seatrial.compare import Comparison, Side
-from seatrial.compare.parameters import SIGNIFICANT, Factor, OneSided, Pair
-from seatrial.compare.prediction import Ahead, AxisDifference, beyond_luck
-from seatrial.frames import AXES, SYMBOLS, Axes
-from seatrial.identify.text import plus_minus
-from seatrial.schema import CorrelatedEntry
+from seatrial.boat.schema import CorrelatedEntry
+from seatrial.evaluation.comparison import Comparison, Side
+from seatrial.evaluation.comparison.parameters import SIGNIFICANT, Factor, OneSided, Pair
+from seatrial.evaluation.comparison.prediction import Ahead, AxisDifference, beyond_luck
+from seatrial.identification.console import plus_minus
+from seatrial.util.frames import AXES, SYMBOLS, Axes
 
 TOLD = (
     2.4  # standard errors: by chance one of three axes is that far from 1 in one comparison of 20

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from seatrial.allocation import Scheme
-from seatrial.chain import STAGES
-from seatrial.distributions import chi2_sf, holm, normal_two_sided
-from seatrial.frames import AXES, Array
-from seatrial.model import Model
-from seatrial.statistics import inverse_of
-from seatrial.structure import Term
-from seatrial.vehicle import WRENCH, Vehicle
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
+from seatrial.boat.structure import Term
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
+from seatrial.util.frames import AXES, Array
+from seatrial.util.statistics import inverse_of
 
 SIGNIFICANT = 0.05
 UNKNOWN = 10.0  # times its value a standard error that says nothing of it

@@ -8,18 +8,18 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.bootstrap import block_length, block_sums, draws
-from seatrial.causal import believed_noise, causal
-from seatrial.compare.chance import Luck, forms
-from seatrial.distributions import holm, normal_two_sided
-from seatrial.errors import ModelError, SeatrialError
-from seatrial.frames import SYMBOLS, Array, Axes
-from seatrial.model import Model
-from seatrial.predict import predict
-from seatrial.recording import Recording
-from seatrial.validate import seen
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.comparison.significance import Luck, forms
+from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.prediction import predict
+from seatrial.evaluation.validation import seen
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.block_bootstrap import block_length, block_sums, draws
+from seatrial.util.distributions import holm, normal_two_sided
+from seatrial.util.errors import ModelError, SeatrialError
+from seatrial.util.frames import SYMBOLS, Array, Axes
 
 SETTLING = 2.0  # [s] that the filters have before predictions start from them
 CHANCE = 0.05  # of a verdict that is wrong

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.compare.parameters import Pair, View
-from seatrial.foreseen import Poses, slopes_of
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.statistics import inverse_of
-from seatrial.velocity import Motion
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison.parameters import Pair, View
+from seatrial.evaluation.expected_error import Poses, slopes_of
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion
+from seatrial.util.frames import Array
+from seatrial.util.statistics import inverse_of
 
 MOST = 2000  # predictions of a recording whose slopes are taken: more say nothing that is new
 

@@ -13,13 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError, RecordingError
-from seatrial.frames import Array
-from seatrial.identify.covariance import sandwich
-from seatrial.identify.first_noise import loosened
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point, search
-from seatrial.stretches import (
+from seatrial.evaluation.disturbed_intervals import (
     MANY,
     MOST,
     Stretch,
@@ -28,6 +22,12 @@ from seatrial.stretches import (
     stretches_said,
     together,
 )
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.start_noise import loosened
+from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.util.errors import IdentificationError, RecordingError
+from seatrial.util.frames import Array
 
 ROUNDS = 4  # of looking and fitting
 END, END_SHARE = 20.0, 0.15  # [s] and of a recording, that its beginning and its end are

@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Axes
-from seatrial.identify.problem import Problem
-from seatrial.identify.score_test import MUCH
-from seatrial.identify.search import Point, search
-from seatrial.recording import Recording
-from seatrial.schema import TO_SI
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.boat.schema import TO_SI
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.selection.score_test import MUCH
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Axes
 
 STEP = 0.05  # [rad] by which poses are turned to see what it does
 MOST = 0.15  # [rad] at once: further off the parabola is none

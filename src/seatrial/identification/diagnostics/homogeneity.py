@@ -8,10 +8,17 @@ none, and its errors do not say so. So each recording's own factor is tested, an
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identify.factors import SHARP, WORTH, Change, Told, WithFactors, changes
-from seatrial.identify.score_test import ScoreTest, score_test
-from seatrial.identify.search import Point
+from seatrial.identification.diagnostics.scale_factors import (
+    SHARP,
+    WORTH,
+    Change,
+    Told,
+    WithFactors,
+    changes,
+)
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.selection.score_test import ScoreTest, score_test
+from seatrial.util.frames import Array
 
 LATER = 0.04  # [s] between recordings: less is nothing to speak of
 DISAGREE = "the recordings do not agree"  # begins what is said of them

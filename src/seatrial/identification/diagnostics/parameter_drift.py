@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array
-from seatrial.identify.factors import SHARP, Change, changes
-from seatrial.identify.problem import Passes
-from seatrial.identify.score_test import ScoreTest
-from seatrial.identify.search import Point
+from seatrial.identification.diagnostics.scale_factors import SHARP, Change, changes
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import Passes
+from seatrial.identification.selection.score_test import ScoreTest
+from seatrial.util.frames import Array
 
 CHANGES = "the boat changes in the course of a recording"  # begins what is said of it
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import AXES, Array
-from seatrial.identify.score_test import ScoreTest
-from seatrial.identify.search import Point
-from seatrial.structure import Structure
-from seatrial.vehicle import Vehicle
+from seatrial.boat.structure import Structure
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.selection.score_test import ScoreTest
+from seatrial.util.frames import AXES, Array
 
 WORTH = 20.0  # fall of -2 log likelihood from which on factors are worth a word
 SHARP = (

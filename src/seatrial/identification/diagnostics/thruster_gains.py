@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial import _core
-from seatrial.chain import STAGES
-from seatrial.frames import Array
-from seatrial.identify.problem import Prior, Problem
-from seatrial.recording import Recording
-from seatrial.schema import ChainGroup
-from seatrial.vehicle import Vehicle
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.schema import ChainGroup
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.problem import Prior, Problem
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
 
 ROWS = 2000  # of commands that are looked at
 TOLD = 1e-3  # share of the forces: less that other gains change can't be told from coefficients

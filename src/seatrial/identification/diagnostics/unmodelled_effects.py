@@ -7,16 +7,16 @@ from functools import partial
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import DISTURBANCES, PROCESS, RAISED
-from seatrial.frames import Array
-from seatrial.identify.belief import least_noise
-from seatrial.identify.heading import askew, askew_said
-from seatrial.identify.problem import KINDS, Problem
-from seatrial.identify.score_test import MUCH, ScoreTest, score_test
-from seatrial.identify.search import Point, search
-from seatrial.identify.unequal import with_gains
-from seatrial.identify.whiteness import explained
+from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
+from seatrial.identification.diagnostics.heading_offset import askew, askew_said
+from seatrial.identification.diagnostics.thruster_gains import with_gains
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.problem import KINDS, Problem
+from seatrial.identification.likelihood.whiteness import explained
+from seatrial.identification.selection.score_test import MUCH, ScoreTest, score_test
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 
 ASKED = "more than half of the unmodelled force would be explained by"  # notes of effects begin so
 WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word

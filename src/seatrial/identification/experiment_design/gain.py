@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.advice.information import Alone, Around, information_of
-from seatrial.advice.manoeuvres import LENGTH, Manoeuvre, manoeuvres
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.recording import Recording, Signal
+from seatrial.boat.model import Model
+from seatrial.identification.experiment_design.information import Alone, Around, information_of
+from seatrial.identification.experiment_design.manoeuvres import LENGTH, Manoeuvre, manoeuvres
+from seatrial.recording.recording import Recording, Signal
+from seatrial.util.frames import Array
 
 NEARLY = 1.25  # times the shortest time that a simpler manoeuvre may take instead
 MOST = 24 * 3600.0  # [s] that are looked through

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.causal import believed_noise
-from seatrial.errors import ModelError
-from seatrial.filter_noise import OUTLIER, earth_fixed
-from seatrial.frames import Array
-from seatrial.identifiability.verdict import TYPICAL
-from seatrial.identify.belief import least_noise
-from seatrial.identify.problem import Passes, Problem
-from seatrial.model import Model
-from seatrial.parallel import spread
-from seatrial.recording import Recording
-from seatrial.statistics import BLOCK
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
+from seatrial.evaluation.filtering import believed_noise
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.problem import Passes, Problem
+from seatrial.identification.uncertainty.parameter_verdict import TYPICAL
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
+from seatrial.util.statistics import BLOCK
 
 LOST = 1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
 STEPS, SETTLED = 6, 0.1  # of the search; a step that gains less of the cost is the last

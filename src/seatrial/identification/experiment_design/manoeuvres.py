@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import AXES, Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.util.frames import AXES, Array
 
 LENGTH = 60.0  # [s] of a manoeuvre
 TICK = 0.1  # [s] between its commands

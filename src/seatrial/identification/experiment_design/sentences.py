@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.advice.gain import Gain
-from seatrial.identifiability import Identifiability, Verdict
-from seatrial.statistics import NORMAL_95
-from seatrial.words import joined
+from seatrial.identification.experiment_design.gain import Gain
+from seatrial.identification.uncertainty.identifiability import Identifiability, Verdict
+from seatrial.util.format import joined
+from seatrial.util.statistics import NORMAL_95
 
 MOST_SAID = 4  # sentences
 LONG = 1800.0  # [s] more than this nobody drives for one number

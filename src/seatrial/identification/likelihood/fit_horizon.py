@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError, ModelError, RecordingError
-from seatrial.filter_noise import (
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import (
     DISTURBANCES,
     NOISE_LEAST,
     PROCESS,
@@ -23,18 +23,18 @@ from seatrial.filter_noise import (
     likelier_noise,
     noise_entry,
 )
-from seatrial.frames import AXES, Array
-from seatrial.identify.anew import WORTH, reframed
-from seatrial.identify.factors import thrust_and_drag
-from seatrial.identify.lever import of_origin
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point, search
-from seatrial.identify.whiteness import explained, pattern, white
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON, predict
-from seatrial.schema import EnvelopeEntry, Integration
-from seatrial.statistics import inverse_of
-from seatrial.velocity import motion
+from seatrial.boat.schema import EnvelopeEntry, Integration
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
+from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
+from seatrial.identification.likelihood.noise_structures import WORTH, reframed
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.whiteness import explained, pattern, white
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.recording.velocity import motion
+from seatrial.util.errors import IdentificationError, ModelError, RecordingError
+from seatrial.util.frames import AXES, Array
+from seatrial.util.statistics import inverse_of
 
 SHARES = (0.2, 0.8)  # of the way gone in one second
 LOSS = 0.01  # share of the error one second ahead that a looser belief may cost

@@ -20,8 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import (
+from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_MEMORY,
     COLOUR_TURN,
@@ -35,20 +34,21 @@ from seatrial.filter_noise import (
     fitted_noise,
     repeated_cost,
 )
-from seatrial.frames import Array
-from seatrial.identify.first_noise import (
+from seatrial.identification.likelihood.optimiser import NOTHING, Point, approach, descend
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.start_noise import (
     LASTING,
     all_coloured,
     lasting,
     pushed_and_coloured,
     swinging,
 )
-from seatrial.identify.lever import of_origin
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import NOTHING, Point, approach, descend
-from seatrial.identify.start import start_values
-from seatrial.identify.weak_rows import Widths
-from seatrial.identify.whiteness import white
+from seatrial.identification.likelihood.whiteness import white
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.regression.start_values import start_values
+from seatrial.identification.regression.weak_rows import Widths
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 
 WIDE = Widths(0.6, 3.0)  # [s] of windows that see the boat, and no waves
 BRIEF = (3.0, 0.3)  # times the white errors, [s]: errors of the poses that a drift is none of

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import (
+from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_MEMORY,
     NOISE_LEAST,
@@ -26,9 +25,10 @@ from seatrial.filter_noise import (
     repeated_cost,
     swings,
 )
-from seatrial.frames import Array
-from seatrial.identify.first_noise import all_coloured, loosened
-from seatrial.identify.problem import Passes, Problem
+from seatrial.identification.likelihood.problem import Passes, Problem
+from seatrial.identification.likelihood.start_noise import all_coloured, loosened
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 
 FAR = 10.0  # the cost's fall by other noise from which on the search is far from its end
 TINY = 1e-12

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import disturbed, series
-from seatrial.frames import SYMBOLS, Array
-from seatrial.model import thrust_trace
-from seatrial.parallel import spread
-from seatrial.recording import Recording
-from seatrial.structure import Structure
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.structure import Structure
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.filtering import disturbed, series
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.parallel import spread
 
 LEVER = ("lever_x", "lever_y")  # [m] the measured point from the origin
 EFFECTS = (  # of one recording, in the order of the core's Effects after the lever arm

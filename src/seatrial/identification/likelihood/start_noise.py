@@ -10,8 +10,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.filter_noise import (
+from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_MEMORY,
     COLOUR_TURN,
@@ -22,10 +21,11 @@ from seatrial.filter_noise import (
     NOISE_START,
     PROCESS,
 )
-from seatrial.frames import Array
-from seatrial.noise import coloured_ratio, pose_noise
-from seatrial.recording import Recording
-from seatrial.schema import CorrelatedEntry
+from seatrial.boat.schema import CorrelatedEntry
+from seatrial.recording.pose_noise import coloured_ratio, pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 # walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])

@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from seatrial.filter_noise import NOISE_LEAST, OUTLIER, PROCESS
-from seatrial.identify.search import Point
+from seatrial.boat.noise_parameters import NOISE_LEAST, OUTLIER, PROCESS
+from seatrial.identification.likelihood.optimiser import Point
 
 LAGS = 10  # poses over which the filter's errors are looked at
 PATTERN = 0.06  # autocorrelation from which on they follow one; right models' are half of it

@@ -11,22 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.excitation import find_roles
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.identify.least_squares import Fit, solve
-from seatrial.identify.provenance import envelope, recording_entry
-from seatrial.model import Model, thrust_trace
-from seatrial.noise import pose_noise
-from seatrial.recording import Recording
-from seatrial.schema import (
-    EstimatorEntry,
-    Integration,
-    StepEntry,
-)
-from seatrial.structure import Structure, Term
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import Model, thrust_trace
+from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
+from seatrial.boat.structure import Structure, Term
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.provenance import envelope, recording_entry
+from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 METHOD = "equation-error"
 EQUATIONS = ("Eq. (14)", "Eq. (15)", "Eq. (16)")  # surge, sway, yaw; Eq. (17) is the coupled step

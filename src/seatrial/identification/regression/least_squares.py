@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 
 SINGULAR = 1e6  # condition of the column-scaled regressor from which on it counts as singular
 ROWS_PER_COEFFICIENT = 20  # fewer rows than this are no recording

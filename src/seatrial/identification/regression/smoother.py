@@ -16,10 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Mask, body_velocity
-from seatrial.identify.start import Design, search, widened
-from seatrial.identify.weak_form import (
+from seatrial.boat.model import Model, thrust_trace
+from seatrial.boat.schema import EstimatorEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.regression.start_values import Design, search, widened
+from seatrial.identification.regression.weak_form import (
     checked,
     model_of,
     numbered_blocks,
@@ -29,11 +30,10 @@ from seatrial.identify.weak_form import (
     step_entry,
     to_find,
 )
-from seatrial.model import Model, thrust_trace
-from seatrial.recording import Recording
-from seatrial.schema import EstimatorEntry
-from seatrial.statistics import BLOCK
-from seatrial.vehicle import Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Mask, body_velocity
+from seatrial.util.statistics import BLOCK
 
 METHOD = "smoother"
 ROUGHNESS = 10.0 ** np.arange(-7.0, 5.0)  # jerk's intensity over pose noise, in pose periods

@@ -10,11 +10,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identify.start import FINEST, STEPS, changes, evened, gathered, pieces, search
-from seatrial.identify.weak_rows import choose_widths
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.regression.start_values import (
+    FINEST,
+    STEPS,
+    changes,
+    evened,
+    gathered,
+    pieces,
+    search,
+)
+from seatrial.identification.regression.weak_rows import choose_widths
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
 
 PROBE = 0.1  # [m] for the derivative
 MOST_STEPS = 5

@@ -12,12 +12,12 @@ from typing import Protocol
 
 import numpy as np
 
-from seatrial.errors import IdentificationError, RecordingError
-from seatrial.faults import usual_step
-from seatrial.frames import Array, Mask
-from seatrial.identify.weak_rows import Weighed, Widths, choose_widths, weighed
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.regression.weak_rows import Weighed, Widths, choose_widths, weighed
+from seatrial.recording.pose_faults import usual_step
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError, RecordingError
+from seatrial.util.frames import Array, Mask
 
 FINEST = 1 / 30  # [s]
 OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly

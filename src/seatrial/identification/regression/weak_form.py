@@ -17,21 +17,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import IdentificationError
-from seatrial.excitation import find_roles
-from seatrial.frames import Array
-from seatrial.identify.equation_error import couplings
-from seatrial.identify.least_squares import Fit, solve
-from seatrial.identify.provenance import envelope, recording_entry
-from seatrial.identify.stages import with_free_stages
-from seatrial.identify.start import Change, Design, Found, changes, gathered, search, widened
-from seatrial.model import Model
-from seatrial.noise import pose_noise
-from seatrial.recording import Recording
-from seatrial.schema import EstimatorEntry, Integration, StepEntry
-from seatrial.statistics import BLOCK
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import motion
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.provenance import envelope, recording_entry
+from seatrial.identification.regression.equation_error import couplings
+from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.identification.regression.start_values import (
+    Change,
+    Design,
+    Found,
+    changes,
+    gathered,
+    search,
+    widened,
+)
+from seatrial.identification.selection.actuator_stages import with_free_stages
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import motion
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
 
 METHOD = "weak-form"
 STEP = 1 / 60  # [s] of the model's integration

@@ -20,14 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Mask
-from seatrial.model import thrust_trace
-from seatrial.noise import pose_noise
-from seatrial.recording import Recording
-from seatrial.signs.smooth import Complex, smooth_poses
-from seatrial.structure import VELOCITIES
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.structure import VELOCITIES
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.accelerations import Complex, smooth_poses
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Mask
 
 SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
 LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side

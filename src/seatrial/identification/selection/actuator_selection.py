@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Mask
-from seatrial.identify.belief import least_noise
-from seatrial.identify.covariance import sandwich
-from seatrial.identify.problem import Passes, Problem
-from seatrial.identify.score_test import ScoreTest, score_test
-from seatrial.identify.search import Point, search
-from seatrial.identify.solution import OutputErrorSettings
-from seatrial.identify.stages import extras
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.problem import Passes, Problem
+from seatrial.identification.selection.actuator_stages import extras
+from seatrial.identification.selection.score_test import ScoreTest, score_test
+from seatrial.identification.solution import OutputErrorSettings
+from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Mask
 
 MOST_EXTRAS = 5
 WORTH = 10.0  # fall of -2 log likelihood from which on a further stage is worth having

@@ -15,13 +15,13 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.allocation import thruster_matrix
-from seatrial.chain import ESTIMATE, STAGES, STARTS
-from seatrial.errors import VehicleError
-from seatrial.frames import Array
-from seatrial.recording import Recording
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.vehicle import WRENCH, Vehicle
+from seatrial.boat.actuators import ESTIMATE, STAGES, STARTS
+from seatrial.boat.allocation import thruster_matrix
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
 
 MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told

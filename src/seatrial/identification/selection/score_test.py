@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
 LIKELY = 5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp

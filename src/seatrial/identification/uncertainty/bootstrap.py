@@ -8,10 +8,10 @@ the recording as it is, so that no seam is made.
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identify.search import Point, step_within
-from seatrial.identify.solution import Fit
-from seatrial.parallel import spread
+from seatrial.identification.likelihood.optimiser import Point, step_within
+from seatrial.identification.solution import Fit
+from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 
 REPLICATES = 200
 STEPS = 6  # of Gauss and Newton's; one or two do where the likelihood is nearly quadratic

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import SYMBOLS, Array
-from seatrial.identifiability.verdict import Finding, Verdict, pure, verdict_of
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.identification.uncertainty.parameter_verdict import Finding, Verdict, pure, verdict_of
+from seatrial.util.frames import SYMBOLS, Array
 
 TOGETHER = 0.9  # correlation from which on it is said of two
 APART = 0.95  # from which on they can't be told apart

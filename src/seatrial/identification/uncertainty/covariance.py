@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array, Mask
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point
-from seatrial.statistics import TIED, inverse_of
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Mask
+from seatrial.util.statistics import TIED, inverse_of
 
 SHRINKAGE = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW = 2.0  # blocks a parameter, below which scatter below what the information says is chance

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.util.frames import Array
 
 KINKED = ("edge_forward", "edge_reverse", "pair_dead_zone")
 SHARP = 1e-3  # an edge to which hardly any command comes so near: there is nothing to see

@@ -5,10 +5,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identifiability.combine import APART, TOGETHER, Combination, Known, combinations
-from seatrial.identifiability.verdict import SHARP, Finding, Verdict, finding, full_thrust
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.identification.uncertainty.combinations import (
+    APART,
+    TOGETHER,
+    Combination,
+    Known,
+    combinations,
+)
+from seatrial.identification.uncertainty.parameter_verdict import (
+    SHARP,
+    Finding,
+    Verdict,
+    finding,
+    full_thrust,
+)
+from seatrial.util.frames import Array
 
 __all__ = [
     "APART", "SHARP", "TOGETHER", "Combination", "Finding", "Identifiability", "Verdict", "condition",

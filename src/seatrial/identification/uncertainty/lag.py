@@ -8,9 +8,9 @@ lag itself is the flatter the shorter it is, and by its curvature at the best an
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identify.search import Point
-from seatrial.statistics import NORMAL_95
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.util.frames import Array
+from seatrial.util.statistics import NORMAL_95
 
 LAG = "lag"
 MOSTLY = 0.5  # of what is known of it

@@ -7,10 +7,10 @@ from enum import Enum
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.sanity import TOLD_APART
-from seatrial.structure import Term
+from seatrial.boat.model import Model
+from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.structure import Term
+from seatrial.util.frames import Array
 
 SHARP, USABLE = 0.05, 0.2  # relative errors below which a parameter counts as such
 PARTNERS = 3

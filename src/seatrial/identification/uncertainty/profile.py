@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array
-from seatrial.identify.belief import least_noise
-from seatrial.identify.covariance import at_bounds, sandwich
-from seatrial.identify.search import Point, search
-from seatrial.identify.solution import Fit
-from seatrial.parallel import spread
-from seatrial.statistics import NORMAL_95, inverse_of
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.solution import Fit
+from seatrial.identification.uncertainty.covariance import at_bounds, sandwich
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
+from seatrial.util.statistics import NORMAL_95, inverse_of
 
 CLOSE = 0.02  # of a standard deviation: the end is found
 LOOKS = 16  # at most, to either side

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identifiability.verdict import SHARP, Verdict, verdict_of
-from seatrial.identify.covariance import at_bounds
-from seatrial.identify.search import Point
-from seatrial.identify.solution import Fit
-from seatrial.identify.text import minutes as spelled
-from seatrial.identify.text import table
+from seatrial.identification.console import minutes as spelled
+from seatrial.identification.console import table
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.solution import Fit
+from seatrial.identification.uncertainty.covariance import at_bounds
+from seatrial.identification.uncertainty.parameter_verdict import SHARP, Verdict, verdict_of
+from seatrial.util.frames import Array
 
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
 LEAST, MOST = 0.1, 1e4  # [min] that are looked through for half the error

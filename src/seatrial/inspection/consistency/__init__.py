@@ -11,11 +11,11 @@ the two is mirrored where one is; inputs that only ever enter as a sum, exchange
 hardly excited, which the report says.
 """
 
-from seatrial.signs.apart import check_apart
-from seatrial.signs.check import Gain, SignReport, check_signs
-from seatrial.signs.findings import Finding, Wrong
-from seatrial.signs.propose import Assignment, assignments
-from seatrial.signs.repair import Repair, mended
+from seatrial.inspection.consistency.between_recordings import check_apart
+from seatrial.inspection.consistency.check import Gain, SignReport, check_signs
+from seatrial.inspection.consistency.findings import Finding, Wrong
+from seatrial.inspection.consistency.propose import Assignment, assignments
+from seatrial.inspection.consistency.repair import Repair, mended
 
 __all__ = [
     "Assignment",

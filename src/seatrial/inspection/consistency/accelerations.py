@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array, Mask, Stamps
-from seatrial.recording import Signal
+from seatrial.recording.recording import Signal
+from seatrial.util.frames import Array, Mask, Stamps
 
 Complex = NDArray[np.complex128]
 

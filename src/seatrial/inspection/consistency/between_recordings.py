@@ -7,12 +7,12 @@ Taken together, recordings that contradict each other say something in between. 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatrial.recording import Recording
-from seatrial.signs.check import SignReport, check_signs
-from seatrial.signs.findings import Finding, Wrong
-from seatrial.signs.search import LONG, nearest_arm
-from seatrial.vehicle import Vehicle
-from seatrial.words import shortened
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.check import SignReport, check_signs
+from seatrial.inspection.consistency.findings import Finding, Wrong
+from seatrial.inspection.consistency.hypotheses import LONG, nearest_arm
+from seatrial.recording.recording import Recording
+from seatrial.util.format import shortened
 
 
 def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:

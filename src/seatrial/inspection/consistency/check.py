@@ -8,14 +8,22 @@ from itertools import combinations
 
 import numpy as np
 
-from seatrial.chain import STAGES
-from seatrial.errors import RecordingError
-from seatrial.frames import AXES, Array
-from seatrial.recording import Recording, Signal
-from seatrial.signs.clock import clock_offset, later
-from seatrial.signs.findings import Finding, clock_finding, findings
-from seatrial.signs.gains import Gains, Run, block_count, enough, gains, read_run, unexplained
-from seatrial.signs.poses import (
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.accelerations import held_rows
+from seatrial.inspection.consistency.clock import clock_offset, later
+from seatrial.inspection.consistency.findings import Finding, clock_finding, findings
+from seatrial.inspection.consistency.gains import (
+    Gains,
+    Run,
+    block_count,
+    enough,
+    gains,
+    read_run,
+    unexplained,
+)
+from seatrial.inspection.consistency.hypotheses import Search, negated, swapped
+from seatrial.inspection.consistency.poses import (
     as_measured,
     clearly_better,
     heading_unit,
@@ -23,10 +31,10 @@ from seatrial.signs.poses import (
     length_units,
     usual_speed,
 )
-from seatrial.signs.repair import Repair, mended
-from seatrial.signs.search import Search, negated, swapped
-from seatrial.signs.smooth import held_rows
-from seatrial.vehicle import Vehicle
+from seatrial.inspection.consistency.repair import Repair, mended
+from seatrial.recording.recording import Recording, Signal
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES, Array
 
 STRAIGHT = 0.1  # [rad] standard deviation of the heading on a way that shows no hand
 LONG = 7200.0  # [s] of recordings: of longer ones fewer windows tell as much

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.recording import Signal
-from seatrial.signs.gains import DELAYS, Run, cleared, left_over
-from seatrial.signs.smooth import smooth_signals
+from seatrial.inspection.consistency.accelerations import smooth_signals
+from seatrial.inspection.consistency.gains import DELAYS, Run, cleared, left_over
+from seatrial.recording.recording import Signal
+from seatrial.util.frames import Array
 
 OFFSETS = np.arange(-33, 34) * 0.15  # [s] 5 s to either side
 PARTS = 9  # one after the other: all at once would be large

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from seatrial.schema import Column
-from seatrial.signs.repair import POSE, Repair, cycles
-from seatrial.vehicle import Vehicle, as_column
-from seatrial.words import joined
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency.repair import POSE, Repair, cycles
+from seatrial.util.format import joined
 
 SPOKEN = {
     "m": "metres",

@@ -13,10 +13,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.frames import Array
-from seatrial.recording import Recording, Signal
-from seatrial.signs.smooth import STRIDE, Smooth, smooth_poses, smooth_signals
-from seatrial.statistics import BLOCK
+from seatrial.inspection.consistency.accelerations import (
+    STRIDE,
+    Smooth,
+    smooth_poses,
+    smooth_signals,
+)
+from seatrial.recording.recording import Recording, Signal
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
 
 DELAYS = (-0.15, 0.0, 0.15, 0.3, 0.45, 0.6)  # [s] from a command to its effect that are tried
 SHORT_BLOCK = 5.0  # [s] the same for comparing what is left unexplained

@@ -8,10 +8,10 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-from seatrial.frames import Array, Axes, Mask
-from seatrial.signs.gains import Gains
-from seatrial.signs.repair import Repair, edits_of
-from seatrial.vehicle import WRENCH, Vehicle
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.inspection.consistency.gains import Gains
+from seatrial.inspection.consistency.repair import Repair, edits_of
+from seatrial.util.frames import Array, Axes, Mask
 
 PRICE = 10.0  # chi-square that an edit must be worth, given many blocks;
 FEW = 12.0  # so many blocks above the number of inputs double it

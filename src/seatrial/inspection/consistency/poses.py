@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.faults import UNKNOWN, FaultKind, examine
-from seatrial.frames import Array, Mask
-from seatrial.recording import Recording
-from seatrial.sanity import ABSURD_SPEED
-from seatrial.signs.gains import Run, squared, unexplained
-from seatrial.signs.repair import ANGLES, LENGTHS, Unit
-from seatrial.signs.smooth import Smooth, smooth_poses
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.boat.physics import ABSURD_SPEED
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
+from seatrial.inspection.consistency.gains import Run, squared, unexplained
+from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
+from seatrial.recording.pose_faults import UNKNOWN, FaultKind, examine
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Mask
 
 CLEAR = 2.4  # t over blocks, given many, that another reading must be better by;
 FEW = 4.0  # so many blocks double it

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 SEEN = 8.0  # t from which on a channel may be given an axis,
 ALONE = 0.5  # and the largest t of another channel there, as a share

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.schema import Column, PoseSource, VehicleFile
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, PoseSource, VehicleFile
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.util.frames import Array
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]
 ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}  # [rad]

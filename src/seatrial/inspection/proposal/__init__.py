@@ -4,13 +4,13 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from seatrial.init.drive import Drive, find_drive
-from seatrial.init.from_bags import of_bag
-from seatrial.init.from_tables import of_tables
-from seatrial.init.sources import Ask, Choices, Sources
-from seatrial.init.text import vehicle_text
-from seatrial.io.bags import is_bag
-from seatrial.io.from_bag import recording_name
+from seatrial.inspection.proposal.from_bags import of_bag
+from seatrial.inspection.proposal.from_tables import of_tables
+from seatrial.inspection.proposal.inputs import Drive, find_drive
+from seatrial.inspection.proposal.sources import Ask, Choices, Sources
+from seatrial.inspection.proposal.vehicle_file import vehicle_text
+from seatrial.io.bags.opening import is_bag
+from seatrial.io.bags.recording import recording_name
 
 __all__ = ["Choices", "Proposal", "init"]
 

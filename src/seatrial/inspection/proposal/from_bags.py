@@ -4,11 +4,11 @@
 from pathlib import Path
 from typing import Any
 
-from seatrial.errors import RecordingError
-from seatrial.init.sources import OPTIONS, Ask, Choices, Sources, choose, named
-from seatrial.io.channels import number_fields, tf_frames
-from seatrial.io.contents import Contents, Entry, contents
-from seatrial.streams import rhythm
+from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
+from seatrial.io.bags.channels import number_fields, tf_frames
+from seatrial.io.bags.contents import Contents, Entry, contents
+from seatrial.recording.timing import rhythm
+from seatrial.util.errors import RecordingError
 
 LIKELY_POSES = ("slam", "mocap", "vicon", "qualisys", "optitrack", "vrpn", "amcl", "pose", "odom")
 BODY_FRAMES = ("base_link", "base_footprint", "base", "body")

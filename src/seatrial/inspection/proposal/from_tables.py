@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from seatrial.errors import RecordingError
-from seatrial.init.sources import OPTIONS, Ask, Choices, Sources, choose, named
-from seatrial.io.bags import is_bag
+from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
+from seatrial.io.bags.contents import COMMAND_WORDS
+from seatrial.io.bags.opening import is_bag
 from seatrial.io.columns import ColumnView, TableView, look_at_columns
-from seatrial.io.contents import COMMAND_WORDS
+from seatrial.util.errors import RecordingError
 
 TIME_NAMES = ("t", "time", "stamp", "timestamp", "sec", "seconds", "ms", "us", "ns")
 POSE_NAMES = {

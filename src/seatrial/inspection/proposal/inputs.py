@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import AXES, Array
-from seatrial.init.sources import Sources
+from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
+from seatrial.inspection.consistency import Assignment, Gain, SignReport, assignments, check_signs
+from seatrial.inspection.proposal.sources import Sources
 from seatrial.io.read import read
-from seatrial.recording import Recording
-from seatrial.signs import Assignment, Gain, SignReport, assignments, check_signs
-from seatrial.vehicle import WRENCH, Vehicle, vehicle_from
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES, Array
 
 SEEN = 6.0  # t from which on a channel is said to drive an axis,
 ALIKE = 0.05  # of their mean, or so many standard errors: thrusters are taken to push alike

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Axes
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 OPTIONS = {"poses": "--pose", "commands": "--commands"}

@@ -7,10 +7,10 @@ from typing import Any
 
 import yaml
 
-from seatrial.frames import AXES
-from seatrial.init.drive import Drive
-from seatrial.init.sources import Sources
-from seatrial.vehicle import WRENCH
+from seatrial.boat.vehicle import WRENCH
+from seatrial.inspection.proposal.inputs import Drive
+from seatrial.inspection.proposal.sources import Sources
+from seatrial.util.frames import AXES
 
 COLUMN = 34  # where comments begin
 AXES_SAID = {

@@ -9,9 +9,9 @@ from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 
-from seatrial.errors import RecordingError
-from seatrial.io.definitions import standard_definitions
-from seatrial.io.wire import Wire, WireError, parse_definition, plain, short_type
+from seatrial.io.bags.definitions import standard_definitions
+from seatrial.io.bags.wire import Wire, WireError, parse_definition, plain, short_type
+from seatrial.util.errors import RecordingError
 
 Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
 SALVAGE = "--salvage reads what is left"

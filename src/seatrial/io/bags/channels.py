@@ -5,10 +5,10 @@ import re
 from itertools import islice
 from pathlib import Path
 
-from seatrial.errors import RecordingError
-from seatrial.io.bags import open_bag
-from seatrial.io.tf import frame_edges
-from seatrial.io.wire import WireError
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.tf import frame_edges
+from seatrial.io.bags.wire import WireError
+from seatrial.util.errors import RecordingError
 
 LOOKED_AT = 50  # messages; arrays have one length in nearly all logs
 MOST_CHANNELS = 32

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array, Stamps
-from seatrial.io.bag import SALVAGE, Bag, Topic
-from seatrial.io.wire import Shape, Wire, WireError
+from seatrial.io.bags.bag import SALVAGE, Bag, Topic
+from seatrial.io.bags.wire import Shape, Wire, WireError
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Stamps
 
 BATCH = 8192  # messages decoded at once
 BATCH_BYTES = 16 << 20

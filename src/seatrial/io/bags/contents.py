@@ -10,13 +10,13 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from seatrial.inspect.clocks import clock_verdicts
-from seatrial.io.bag import Bag, Topic
-from seatrial.io.bags import open_bag
-from seatrial.io.poses import pose_paths
-from seatrial.io.tf import is_tf
-from seatrial.io.wire import WireError
-from seatrial.streams import Clock, Stream, describe, rhythm
+from seatrial.io.bags.bag import Bag, Topic
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.poses import pose_paths
+from seatrial.io.bags.tf import is_tf
+from seatrial.io.bags.wire import WireError
+from seatrial.recording.clocks import clock_verdicts
+from seatrial.recording.timing import Clock, Stream, describe, rhythm
 
 COMMAND_TYPES = (
     "sensor_msgs/msg/Joy", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped",

@@ -4,7 +4,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from seatrial.io.wire import parse_definition
+from seatrial.io.bags.wire import parse_definition
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict

@@ -5,13 +5,13 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
-from seatrial.errors import FileError, RecordingError
-from seatrial.io.bag import Bag, Message, merged_topics
-from seatrial.io.bag1 import Ros1Bag
-from seatrial.io.bag2 import METADATA, SUFFIXES, Ros2Bag, by_number, storage_files
-from seatrial.io.salvage import SalvagedMcap
-from seatrial.io.salvage_db3 import SalvagedDb3
-from seatrial.io.unpack import UnpackedBag
+from seatrial.io.bags.bag import Bag, Message, merged_topics
+from seatrial.io.bags.ros1 import Ros1Bag
+from seatrial.io.bags.ros2 import METADATA, SUFFIXES, Ros2Bag, by_number, storage_files
+from seatrial.io.bags.salvage_db3 import SalvagedDb3
+from seatrial.io.bags.salvage_mcap import SalvagedMcap
+from seatrial.io.bags.unpack import UnpackedBag
+from seatrial.util.errors import FileError, RecordingError
 
 ROS1 = (".bag", ".bag.active")  # the second was not closed by rosbag record
 

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.frames import POSE_SIGNS, Array, Axes, Mask, Stamps
-from seatrial.io.bag import Bag, Topic
-from seatrial.io.collect import Collector, Samples
+from seatrial.boat.schema import TO_SI, Column, PoseSource
+from seatrial.boat.schema import Clock as ClockChoice
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.bags.bag import Bag, Topic
+from seatrial.io.bags.collect import Collector, Samples
+from seatrial.io.bags.tf import is_tf, tf_pose, yaw
+from seatrial.io.bags.wire import Wire, WireError, plain
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
-from seatrial.io.tf import is_tf, tf_pose, yaw
-from seatrial.io.wire import Wire, WireError, plain
-from seatrial.schema import TO_SI, Column, PoseSource
-from seatrial.schema import Clock as ClockChoice
-from seatrial.streams import Clock, Stream, describe
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.recording.timing import Clock, Stream, describe
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps
 
 FRAMES = ("header.frame_id", "child_frame_id")
 FARTHEST = 1e9  # [m], [rad] what is farther off is no pose, and its square no number

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import Bag, Topic
-from seatrial.io.bags import open_bag
-from seatrial.io.collect import Collector, Samples, collect
-from seatrial.io.poses import chosen_stamps, pose_fields, poses_from_tf, raw_poses
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.bags.bag import Bag, Topic
+from seatrial.io.bags.collect import Collector, Samples, collect
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.poses import chosen_stamps, pose_fields, poses_from_tf, raw_poses
 from seatrial.io.table import checked_unit, scaled
-from seatrial.recording import Recording, Signal, Source, make_recording, rising
-from seatrial.schema import Column
-from seatrial.streams import Stream, describe
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
+from seatrial.recording.timing import Stream, describe
+from seatrial.util.errors import RecordingError
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import SALVAGE, Bag, Message, Topic, merged_topics
-from seatrial.io.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
-from seatrial.io.wire import plain
+from seatrial.io.bags.bag import SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7

@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import NoReturn
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
-from seatrial.io.wire import plain
+from seatrial.io.bags.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"

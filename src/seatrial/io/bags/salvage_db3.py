@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import LATEST, Bag, Message, Topic, merged_topics
-from seatrial.io.unpack import unpacked
-from seatrial.io.wire import plain
+from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.unpack import unpacked
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
 
 MOST_STRETCHES = 10_000  # damaged ones that are stepped over
 _DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)

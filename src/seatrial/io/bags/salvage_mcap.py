@@ -10,9 +10,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import LATEST, Bag, Message, Topic, merged_topics
-from seatrial.io.unpack import (
+from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.unpack import (
     LARGEST_MESSAGE,
     LZ4_RATIO,
     PIECE,
@@ -21,6 +20,7 @@ from seatrial.io.unpack import (
     unpacked,
     zstd_decompressor,
 )
+from seatrial.util.errors import RecordingError
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, LAST_KIND = 0x03, 0x04, 0x05, 0x06, 0x0F

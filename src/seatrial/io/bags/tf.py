@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array, Stamps
-from seatrial.io.bag import SALVAGE, Bag, Topic
-from seatrial.io.wire import Shape, WireError, plain
+from seatrial.io.bags.bag import SALVAGE, Bag, Topic
+from seatrial.io.bags.wire import Shape, WireError, plain
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Stamps
 
 TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 BATCH = 4096  # messages decoded at once

@@ -7,9 +7,9 @@ from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from seatrial.errors import RecordingError
-from seatrial.io.bag import SALVAGE, Bag, Message
-from seatrial.io.wire import plain
+from seatrial.io.bags.bag import SALVAGE, Bag, Message
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
 
 if TYPE_CHECKING:
     from backports.zstd import ZstdDecompressor

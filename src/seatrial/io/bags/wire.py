@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict

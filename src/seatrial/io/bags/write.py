@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seatrial.errors import FileError, RecordingError
-from seatrial.frames import Array, Stamps
-from seatrial.io.definitions import standard_definitions
-from seatrial.io.wire import Shape, Wire, described, short_type
+from seatrial.io.bags.definitions import standard_definitions
+from seatrial.io.bags.wire import Shape, Wire, described, short_type
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.frames import Array, Stamps
 
 if TYPE_CHECKING:
     from rosbags.rosbag1 import Writer as Writer1

@@ -7,7 +7,7 @@ import socket
 import sys
 from typing import BinaryIO, Protocol
 
-from seatrial.errors import LiveError
+from seatrial.util.errors import LiveError
 
 LOOPBACK = "127.0.0.1"
 LONGEST = 65536  # [bytes] of a line, and of a datagram

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from seatrial.errors import LiveError, SeatrialError
-from seatrial.live.lines import NANO, Event, Reader
-from seatrial.live.sources import Source
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.onboard.live.endpoints import Source
+from seatrial.onboard.live.protocol import NANO, Event, Reader
+from seatrial.util.errors import LiveError, SeatrialError
 
 SHOWN = 10  # mistakes that are said; all are counted
 LEAP = 5 * NANO  # [ns] a stamp so far ahead may be wrong

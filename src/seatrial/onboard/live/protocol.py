@@ -8,12 +8,12 @@ from typing import Literal
 import msgspec
 import numpy as np
 
-from seatrial.errors import LiveError
-from seatrial.frames import POSE_SIGNS, SYMBOLS, Array, Axes
-from seatrial.odometer import Odometry
-from seatrial.predictor import POSE, Estimate
-from seatrial.schema import Strict
-from seatrial.vehicle import Vehicle
+from seatrial.boat.schema import Strict
+from seatrial.boat.vehicle import Vehicle
+from seatrial.onboard.odometer import Odometry
+from seatrial.onboard.predictor import POSE, Estimate
+from seatrial.util.errors import LiveError
+from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
 
 FORMATS = ("json", "csv")
 NANO = 1_000_000_000

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from seatrial.live.lines import NANO
-from seatrial.live.stream import RATE
-from seatrial.model import Model
-from seatrial.odometer import Odometer, Odometry
-from seatrial.recording import Recording
+from seatrial.boat.model import Model
+from seatrial.onboard.live.line_loop import RATE
+from seatrial.onboard.live.protocol import NANO
+from seatrial.onboard.odometer import Odometer, Odometry
+from seatrial.recording.recording import Recording
 
 
 def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[Odometry]:

@@ -5,12 +5,12 @@ import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from seatrial.errors import LiveError, SeatrialError
-from seatrial.live.lines import NANO, Event, Writer
-from seatrial.live.sources import Source
-from seatrial.live.stream import LEAP, Settings, Stream
-from seatrial.odometer import Odometer
-from seatrial.predictor import Taken
+from seatrial.onboard.live.endpoints import Source
+from seatrial.onboard.live.line_loop import LEAP, Settings, Stream
+from seatrial.onboard.live.protocol import NANO, Event, Writer
+from seatrial.onboard.odometer import Odometer
+from seatrial.onboard.predictor import Taken
+from seatrial.util.errors import LiveError, SeatrialError
 
 
 class Live(Stream):

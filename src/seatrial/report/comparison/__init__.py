@@ -4,17 +4,17 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.compare import Comparison
-from seatrial.files import write_text
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.recording import Recording
-from seatrial.report.beside import errors, models, prediction
-from seatrial.report.beside.both import both
-from seatrial.report.export import write_figures, write_tables
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison import Comparison
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.recording.recording import Recording
+from seatrial.report.comparison import errors, models, prediction
+from seatrial.report.comparison.both import both
+from seatrial.report.figures.png import check
 from seatrial.report.page import page
-from seatrial.report.png import check
+from seatrial.report.papers import write_figures, write_tables
 from seatrial.report.sections.base import Section, store_of
+from seatrial.util.files import write_text
 
 __all__ = ["comparison_report", "write_comparison"]
 

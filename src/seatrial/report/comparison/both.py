@@ -4,13 +4,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from seatrial.compare import Comparison
-from seatrial.identifiability import Identifiability, identifiability
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.report.draw.base import BLUE, RED
-from seatrial.report.evidence import Evidence, collect
-from seatrial.report.physics import Physics, physics
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison import Comparison
+from seatrial.identification.uncertainty.identifiability import Identifiability, identifiability
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.model_evidence import Evidence, collect
+from seatrial.report.evidence.physics import Physics, physics
+from seatrial.report.figures.base import BLUE, RED
 
 LETTERS = ("A", "B")
 COLOURS = (BLUE, RED)

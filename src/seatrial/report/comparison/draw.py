@@ -6,14 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seatrial.compare.parameters import Pair
-from seatrial.frames import SYMBOLS, Array
-from seatrial.identifiability import SHARP, Identifiability
-from seatrial.identifiability.verdict import USABLE
-from seatrial.model import Model
-from seatrial.report.actuators import Curve
-from seatrial.report.beside.both import COLOURS, DASHES, LETTERS, SIGNS
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.boat.physics import driven
+from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.report.comparison.both import COLOURS, DASHES, LETTERS, SIGNS
+from seatrial.report.evidence.actuators import Curve
+from seatrial.report.evidence.pooled_scores import Pooled
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
     BLACK,
     GREEN,
     ORANGE,
@@ -29,14 +31,12 @@ from seatrial.report.draw.base import (
     upright,
     whiskers,
 )
-from seatrial.report.draw.known import LEAST, MOST, reach
-from seatrial.report.draw.prediction import above_commands
-from seatrial.report.names import plotly_symbol
-from seatrial.report.pool import Pooled
-from seatrial.report.runs import Run
-from seatrial.report.words import UNITS
-from seatrial.sanity import driven
-from seatrial.statistics import NORMAL_95
+from seatrial.report.figures.known import LEAST, MOST, reach
+from seatrial.report.figures.prediction import above_commands
+from seatrial.report.text.names import plotly_symbol
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.statistics import NORMAL_95
 
 BELOW = (GREEN, PURPLE, ORANGE, BLACK)  # of the commands: those of the models are others
 CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces beside A and B

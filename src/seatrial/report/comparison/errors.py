@@ -3,14 +3,14 @@
 
 from string import Template
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.beside import draw
-from seatrial.report.beside.both import Both
-from seatrial.report.draw import errors as draw_errors
-from seatrial.report.draw.base import Figure
-from seatrial.report.runs import Run
+from seatrial.report.comparison import draw
+from seatrial.report.comparison.both import Both
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures import errors as draw_errors
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.text import prose
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def errors(pair: Both) -> Section | None:

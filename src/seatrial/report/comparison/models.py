@@ -3,26 +3,26 @@
 
 from itertools import zip_longest
 
-from seatrial.compare.parameters import Pair
-from seatrial.compare.text import changed, matters
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.actuators import answers, curves
-from seatrial.report.advice import advice
-from seatrial.report.beside import draw
-from seatrial.report.beside.both import LETTERS, Both
-from seatrial.report.cells import NOTHING, Cell, Name, Number, Text, Unit, between
-from seatrial.report.cells import known as told
-from seatrial.report.draw.base import Figure
-from seatrial.report.equations import equations
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import listing
-from seatrial.report.names import names_in, sentence
+from seatrial.evaluation.comparison.console import changed, matters
+from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.report.comparison import draw
+from seatrial.report.comparison.both import LETTERS, Both
+from seatrial.report.evidence.actuators import answers, curves
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import said, share
 from seatrial.report.sections.provenance import facts_of
-from seatrial.report.table import Table
-from seatrial.report.words import minutes
+from seatrial.report.text import prose
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, between
+from seatrial.report.text.cells import known as told
+from seatrial.report.text.equations import equations
+from seatrial.report.text.markup import listing
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.numbers import minutes
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def verdict(pair: Both) -> Section:

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: MIT
 """How both models predict the same recordings."""
 
-from seatrial.compare.prediction import Ahead
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.beside import draw
-from seatrial.report.beside.both import LETTERS, Both
-from seatrial.report.cells import Cell, Number, Text, between
-from seatrial.report.draw import recorded as draw_recorded
-from seatrial.report.draw.base import Figure
-from seatrial.report.pool import pooled
+from seatrial.evaluation.comparison.prediction import Ahead
+from seatrial.report.comparison import draw
+from seatrial.report.comparison.both import LETTERS, Both
+from seatrial.report.evidence.pooled_scores import pooled
+from seatrial.report.figures import recorded as draw_recorded
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import (
     ALL,
     Section,
@@ -20,8 +17,11 @@ from seatrial.report.sections.base import (
     three,
 )
 from seatrial.report.sections.prediction import linked, sizes
-from seatrial.report.table import Table
-from seatrial.report.words import UNITS
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Number, Text, between
+from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def recorded(pair: Both) -> Section | None:

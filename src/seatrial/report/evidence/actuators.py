@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.frames import Array
-from seatrial.model import Model
+from seatrial.boat.model import Model
+from seatrial.util.frames import Array
 
 DRAWS = 200  # of the constants, for bands
 SEED = 7

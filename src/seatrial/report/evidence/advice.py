@@ -5,14 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.advice import next_drive
-from seatrial.excitation import EXCITED
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.model import Model
-from seatrial.report.evidence import Evidence
-from seatrial.report.pool import judged
-from seatrial.report.runs import Run
-from seatrial.report.words import (
+from seatrial.boat.model import Model
+from seatrial.identification.experiment_design import next_drive
+from seatrial.recording.excitation import EXCITED
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.pooled_scores import judged
+from seatrial.report.evidence.runs import Run
+from seatrial.report.text.numbers import (
     AT_FLOOR,
     GOOD_RATIO,
     floors,
@@ -20,7 +19,8 @@ from seatrial.report.words import (
     ratio_word,
     rms_and_ratio,
 )
-from seatrial.words import joined
+from seatrial.util.format import joined
+from seatrial.util.frames import AXES, SYMBOLS
 
 MANY_MASKED = 0.1  # share of the poses left out that deserves a look at the sensor
 BIASED = 0.5  # share of the RMS error from which on a constant part is worth a remark

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.distributions import chi2_sf, holm
-from seatrial.frames import Array
-from seatrial.identifiability.verdict import TYPICAL
-from seatrial.report.evidence import Evidence
+from seatrial.identification.uncertainty.parameter_verdict import TYPICAL
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.util.distributions import chi2_sf, holm
+from seatrial.util.frames import Array
 
 ENOUGH = 0.35  # relative error from which on a recording says too little to be shown
 SIGNIFICANT = 0.05

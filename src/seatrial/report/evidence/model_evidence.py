@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.advice import Alone, Around, Gain, alone, around, gains
-from seatrial.errors import SeatrialError
-from seatrial.identifiability import Identifiability, identifiability
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.report.physics import Physics, physics
-from seatrial.report.runs import Run, gather
+from seatrial.boat.model import Model
+from seatrial.identification.experiment_design import Alone, Around, Gain, alone, around, gains
+from seatrial.identification.uncertainty.identifiability import Identifiability, identifiability
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.physics import Physics, physics
+from seatrial.report.evidence.runs import Run, gather
+from seatrial.util.errors import SeatrialError
 
 
 @dataclass(frozen=True)

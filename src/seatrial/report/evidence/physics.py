@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import ModelError
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.sanity import AxisSanity, sanity
-from seatrial.schema import Integration
+from seatrial.boat.model import Model
+from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.schema import Integration
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array
 
 DRAWS = 60  # of the coefficients
 SEED = 20

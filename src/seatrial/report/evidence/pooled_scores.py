@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.predict import Prediction
-from seatrial.report.runs import Run
-from seatrial.validate import AxisScore, Start, axis_scores
+from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.validation import AxisScore, Start, axis_scores
+from seatrial.report.evidence.runs import Run
+from seatrial.util.frames import Array
 
 
 @dataclass(frozen=True)

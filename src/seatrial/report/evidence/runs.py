@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.causal import Causal, believed_noise, causal
-from seatrial.errors import ModelError, RecordingError, SeatrialError
-from seatrial.excitation import Excitation, excitation
-from seatrial.faults import GAP_FACTOR
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.predict import Prediction, predict
-from seatrial.recording import Recording
-from seatrial.residuals import Correlation, residuals
-from seatrial.validate import RecordingScore, Start, lookaheads, score, seen
-from seatrial.velocity import motion
+from seatrial.boat.model import Model
+from seatrial.evaluation.filtering import Causal, believed_noise, causal
+from seatrial.evaluation.prediction import Prediction, predict
+from seatrial.evaluation.residuals import Correlation, residuals
+from seatrial.evaluation.validation import RecordingScore, Start, lookaheads, score, seen
+from seatrial.recording.excitation import Excitation, excitation
+from seatrial.recording.pose_faults import GAP_FACTOR
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import motion
+from seatrial.util.errors import ModelError, RecordingError, SeatrialError
+from seatrial.util.frames import Array
 
 WINDOW = 40.0  # [s] that a plot opens at, as in Figs. 5 and 6
 WINDOW_STEP = 5.0  # [s] between the windows that are compared

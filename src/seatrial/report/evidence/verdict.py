@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.frames import AXES, Array
-from seatrial.identifiability import Identifiability, Verdict
-from seatrial.report.advice import advice
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import number
-from seatrial.report.pool import judged
-from seatrial.report.runs import Run
-from seatrial.report.words import (
+from seatrial.boat.physics import doubts
+from seatrial.identification.uncertainty.identifiability import Identifiability, Verdict
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.pooled_scores import judged
+from seatrial.report.evidence.runs import Run
+from seatrial.report.text.markup import number
+from seatrial.report.text.numbers import (
     AT_FLOOR,
     UNITS,
     floors,
@@ -23,8 +23,8 @@ from seatrial.report.words import (
     ratio_word,
     rms_and_ratio,
 )
-from seatrial.sanity import doubts
-from seatrial.words import joined, shortened
+from seatrial.util.format import joined, shortened
+from seatrial.util.frames import AXES, Array
 
 ALL_WELL = "use it within the speeds and commands that it was made from."
 

@@ -3,9 +3,9 @@
 
 from collections.abc import Sequence
 
-from seatrial.model import Model
-from seatrial.report.actuators import Curve, answers, curves
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.report.evidence.actuators import Curve, answers, curves
+from seatrial.report.figures.base import (
     BLACK,
     ORANGE,
     SHADE,

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.advice import Gain
-from seatrial.report.draw.base import BLUE, ORANGE, Figure, figure, marks
-from seatrial.report.names import plotly_symbol
+from seatrial.identification.experiment_design import Gain
+from seatrial.report.figures.base import BLUE, ORANGE, Figure, figure, marks
+from seatrial.report.text.names import plotly_symbol
 
 LEAST, MOST = 1.0, 36000.0  # [s] that are shown
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.model import Model
-from seatrial.report.names import plotly_symbol
+from seatrial.boat.model import Model
+from seatrial.report.text.names import plotly_symbol
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 Figure = dict[str, Any]
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 DIGITS = 5  # significant digits of a column's largest number
 WIDE = 100.0  # a positive column that spans more may stand on a logarithmic axis

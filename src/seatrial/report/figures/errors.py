@@ -3,9 +3,10 @@
 
 import numpy as np
 
-from seatrial.frames import SYMBOLS
-from seatrial.model import Model
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.evaluation.residuals import REACH
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     FORCE_COLOURS,
@@ -24,11 +25,10 @@ from seatrial.report.draw.base import (
     upright,
     whiskers,
 )
-from seatrial.report.names import plotly_symbol
-from seatrial.report.runs import Run
-from seatrial.report.words import UNITS
-from seatrial.residuals import REACH
-from seatrial.statistics import NORMAL_95, autocorrelation, moving_average_band, white_band
+from seatrial.report.text.names import plotly_symbol
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import SYMBOLS
+from seatrial.util.statistics import NORMAL_95, autocorrelation, moving_average_band, white_band
 
 BINS = 41  # of a histogram
 BIN_RANGE = 4.0  # standard deviations to either side that a histogram shows

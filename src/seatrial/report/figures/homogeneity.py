@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report.draw.base import (
+from seatrial.report.evidence.homogeneity import Repeat
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
     BLACK,
     SIGNS,
     Figure,
@@ -18,9 +19,8 @@ from seatrial.report.draw.base import (
     upright,
     whiskers,
 )
-from seatrial.report.names import plotly_symbol
-from seatrial.report.repeat import Repeat
-from seatrial.report.runs import Run
+from seatrial.report.text.names import plotly_symbol
+from seatrial.util.frames import AXES, SYMBOLS
 
 LETTERS = 48  # that fit below a plot
 ROOM = 0.7  # of a row that its marks take

@@ -3,10 +3,9 @@
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.identifiability import SHARP, Identifiability, Verdict
-from seatrial.identifiability.verdict import USABLE
-from seatrial.report.draw.base import (
+from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability, Verdict
+from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     GREEN,
@@ -19,7 +18,8 @@ from seatrial.report.draw.base import (
     marks,
     upright,
 )
-from seatrial.report.names import plotly_symbol
+from seatrial.report.text.names import plotly_symbol
+from seatrial.util.frames import Array
 
 LOOKS = {  # of a verdict
     Verdict.SHARP: (BLUE, "circle"),

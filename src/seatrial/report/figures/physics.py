@@ -3,8 +3,10 @@
 
 import numpy as np
 
-from seatrial.model import Model
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.boat.physics import RUN, driven
+from seatrial.report.evidence.physics import Spread
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     GREEN,
@@ -15,8 +17,6 @@ from seatrial.report.draw.base import (
     speed,
     upright,
 )
-from seatrial.report.physics import Spread
-from seatrial.sanity import RUN, driven
 
 LONGER = 6.0  # rise times that are shown of either
 

@@ -4,7 +4,7 @@
 from importlib import resources
 from importlib.util import find_spec
 
-from seatrial.errors import FileError
+from seatrial.util.errors import FileError
 
 SCALE = 3.0  # of the SVG's pixels: 1920 across, 300 dots an inch at 16 cm
 FAMILY = "DejaVu Sans"  # of the file below; letters that it lacks come from the system's fonts
@@ -22,7 +22,7 @@ def png(svg: str) -> bytes:
     check()
     import resvg_py  # noqa: PLC0415 - an extra
 
-    with resources.as_file(resources.files("seatrial.report") / FONT) as font:
+    with resources.as_file(resources.files("seatrial.report") / "assets" / FONT) as font:
         return bytes(
             resvg_py.svg_to_bytes(
                 svg_string=svg, zoom=SCALE, background="white", font_files=[str(font)],

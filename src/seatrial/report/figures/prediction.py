@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.frames import SYMBOLS
-from seatrial.model import Model
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.report.evidence.pooled_scores import Pooled
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     COMMAND,
@@ -23,9 +24,8 @@ from seatrial.report.draw.base import (
     speed,
     whiskers,
 )
-from seatrial.report.pool import Pooled
-from seatrial.report.runs import Run
-from seatrial.report.words import UNITS
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import SYMBOLS
 
 STARTS = (
     ("stencil", "measured start", BLUE, "square"),

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.faults import FaultKind
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
     BLUE,
     COMMAND,
     FORCE_COLOURS,
@@ -28,7 +28,7 @@ from seatrial.report.draw.base import (
     shortened,
     speed,
 )
-from seatrial.report.runs import Run
+from seatrial.util.frames import Array
 
 SCATTER = 1000  # points of a scatter at most
 SLIVER = 150.0  # of the longest recording: shorter gaps would not be seen

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.report.draw.base import Figure
-from seatrial.report.svg_axes import Axis, axis_of
-from seatrial.report.svg_marks import DASH, bars, fmt, line_path, symbols, whiskers
+from seatrial.report.figures.base import Figure
+from seatrial.report.figures.svg_axes import Axis, axis_of
+from seatrial.report.figures.svg_marks import DASH, bars, fmt, line_path, symbols, whiskers
+from seatrial.util.frames import Array
 
 WIDTH, HEIGHT, ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
 LEFT, RIGHT, TOP, BOTTOM = 66.0, 12.0, 12.0, 46.0  # [px] around the plot

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 WANTED = 6  # ticks

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.report.draw.base import Figure
-from seatrial.report.svg_axes import Axis
+from seatrial.report.figures.base import Figure
+from seatrial.report.figures.svg_axes import Axis
+from seatrial.util.frames import Array
 
 DASH = {
     "dash": ' stroke-dasharray="8 6"',

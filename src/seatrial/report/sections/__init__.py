@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The report's sections, one file each, in the order in which they stand on the page."""
 
-from seatrial.report.evidence import Evidence
+from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections import (
     actuators,
     advice,
@@ -13,9 +13,11 @@ from seatrial.report.sections import (
     prediction,
     provenance,
     recorded,
-    repeat,
     scores,
     verdict,
+)
+from seatrial.report.sections import (
+    homogeneity as repeat,
 )
 from seatrial.report.sections.base import Section
 

@@ -3,16 +3,16 @@
 
 from html import escape
 
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Name, Text, known
-from seatrial.report.draw import repeat as draw
-from seatrial.report.draw.base import Figure
-from seatrial.report.evidence import Evidence
-from seatrial.report.names import names_in, sentence
-from seatrial.report.repeat import Repeat, repeat
+from seatrial.report.evidence.homogeneity import Repeat, repeat
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures import homogeneity as draw
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import ALL, Section, fine, plot
-from seatrial.report.table import Table
-from seatrial.words import joined
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Text, known
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.table import Table
+from seatrial.util.format import joined
 
 
 def section(evidence: Evidence) -> Section | None:

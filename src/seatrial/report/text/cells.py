@@ -9,9 +9,9 @@ from html import escape
 
 import numpy as np
 
-from seatrial.report.latex import latex_number, latex_text
-from seatrial.report.markup import NOT_A_NUMBER, data, unit
-from seatrial.report.names import html_symbol, latex_symbol
+from seatrial.report.text.latex import latex_number, latex_text
+from seatrial.report.text.markup import NOT_A_NUMBER, data, unit
+from seatrial.report.text.names import html_symbol, latex_symbol
 
 
 class Cell(ABC):

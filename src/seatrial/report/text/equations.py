@@ -4,11 +4,11 @@
 from collections.abc import Mapping
 from html import escape
 
-from seatrial.frames import SYMBOLS
-from seatrial.report.latex import latex_number
-from seatrial.report.markup import number
-from seatrial.report.names import latex_symbol, mathml_symbol
-from seatrial.structure import ACCELERATIONS, Structure, Term
+from seatrial.boat.structure import ACCELERATIONS, Structure, Term
+from seatrial.report.text.latex import latex_number
+from seatrial.report.text.markup import number
+from seatrial.report.text.names import latex_symbol, mathml_symbol
+from seatrial.util.frames import SYMBOLS
 
 Values = Mapping[str, float]
 _ROOM = "0.25em"  # beside a sign; on the other side there is a space, where a line may break

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 
-from seatrial.model import Model
-from seatrial.report.latex import latex_text
-from seatrial.report.markup import true_minus
-from seatrial.structure import ACCELERATIONS
+from seatrial.boat.model import Model
+from seatrial.boat.structure import ACCELERATIONS
+from seatrial.report.text.latex import latex_text
+from seatrial.report.text.markup import true_minus
 
 _DOT = "\u0307"  # combining, above
 

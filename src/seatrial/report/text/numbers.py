@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.report.runs import Run
-from seatrial.sanity import TOLD_APART
-from seatrial.words import shortened
+from seatrial.boat.model import Model
+from seatrial.boat.physics import TOLD_APART
+from seatrial.report.evidence.runs import Run
+from seatrial.util.format import shortened
+from seatrial.util.frames import Array
 
 GOOD_RATIO = 0.8  # above this share of the constant-velocity error an axis needs work
 AT_FLOOR = 1.1  # an RMS below this many floors says no more about the model

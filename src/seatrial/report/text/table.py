@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.cells import Cell, Interval, Said, Text
-from seatrial.report.latex import latex_text
+from seatrial.report.text.cells import Cell, Interval, Said, Text
+from seatrial.report.text.latex import latex_text
 
 LONGEST_WORD = 30  # characters of a cell that may stand on one line, to the right
 

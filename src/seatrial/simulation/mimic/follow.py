@@ -13,11 +13,11 @@ import msgspec
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.errors import MimicError
-from seatrial.frames import Array, frozen_array
-from seatrial.model import Model, load
-from seatrial.predictor import POSE, row_of
-from seatrial.schema import NotNegative, Positive, Strict
+from seatrial.boat.model import Model, load
+from seatrial.boat.schema import NotNegative, Positive, Strict
+from seatrial.onboard.predictor import POSE, row_of
+from seatrial.util.errors import MimicError
+from seatrial.util.frames import Array, frozen_array
 
 ADVICE = {
     1: "no pose of the carrier: its drift is not corrected; check its odometry",

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 import msgspec
 import numpy as np
 
-from seatrial.errors import LiveError
-from seatrial.frames import POSE_SIGNS, Axes
-from seatrial.live.lines import NANO, Event
-from seatrial.live.stream import LEAP, Settings, Stream
-from seatrial.mimic.follow import Mimic
+from seatrial.onboard.live.line_loop import LEAP, Settings, Stream
+from seatrial.onboard.live.protocol import NANO, Event
+from seatrial.simulation.mimic.follow import Mimic
+from seatrial.util.errors import LiveError
+from seatrial.util.frames import POSE_SIGNS, Axes
 
 _encode = msgspec.json.Encoder().encode
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 ARM = 0.35  # [m] half of length and width together
 # wheel speeds of a body velocity (front left, front right, rear left, rear right; per radius)

@@ -3,13 +3,13 @@
 
 from pathlib import Path
 
-from seatrial.allocate import AllocationComparison
-from seatrial.files import write_text
-from seatrial.report.export import write_figures, write_tables
+from seatrial.control.allocation import AllocationComparison
+from seatrial.control.allocation.page import sections
+from seatrial.report.figures.png import check
 from seatrial.report.page import page
-from seatrial.report.png import check
-from seatrial.report.schemes import sections
+from seatrial.report.papers import write_figures, write_tables
 from seatrial.report.sections.base import Section, store_of
+from seatrial.util.files import write_text
 
 __all__ = ["allocation_report", "write_allocation"]
 

@@ -3,10 +3,10 @@
 
 import numpy as np
 
-from seatrial.allocate import AllocationComparison, Allocator
-from seatrial.allocate.comparison import PLAIN, Drive
-from seatrial.frames import AXES, Array
-from seatrial.report.draw.base import ORANGE, Figure, colour_of, figure, level, line
+from seatrial.control.allocation import AllocationComparison, Allocator
+from seatrial.control.allocation.schemes import PLAIN, Drive
+from seatrial.report.figures.base import ORANGE, Figure, colour_of, figure, level, line
+from seatrial.util.frames import AXES, Array
 
 DIRECTIONS = 241  # of an attainable set's outline
 WINDOW = 30.0  # [s] of commands that are drawn

@@ -5,14 +5,14 @@ from html import escape
 
 import numpy as np
 
-from seatrial.allocate import AllocationComparison
-from seatrial.allocate.comparison import Drive
-from seatrial.frames import AXES
-from seatrial.report.cells import NOTHING, Cell, Interval, Number, Text
-from seatrial.report.draw.base import Figure
-from seatrial.report.schemes import draw
+from seatrial.control.allocation import AllocationComparison
+from seatrial.control.allocation.page import draw
+from seatrial.control.allocation.schemes import Drive
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import ALL, Section, foldable, plot, store_of
-from seatrial.report.table import Table
+from seatrial.report.text.cells import NOTHING, Cell, Interval, Number, Text
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES
 
 PLANES = ((0, 1), (0, 2), (1, 2))
 

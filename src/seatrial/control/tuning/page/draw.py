@@ -3,10 +3,9 @@
 
 import numpy as np
 
-from seatrial.control.responses import Curves
-from seatrial.control.tuning import LIMIT
-from seatrial.frames import AXES
-from seatrial.report.draw.base import (
+from seatrial.control.tuning.design import LIMIT
+from seatrial.control.tuning.responses import Curves
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     ORANGE,
@@ -17,6 +16,7 @@ from seatrial.report.draw.base import (
     line,
     logarithmic,
 )
+from seatrial.util.frames import AXES
 
 OMEGA = "angular frequency [rad/s]"
 

@@ -6,16 +6,16 @@ from html import escape
 import numpy as np
 
 from seatrial.control import Tuning
-from seatrial.control.loops import Margins
-from seatrial.control.responses import Responses
-from seatrial.control.text import UNITS, remarks
-from seatrial.control.tuning import LIMIT
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report.cells import Cell, Number, Text, known
-from seatrial.report.names import sentence
+from seatrial.control.tuning.console import UNITS, remarks
+from seatrial.control.tuning.design import LIMIT
+from seatrial.control.tuning.loops import Margins
+from seatrial.control.tuning.page import draw
+from seatrial.control.tuning.responses import Responses
 from seatrial.report.sections.base import ALL, Section, three
-from seatrial.report.table import Table
-from seatrial.report.tuning import draw
+from seatrial.report.text.cells import Cell, Number, Text, known
+from seatrial.report.text.names import sentence
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 MARGINS = """Each loop with the other two closed, the worst of rest, of the fastest motion along each axis both
 ways, and of a turn at speed. Gain: by how much thrust may be stronger than the model says. Delay: how much may

@@ -11,26 +11,30 @@ import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from seatrial.identify import check_recordings
-from seatrial.identify.agreement import DISAGREE
-from seatrial.identify.hints import ASKED
-from seatrial.identify.output_error import output_error, with_free_stages
-from seatrial.identify.wear import CHANGES
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.recording import Recording
-from seatrial.select.candidates import default_candidates, given_candidates, with_terms
-from seatrial.select.chance import freedom
-from seatrial.select.folds import HALF_NAMES, folds
-from seatrial.select.reasons import rows_of
-from seatrial.select.search import Search, forward_and_back
-from seatrial.select.selection import Selection
-from seatrial.select.text import selection_json, selection_text
-from seatrial.select.verdicts import Bench, reason_to_go
-from seatrial.statistics import BLOCK
-from seatrial.stretches import STANDS_OUT
-from seatrial.structure import Term
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.structure import Term
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.disturbed_intervals import STANDS_OUT
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.identification.diagnostics.homogeneity import DISAGREE
+from seatrial.identification.diagnostics.parameter_drift import CHANGES
+from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.identification.estimator import output_error, with_free_stages
+from seatrial.identification.methods import check_recordings
+from seatrial.identification.selection.terms.candidates import (
+    default_candidates,
+    given_candidates,
+    with_terms,
+)
+from seatrial.identification.selection.terms.console import selection_json, selection_text
+from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, folds
+from seatrial.identification.selection.terms.decisions import Bench, reason_to_go
+from seatrial.identification.selection.terms.explain import rows_of
+from seatrial.identification.selection.terms.selection import Selection
+from seatrial.identification.selection.terms.significance import freedom
+from seatrial.identification.selection.terms.stepwise import Search, forward_and_back
+from seatrial.recording.recording import Recording
+from seatrial.util.statistics import BLOCK
 
 __all__ = [
     "Selection",

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.frames import Array
-from seatrial.structure import Force, Structure, Term
+from seatrial.boat.structure import Force, Structure, Term
+from seatrial.util.frames import Array
 
 SAMPLES = 400  # random states and forces; a structure has a tenth of this many columns
 EXACT = 1e-8  # relative: what is left of a column that the others make

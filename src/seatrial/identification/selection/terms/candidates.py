@@ -7,11 +7,11 @@ from pathlib import Path
 
 import msgspec
 
-from seatrial.errors import StructureError
-from seatrial.files import read_yaml
-from seatrial.frames import AXES, SYMBOLS, Axes
-from seatrial.structure import Force, Structure, Term, parse
-from seatrial.vehicle import Vehicle
+from seatrial.boat.structure import Force, Structure, Term, parse
+from seatrial.boat.vehicle import Vehicle
+from seatrial.util.errors import StructureError
+from seatrial.util.files import read_yaml
+from seatrial.util.frames import AXES, SYMBOLS, Axes
 
 LETTERS = ("X", "Y", "N")
 EVEN = {  # that a hull which is the same to port and to starboard may have besides, its mass ahead or astern

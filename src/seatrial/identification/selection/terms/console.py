@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from seatrial.frames import AXES, Axes
-from seatrial.identify.text import plus_minus, table
-from seatrial.select.reasons import sensible
-from seatrial.select.selection import Selection
-from seatrial.select.verdicts import Evidence, Row, Verdict
+from seatrial.identification.console import plus_minus, table
+from seatrial.identification.selection.terms.decisions import Evidence, Row, Verdict
+from seatrial.identification.selection.terms.explain import sensible
+from seatrial.identification.selection.terms.selection import Selection
+from seatrial.util.frames import AXES, Axes
 
 SELECTION_FORMAT: Final = "selection 1"
 HEAD = ("term", "estimate", "z", "spread", "held-out", "moves")

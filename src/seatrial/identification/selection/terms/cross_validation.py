@@ -4,9 +4,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from seatrial.excitation import excitation
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.excitation import excitation
+from seatrial.recording.recording import Recording
 
 HALVES = 2
 HALF_NAMES = (" first half", " second half")

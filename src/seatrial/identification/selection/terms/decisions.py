@@ -8,14 +8,25 @@ from functools import cached_property
 
 import numpy as np
 
-from seatrial.model import Model
-from seatrial.select.chance import Estimate, Repeats, estimate, repeats
-from seatrial.select.folds import Fold
-from seatrial.select.held_out import Change, HeldOut
-from seatrial.select.search import CHANCE, Search, looks, with_zero, without_idle
-from seatrial.select.slopes import Slopes, slopes
-from seatrial.statistics import NORMAL_95
-from seatrial.structure import Term
+from seatrial.boat.model import Model
+from seatrial.boat.structure import Term
+from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.held_out import Change, HeldOut
+from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.significance import (
+    Estimate,
+    Repeats,
+    estimate,
+    repeats,
+)
+from seatrial.identification.selection.terms.stepwise import (
+    CHANCE,
+    Search,
+    looks,
+    with_zero,
+    without_idle,
+)
+from seatrial.util.statistics import NORMAL_95
 
 WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
 NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line

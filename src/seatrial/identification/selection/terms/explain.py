@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from seatrial.frames import AXES
-from seatrial.select.aliasing import Alias
-from seatrial.select.candidates import drag_of
-from seatrial.select.folds import Fold
-from seatrial.select.verdicts import Bench, Evidence, Row, Verdict, said_by
-from seatrial.structure import Term
+from seatrial.boat.structure import Term
+from seatrial.identification.selection.terms.aliasing import Alias
+from seatrial.identification.selection.terms.candidates import drag_of
+from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.decisions import Bench, Evidence, Row, Verdict, said_by
+from seatrial.util.frames import AXES
 
 UNSEEN = 0.05  # [%] of the prediction error
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.causal import causal
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.parallel import cores
-from seatrial.predict import predict
-from seatrial.recording import Recording
-from seatrial.select.slopes import Slopes, solve
-from seatrial.statistics import BLOCK
+from seatrial.boat.model import Model
+from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
+from seatrial.util.parallel import cores
+from seatrial.util.statistics import BLOCK
 
 SPACING = 1 / 3  # [s] between starts of predictions: closer ones say little that is new
 

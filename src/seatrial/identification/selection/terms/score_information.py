@@ -13,15 +13,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import earth_fixed, noise_vector
-from seatrial.frames import Array
-from seatrial.identify.output_error import OutputErrorSettings
-from seatrial.identify.problem import Problem
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.select.candidates import with_terms
-from seatrial.structure import Term
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import earth_fixed, noise_vector
+from seatrial.boat.structure import Term
+from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.selection.terms.candidates import with_terms
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 
 TINY = 1e-12  # relative ridge: parameters that a recording says nothing of
 

@@ -3,10 +3,10 @@
 
 from dataclasses import dataclass
 
-from seatrial.model import Model
-from seatrial.select.folds import Fold
-from seatrial.select.verdicts import Row
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.decisions import Row
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.distributions import chi2_sf, normal_two_sided
-from seatrial.errors import IdentificationError
-from seatrial.frames import Array
-from seatrial.select.slopes import Slopes, solve
-from seatrial.statistics import BLOCK
+from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.util.distributions import chi2_sf, normal_two_sided
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.errors import StructureError
-from seatrial.identify.output_error import output_error
-from seatrial.model import Model
-from seatrial.recording import Recording
-from seatrial.select.aliasing import Alias, aliases
-from seatrial.select.candidates import drag_of, is_essential, with_terms
-from seatrial.select.chance import estimate
-from seatrial.select.slopes import Slopes, slopes
-from seatrial.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.terms.aliasing import Alias, aliases
+from seatrial.identification.selection.terms.candidates import drag_of, is_essential, with_terms
+from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.significance import estimate
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import StructureError
 
 CHANCE = 0.05  # that any term comes in which is not there, however many are tried
 ROUNDS = 12
