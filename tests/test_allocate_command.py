@@ -32,7 +32,7 @@ def place(tmp_path_factory):
     folder = tmp_path_factory.mktemp("allocate")
     from importlib import resources
 
-    text = (resources.files("seatrial") / "vehicles" / "mallard-mp.yaml").read_text()
+    text = (resources.files("seatrial") / "data" / "vehicles" / "mallard-mp.yaml").read_text()
     (folder / "vehicle.yaml").write_text(text + FILE)
     t = np.arange(0.0, 60.0, 0.02)
     sticks = np.column_stack(

@@ -12,9 +12,9 @@ from seatrial.boat.actuators import STARTS
 from seatrial.boat.physics import driven, sanity
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.report.evidence import homogeneity as agreement
 from seatrial.report.evidence.actuators import answers, curves
 from seatrial.report.evidence.model_evidence import collect
-from seatrial.report.evidence.model_evidence import homogeneity as agreement
 from seatrial.report.evidence.physics import physics
 from seatrial.report.evidence.pooled_scores import judged, pooled, together
 from seatrial.report.evidence.runs import gather, thinned

@@ -81,7 +81,7 @@ def test_a_figure_is_on_white_in_its_colours(drawn, monkeypatch):
 
 
 def test_letters_come_from_the_own_font(drawn):
-    with resources.as_file(resources.files("seatrial.report") / drawing.FONT) as font:
+    with resources.as_file(resources.files("seatrial.report") / "assets" / drawing.FONT) as font:
         alone = resvg_py.svg_to_bytes(
             svg_string=drawn, zoom=SCALE, font_files=[str(font)], skip_system_fonts=True
         )

@@ -15,7 +15,7 @@ from test_model import frd
 import seatrial
 from seatrial.commands.cli import main
 from seatrial.simulation.plan import load_plan
-from seatrial.simulation.serve import Settings, Stream
+from seatrial.simulation.server import Settings, Stream
 from seatrial.simulation.trials import plant_model
 from seatrial.util.frames import POSE_SIGNS
 

@@ -17,6 +17,8 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.simulation import Scene, Sensors, Simulator, World
 from seatrial.simulation.mimic import Carrier, Mimic
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
 from seatrial.util.errors import SeatrialError
 
 __all__ = [
@@ -47,11 +49,13 @@ __all__ = [
     "init",
     "inspect",
     "load",
+    "load_plan",
     "load_vehicle",
     "motion",
     "predict",
     "read",
     "save",
+    "simulate",
     "tune",
     "validate",
 ]

@@ -9,7 +9,6 @@ from seatrial.boat.model import Model, save
 from seatrial.boat.physics import concerns, sanity_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.evaluation.validation import Scores, scores_json, validate
-from seatrial.identification.console import table
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
@@ -22,6 +21,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
+from seatrial.util.format import table
 
 PAPER = "equation-error"
 METHODS = (PAPER, DEFAULT_METHOD)

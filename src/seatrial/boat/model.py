@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import msgspec
 import numpy as np
@@ -25,10 +25,9 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle, vehicle_from
-from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
-from seatrial.util.frames import SYMBOLS, Array, Axes, frozen_array
+from seatrial.util.frames import SYMBOLS, Array, Axes, Stamps, frozen_array
 
 MODEL_FORMAT: Final = "model 2"
 ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
@@ -40,6 +39,25 @@ SURELY = 3.0  # standard errors from which on two lever arms are two
 AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
+
+
+class Signals(Protocol):
+    """Samples of several signals."""
+
+    @property
+    def stamps(self) -> Stamps: ...  # noqa: D102  (n,) [ns]
+    @property
+    def values(self) -> Array: ...  # noqa: D102  (n, m)
+
+
+class Driven(Protocol):
+    """What the model needs of a recording: the commands, the scales, and its clock."""
+
+    @property
+    def commands(self) -> Signals: ...  # noqa: D102
+    @property
+    def scales(self) -> Signals | None: ...  # noqa: D102
+    def seconds(self, stamps: Stamps) -> Array: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -144,7 +162,7 @@ class Model:
 
     def trace(
         self,
-        recording: Recording,
+        recording: Driven,
         *,
         initial: bool = False,
         coefficients: Sequence[int] = (),
@@ -193,7 +211,7 @@ class Model:
 def thrust_trace(
     vehicle: Vehicle,
     constants: Array,
-    recording: Recording,
+    recording: Driven,
     *,
     initial: bool = False,
     coefficients: Sequence[int] = (),

@@ -34,6 +34,8 @@ NOISE_TRIALS = 6
 LATE = 10.0  # of the cost: when less is gained, the search is near its end
 UNCONNECTED = 0.05  # correlation from pose to pose up to which errors count as white
 OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
+# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
+PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 
 
 def noise_vector(entry: NoiseEntry) -> Array | None:
@@ -192,3 +194,12 @@ def likelier_noise(
         if active[i] and (explained or first - here < LATE):
             phi, here = likelier(i, low[i], phi, here)
     return np.exp(phi), first - here
+
+
+def loosened(noise: Array, times: float) -> Array:
+    """The noise with so many times the process noise of a first one, at least: the model is believed
+    for a short while only, and so its errors tell where to go though it is far off."""
+    other = noise.copy()
+    other[PROCESS] = np.maximum(noise[PROCESS], times * PROCESS_START[:-1])
+    other[MEMORY] = PROCESS_START[-1]
+    return other

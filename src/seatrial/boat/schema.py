@@ -267,6 +267,9 @@ class StepEntry(Strict, frozen=True):
     explained: float  # R^2
 
 
+EQUATION_ERROR = "equation-error"  # the method of the paper, Eqs. (13)-(17)
+
+
 class EstimatorEntry(Strict, frozen=True):
     """How the coefficients were found."""
 

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.onboard.live import Settings
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
-    from seatrial.simulation.mimic.serve import MimicStream
+    from seatrial.simulation.mimic.server import MimicStream
     from seatrial.util.errors import LiveError
 
     if args.udp is None and args.to is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
 from seatrial.simulation.protocol import KINDS
-from seatrial.simulation.serve import Settings
+from seatrial.simulation.server import Settings
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.boat.physics import early, sanity
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
-    from seatrial.simulation.serve import serve
+    from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
     from seatrial.util.errors import LiveError
 

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import loosened
 from seatrial.boat.physics import sanity
 from seatrial.evaluation.disturbed_intervals import stretches, stretches_said
 from seatrial.evaluation.filtering import Causal, believed_noise, causal
 from seatrial.evaluation.head_to_head import Against, against
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Lookahead, Prediction, predict
 from seatrial.evaluation.residuals import Correlation, residuals
-from seatrial.identification.likelihood.start_noise import loosened
 from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW

@@ -21,7 +21,7 @@ from seatrial.identification.uncertainty.identifiability import (
     identifiability,
 )
 from seatrial.recording.velocity import STENCIL_NOISE
-from seatrial.util.format import joined
+from seatrial.util.format import joined, percent, plus_minus, table
 from seatrial.util.frames import AXES, Array, Axes
 
 UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
@@ -85,30 +85,6 @@ def _effects(model: Model) -> list[str]:
     if any(r.effects for r in model.recordings):  # the file's own axes may be forward-right-down
         lines.append("  (z up, as in the model file: y to the left of x, turns counter-clockwise)")
     return lines
-
-
-def plus_minus(value: float, error: float) -> str:
-    """A value and its standard error, both to the error's second digit; 0: given."""
-    if not 0.0 < error < np.inf:
-        return f"{value:.6g}"
-    digits = 1 - int(f"{error:.1e}".partition("e")[2])
-    if digits > 7 or max(abs(value), error) >= 1e5:
-        return f"{value:.3e} ± {error:.1e}"
-    return f"{value:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
-
-
-def percent(share: float) -> str:
-    """A share to two digits, or to whole per cent where there are more."""
-    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns of text, numbers to the right."""
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return "\n".join(
-        "  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
-        for row in (head, *rows)
-    )
 
 
 def _parameters(found: Identifiability) -> list[str]:

@@ -7,7 +7,6 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.console import plus_minus, table
 from seatrial.identification.estimator import fit
 from seatrial.identification.likelihood.fit_horizon import least_noise
 from seatrial.identification.likelihood.optimiser import search
@@ -21,6 +20,7 @@ from seatrial.identification.uncertainty.profile import Profile, profile
 from seatrial.identification.uncertainty.record_length import minutes, minutes_text
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
+from seatrial.util.format import plus_minus, table
 
 FEWEST = 40  # replicates that an interval can be read from
 

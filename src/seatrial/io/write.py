@@ -12,7 +12,7 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.poses import pose_columns
 from seatrial.io.bags.recording import field_path
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
-from seatrial.io.read import COMMAND_FILE, POSE_FILE
+from seatrial.io.reader import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS
 from seatrial.io.written import DIGESTS, edited, noted
 from seatrial.simulation.plan import PlanFile

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seatrial.report.figures.png import png
 from seatrial.report.figures.svg import svg
-from seatrial.report.page import stores
+from seatrial.report.html import stores
 from seatrial.report.sections.base import ALL, Section
 from seatrial.util.files import write_bytes, write_text
 

@@ -4,8 +4,8 @@
 from seatrial.control.allocation.allocator import PRIORITY, Allocator, AllocatorScheme
 from seatrial.control.allocation.boat import load_boat
 from seatrial.control.allocation.console import allocation_json, allocation_text, wrench_text
-from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
 from seatrial.control.allocation.schemes import AllocationComparison, compare_schemes
+from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
 
 __all__ = [
     "PRIORITY",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
+from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
 from seatrial.util.errors import AllocationError
 from seatrial.util.frames import AXES, Array, Mask, frozen_array
 

@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.control.allocation.allocator import HYSTERESIS, PRIORITY, Allocator, AllocatorScheme
-from seatrial.control.allocation.effectiveness import Effectiveness, effectiveness
+from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import AllocationError
 from seatrial.util.frames import Array, Mask, frozen_array

@@ -11,7 +11,7 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.schema import NotNegative, Positive, Strict
 from seatrial.control.allocation import Allocator, AllocatorScheme
-from seatrial.control.allocation.effectiveness import effectiveness
+from seatrial.control.allocation.thruster_effectiveness import effectiveness
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 

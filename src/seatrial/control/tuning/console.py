@@ -6,7 +6,7 @@ import numpy as np
 from seatrial.control.tuning.dead_zone import dead_zone
 from seatrial.control.tuning.design import LIMIT, Tuning
 from seatrial.control.tuning.loops import Margins
-from seatrial.identification.console import table
+from seatrial.util.format import table
 from seatrial.util.frames import AXES
 
 UNITS = ("m", "m", "rad")

@@ -7,10 +7,9 @@ import msgspec
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import AxisSanity, sanity
-from seatrial.boat.schema import DeadZone, EnvelopeEntry, RecordingEntry
+from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry
 from seatrial.boat.vehicle import as_column
 from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
-from seatrial.identification.regression.equation_error import METHOD as EQUATION_ERROR
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 

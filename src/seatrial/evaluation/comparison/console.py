@@ -8,7 +8,7 @@ from seatrial.boat.schema import CorrelatedEntry
 from seatrial.evaluation.comparison import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANT, Factor, OneSided, Pair
 from seatrial.evaluation.comparison.prediction import Ahead, AxisDifference, beyond_luck
-from seatrial.identification.console import plus_minus
+from seatrial.util.format import plus_minus
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 
 TOLD = (

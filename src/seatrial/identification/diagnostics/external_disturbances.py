@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatrial.boat.noise_parameters import loosened
 from seatrial.evaluation.disturbed_intervals import (
     MANY,
     MOST,
@@ -24,7 +25,6 @@ from seatrial.evaluation.disturbed_intervals import (
 )
 from seatrial.identification.likelihood.optimiser import Point, search
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.likelihood.start_noise import loosened
 from seatrial.identification.uncertainty.covariance import sandwich
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array

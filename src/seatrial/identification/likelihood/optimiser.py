@@ -21,12 +21,13 @@ from seatrial.boat.noise_parameters import (
     PROCESS,
     RAISED,
     likelier_noise,
+    loosened,
     most_noise,
     repeated_cost,
     swings,
 )
 from seatrial.identification.likelihood.problem import Passes, Problem
-from seatrial.identification.likelihood.start_noise import all_coloured, loosened
+from seatrial.identification.likelihood.start_noise import all_coloured
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 

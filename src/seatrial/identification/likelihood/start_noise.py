@@ -20,6 +20,7 @@ from seatrial.boat.noise_parameters import (
     NOISE_LEAST,
     NOISE_START,
     PROCESS,
+    PROCESS_START,
 )
 from seatrial.boat.schema import CorrelatedEntry
 from seatrial.recording.pose_noise import coloured_ratio, pose_noise
@@ -27,8 +28,6 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
-# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
-PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 COLOUR_START = 0.5  # errors of the poses that are correlated over the white ones
 LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
 PUSHED, PUSHED_FOR = (0.03, 0.3), 1.5  # [m/s^2, rad/s^2], [s] of a boat that is pushed
@@ -50,15 +49,6 @@ def first_noise(recordings: Sequence[Recording]) -> Array:
     noise = np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]])
     noise[COLOUR] = COLOUR_START * noise[:2]
     return noise
-
-
-def loosened(noise: Array, times: float) -> Array:
-    """The noise with so many times the process noise of a first one, at least: the model is believed
-    for a short while only, and so its errors tell where to go though it is far off."""
-    other = noise.copy()
-    other[PROCESS] = np.maximum(noise[PROCESS], times * PROCESS_START[:-1])
-    other[MEMORY] = PROCESS_START[-1]
-    return other
 
 
 def lasting(recordings: Sequence[Recording], times: float, memory: float) -> Array:

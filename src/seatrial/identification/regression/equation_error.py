@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
-from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
+from seatrial.boat.schema import EQUATION_ERROR, EstimatorEntry, Integration, StepEntry
 from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
@@ -24,7 +24,7 @@ from seatrial.recording.velocity import Motion, motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-METHOD = "equation-error"
+METHOD = EQUATION_ERROR
 EQUATIONS = ("Eq. (14)", "Eq. (15)", "Eq. (16)")  # surge, sway, yaw; Eq. (17) is the coupled step
 
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.identification.console import minutes as spelled
-from seatrial.identification.console import table
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.covariance import at_bounds
 from seatrial.identification.uncertainty.parameter_verdict import SHARP, Verdict, verdict_of
+from seatrial.util.format import table
 from seatrial.util.frames import Array
 
 PARTS = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency import Assignment, Gain, SignReport, assignments, check_signs
 from seatrial.inspection.proposal.sources import Sources
-from seatrial.io.read import read
+from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array

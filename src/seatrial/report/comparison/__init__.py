@@ -9,9 +9,9 @@ from seatrial.evaluation.comparison import Comparison
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.recording.recording import Recording
 from seatrial.report.comparison import errors, models, prediction
-from seatrial.report.comparison.both import both
+from seatrial.report.comparison.two_models import both
 from seatrial.report.figures.png import check
-from seatrial.report.page import page
+from seatrial.report.html import page
 from seatrial.report.papers import write_figures, write_tables
 from seatrial.report.sections.base import Section, store_of
 from seatrial.util.files import write_text

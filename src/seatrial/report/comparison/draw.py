@@ -11,7 +11,7 @@ from seatrial.boat.physics import driven
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import USABLE
-from seatrial.report.comparison.both import COLOURS, DASHES, LETTERS, SIGNS
+from seatrial.report.comparison.two_models import COLOURS, DASHES, LETTERS, SIGNS
 from seatrial.report.evidence.actuators import Curve
 from seatrial.report.evidence.pooled_scores import Pooled
 from seatrial.report.evidence.runs import Run

@@ -4,7 +4,7 @@
 from string import Template
 
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.both import Both
+from seatrial.report.comparison.two_models import Both
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import errors as draw_errors
 from seatrial.report.figures.base import Figure

@@ -6,7 +6,7 @@ from itertools import zip_longest
 from seatrial.evaluation.comparison.console import changed, matters
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.both import LETTERS, Both
+from seatrial.report.comparison.two_models import LETTERS, Both
 from seatrial.report.evidence.actuators import answers, curves
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence

@@ -3,7 +3,7 @@
 
 from seatrial.evaluation.comparison.prediction import Ahead
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.both import LETTERS, Both
+from seatrial.report.comparison.two_models import LETTERS, Both
 from seatrial.report.evidence.pooled_scores import pooled
 from seatrial.report.figures import recorded as draw_recorded
 from seatrial.report.figures.base import Figure

@@ -7,6 +7,7 @@ from seatrial.report.sections import (
     advice,
     coefficients,
     errors,
+    homogeneity,
     horizons,
     known,
     physics,
@@ -16,20 +17,17 @@ from seatrial.report.sections import (
     scores,
     verdict,
 )
-from seatrial.report.sections import (
-    homogeneity as repeat,
-)
 from seatrial.report.sections.base import Section
 
 ORDER = (
     verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
-    repeat, physics, advice, provenance,
+    homogeneity, physics, advice, provenance,
 )  # fmt: skip
 
 
-def sections(evidence: Evidence) -> list[Section]:
+def all_sections(evidence: Evidence) -> list[Section]:
     """All that there is something to say in."""
     return [found for one in ORDER if (found := one.section(evidence)) is not None]
 
 
-__all__ = ["Section", "sections"]
+__all__ = ["Section", "all_sections"]

@@ -3,7 +3,7 @@
 
 from html import escape
 
-from seatrial.identification.console import combined, condition_said, percent
+from seatrial.identification.console import combined, condition_said
 from seatrial.identification.methods import caution
 from seatrial.identification.regression.equation_error import METHOD
 from seatrial.identification.uncertainty.identifiability import Finding, Identifiability, Verdict
@@ -15,6 +15,7 @@ from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number, true_minus
 from seatrial.report.text.names import html_symbol, names_in, sentence
 from seatrial.report.text.table import Table
+from seatrial.util.format import percent
 
 SHADES = ("0,114,178", "213,94,0")  # of negative and positive correlations
 

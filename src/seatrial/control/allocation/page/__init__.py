@@ -6,7 +6,7 @@ from pathlib import Path
 from seatrial.control.allocation import AllocationComparison
 from seatrial.control.allocation.page import sections
 from seatrial.report.figures.png import check
-from seatrial.report.page import page
+from seatrial.report.html import page
 from seatrial.report.papers import write_figures, write_tables
 from seatrial.report.sections.base import Section, store_of
 from seatrial.util.files import write_text

@@ -6,7 +6,7 @@ from pathlib import Path
 from seatrial.control import Tuning
 from seatrial.control.tuning.page.sections import bode, gains, provenance, safety, steps
 from seatrial.control.tuning.responses import responses
-from seatrial.report.page import page
+from seatrial.report.html import page
 from seatrial.util.files import write_text
 
 __all__ = ["tuning_report", "write_tuning_report"]

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from seatrial.identification.console import plus_minus, table
 from seatrial.identification.selection.terms.decisions import Evidence, Row, Verdict
 from seatrial.identification.selection.terms.explain import sensible
 from seatrial.identification.selection.terms.selection import Selection
+from seatrial.util.format import plus_minus, table
 from seatrial.util.frames import AXES, Axes
 
 SELECTION_FORMAT: Final = "selection 1"
