@@ -63,8 +63,11 @@ class Assessment:
 def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Assessment]:
     """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
 
-    What fails for one recording is kept as its `failure`, and does not stop the others.
+    What fails for one recording is kept as its `failure`, and does not stop the others. Raises
+    RecordingError where there is none.
     """
+    if not recordings:
+        raise RecordingError("no recording given; pass at least one")
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
     # predictions, and their scores
