@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/innovations.hpp"
+#include "seatrial/filter/innovations.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 
 #include "arrays.hpp"
 #include "predictor.hpp"
-#include "seatrial/doubt.hpp"
+#include "seatrial/onboard/parameter_uncertainty.hpp"
 
 namespace {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/odometer.hpp"
-#include "seatrial/schedule.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "boats.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/predictor.hpp"
+#include "seatrial/onboard/predictor.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 namespace onboard {
 

@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "problem.hpp"
-#include "seatrial/innovations.hpp"
+#include "seatrial/filter/innovations.hpp"
 
 using namespace seatrial;
 using boats::Worst;

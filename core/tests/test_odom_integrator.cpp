@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "onboard.hpp"
-#include "seatrial/way.hpp"
+#include "seatrial/onboard/odom_integrator.hpp"
 
 using namespace seatrial;  // NOLINT(google-build-using-namespace)
 

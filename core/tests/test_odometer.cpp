@@ -8,7 +8,7 @@
 
 #include "heap.hpp"
 #include "onboard.hpp"
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 using namespace seatrial;  // NOLINT(google-build-using-namespace)
 using boats::Random;

@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "dual.hpp"
-#include "seatrial/tangents.hpp"
+#include "seatrial/integration/sensitivities.hpp"
 
 using namespace seatrial;
 using boats::Random;

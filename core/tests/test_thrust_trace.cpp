@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "chain_by_hand.hpp"
-#include "seatrial/trace.hpp"
+#include "seatrial/integration/thrust_trace.hpp"
 
 using namespace seatrial;
 using boats::Random;

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "seatrial/predictor.hpp"
+#include "seatrial/onboard/predictor.hpp"
 #include "seatrial_ros/model_file.hpp"
 
 namespace {

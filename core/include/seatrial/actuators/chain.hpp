@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/allocation.hpp"
-#include "seatrial/structure.hpp"
+#include "seatrial/actuators/allocation.hpp"
+#include "seatrial/model/structure.hpp"
 
 namespace seatrial {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/allocator_idle.hpp"
+#include "seatrial/control/allocator_idle.hpp"
 
 namespace seatrial {
 

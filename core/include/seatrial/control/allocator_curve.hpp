@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "seatrial/actuators.hpp"
+#include "seatrial/actuators/chain.hpp"
 
 namespace seatrial {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "seatrial/allocator_reach.hpp"
+#include "seatrial/control/allocator_reach.hpp"
 
 namespace seatrial {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "seatrial/allocator_curve.hpp"
-#include "seatrial/allocator_effort.hpp"
+#include "seatrial/control/allocator_curve.hpp"
+#include "seatrial/control/allocator_effort.hpp"
 
 namespace seatrial {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "seatrial/allocation.hpp"
+#include "seatrial/actuators/allocation.hpp"
 
 namespace seatrial {
 

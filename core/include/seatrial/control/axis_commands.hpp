@@ -7,9 +7,9 @@
 #include <cmath>
 #include <optional>
 
-#include "seatrial/allocation.hpp"
-#include "seatrial/allocator.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/actuators/allocation.hpp"
+#include "seatrial/control/allocator.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/axis_commands.hpp"
-#include "seatrial/dynamics.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/control/axis_commands.hpp"
+#include "seatrial/model/dynamics.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

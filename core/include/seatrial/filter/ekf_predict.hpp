@@ -8,9 +8,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/considered.hpp"
-#include "seatrial/motion_noise.hpp"
-#include "seatrial/tangents.hpp"
+#include "seatrial/filter/noise_parameters.hpp"
+#include "seatrial/filter/schmidt_kalman.hpp"
+#include "seatrial/integration/sensitivities.hpp"
 
 namespace seatrial {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "seatrial/belief.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/filter/ekf_predict.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

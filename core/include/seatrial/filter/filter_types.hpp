@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "seatrial/motion_noise.hpp"
-#include "seatrial/step.hpp"
+#include "seatrial/filter/noise_parameters.hpp"
+#include "seatrial/integration/step.hpp"
 
 namespace seatrial {
 

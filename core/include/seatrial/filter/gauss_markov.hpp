@@ -7,7 +7,7 @@
 #pragma once
 #include <algorithm>
 
-#include "seatrial/pass.hpp"
+#include "seatrial/filter/filter_types.hpp"
 
 namespace seatrial::detail {
 

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "seatrial/filter.hpp"
+#include "seatrial/filter/likelihood_filter.hpp"
 
 namespace seatrial {
 

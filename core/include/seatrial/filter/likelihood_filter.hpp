@@ -9,10 +9,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "seatrial/fading.hpp"
-#include "seatrial/inverse3.hpp"
-#include "seatrial/pass.hpp"
-#include "seatrial/schedule.hpp"
+#include "seatrial/filter/filter_types.hpp"
+#include "seatrial/filter/gauss_markov.hpp"
+#include "seatrial/filter/inverse3.hpp"
+#include "seatrial/integration/step_schedule.hpp"
 
 namespace seatrial::detail {
 

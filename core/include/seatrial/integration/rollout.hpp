@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "seatrial/schedule.hpp"
+#include "seatrial/integration/step_schedule.hpp"
 
 namespace seatrial {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The step once more, with its exact derivatives to initial state, coefficients and constants.
 #pragma once
-#include "seatrial/step.hpp"
+#include "seatrial/integration/step.hpp"
 
 namespace seatrial {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/actuators.hpp"
-#include "seatrial/dynamics.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/actuators/chain.hpp"
+#include "seatrial/model/dynamics.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

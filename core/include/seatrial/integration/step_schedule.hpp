@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "seatrial/trace.hpp"
+#include "seatrial/integration/thrust_trace.hpp"
 
 namespace seatrial {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "seatrial/tangents.hpp"
+#include "seatrial/integration/sensitivities.hpp"
 
 namespace seatrial {
 

@@ -3,7 +3,7 @@
 #pragma once
 #include <cmath>
 
-#include "seatrial/structure.hpp"
+#include "seatrial/model/structure.hpp"
 
 namespace seatrial {
 

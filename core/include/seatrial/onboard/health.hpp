@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "seatrial/structure.hpp"
+#include "seatrial/model/structure.hpp"
 
 namespace seatrial {
 

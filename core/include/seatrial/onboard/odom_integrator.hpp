@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "seatrial/belief.hpp"
+#include "seatrial/filter/ekf_update.hpp"
 
 namespace seatrial {
 

@@ -5,8 +5,8 @@
 #pragma once
 #include <new>
 
-#include "seatrial/predictor.hpp"
-#include "seatrial/way.hpp"
+#include "seatrial/onboard/odom_integrator.hpp"
+#include "seatrial/onboard/predictor.hpp"
 
 namespace seatrial {
 

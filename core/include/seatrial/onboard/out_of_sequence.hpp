@@ -7,8 +7,8 @@
 // multiples of kGrid, whoever asks for what and when. Instants are kept at poses and on the grid;
 // what comes late is put in, and all after it is done again from the instant before.
 #pragma once
-#include "seatrial/history.hpp"
-#include "seatrial/onboard.hpp"
+#include "seatrial/onboard/history.hpp"
+#include "seatrial/onboard/predictor_state.hpp"
 
 namespace seatrial {
 

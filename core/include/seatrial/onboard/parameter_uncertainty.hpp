@@ -10,8 +10,8 @@
 // neither grows nor shrinks, so that Q = -(J P + P J'), averaged over the drive, is the walk which
 // makes the velocity as wrong.
 #pragma once
-#include "seatrial/belief.hpp"
-#include "seatrial/causes.hpp"
+#include "seatrial/filter/ekf_predict.hpp"
+#include "seatrial/onboard/principal_errors.hpp"
 
 namespace seatrial {
 namespace detail {

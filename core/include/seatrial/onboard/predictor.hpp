@@ -2,7 +2,7 @@
 // The on-board predictor: commands and poses in, late or out of order; motion, its covariance and
 // health out at any time. No heap, no exceptions; what can't be used is refused, and said.
 #pragma once
-#include "seatrial/timeline.hpp"
+#include "seatrial/onboard/out_of_sequence.hpp"
 
 namespace seatrial {
 

@@ -2,8 +2,8 @@
 // One instant of the on-board predictor: thrusters, belief, and the second belief that poses are
 // held against which the first one does not believe. No heap, no exceptions.
 #pragma once
-#include "seatrial/correction.hpp"
-#include "seatrial/health.hpp"
+#include "seatrial/filter/ekf_update.hpp"
+#include "seatrial/onboard/health.hpp"
 
 namespace seatrial {
 

@@ -10,7 +10,7 @@
 #pragma once
 #include <numeric>
 
-#include "seatrial/random_drive.hpp"
+#include "seatrial/onboard/random_drive.hpp"
 
 namespace seatrial {
 namespace detail {

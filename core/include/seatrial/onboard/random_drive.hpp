@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "seatrial/considered.hpp"
-#include "seatrial/health.hpp"
-#include "seatrial/schedule.hpp"
+#include "seatrial/filter/schmidt_kalman.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+#include "seatrial/onboard/health.hpp"
 
 namespace seatrial {
 

@@ -2,8 +2,8 @@
 // A hull that touches: a disc round the boat's origin. What it touches pushes it out along the
 // normal and takes the velocity into it, but for a share that bounces back; no friction, no moment.
 #pragma once
-#include "seatrial/frames.hpp"
-#include "seatrial/scene.hpp"
+#include "seatrial/model/frames.hpp"
+#include "seatrial/simulation/scene.hpp"
 
 namespace seatrial {
 

@@ -4,9 +4,9 @@
 #pragma once
 #include <vector>
 
-#include "seatrial/frames.hpp"
-#include "seatrial/random.hpp"
-#include "seatrial/scene.hpp"
+#include "seatrial/model/frames.hpp"
+#include "seatrial/simulation/random.hpp"
+#include "seatrial/simulation/scene.hpp"
 
 namespace seatrial {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "seatrial/plant.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 namespace seatrial {
 

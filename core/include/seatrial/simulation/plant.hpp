@@ -3,7 +3,7 @@
 #pragma once
 #include <algorithm>
 
-#include "seatrial/step.hpp"
+#include "seatrial/integration/step.hpp"
 
 namespace seatrial {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "seatrial/frames.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

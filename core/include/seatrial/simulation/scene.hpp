@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "seatrial/frames.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 

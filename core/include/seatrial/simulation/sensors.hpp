@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A boat's sensors, simulated: a SLAM's pose and an inertial unit. Host only.
 #pragma once
-#include "seatrial/frames.hpp"
-#include "seatrial/random.hpp"
+#include "seatrial/model/frames.hpp"
+#include "seatrial/simulation/random.hpp"
 
 namespace seatrial {
 

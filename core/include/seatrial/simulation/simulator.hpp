@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "seatrial/contact.hpp"
-#include "seatrial/lidar.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/sensors.hpp"
+#include "seatrial/simulation/contact.hpp"
+#include "seatrial/simulation/lidar.hpp"
+#include "seatrial/simulation/plant.hpp"
+#include "seatrial/simulation/sensors.hpp"
 
 namespace seatrial {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 namespace seatrial::ros {
 

@@ -2,8 +2,8 @@
 // `model.yaml` for a node on board: the model as the predictor takes it, and how its signals are
 // read from messages. What Python's `seatrial.Predictor(model)` builds, without Python.
 #pragma once
-#include "seatrial/doubt.hpp"
-#include "seatrial/onboard.hpp"
+#include "seatrial/onboard/parameter_uncertainty.hpp"
+#include "seatrial/onboard/predictor_state.hpp"
 #include "seatrial_ros/model_signals.hpp"
 #include "seatrial_ros/model_vehicle.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 #include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/settings.hpp"
