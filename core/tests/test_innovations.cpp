@@ -2,13 +2,15 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "problem.hpp"
-#include "seatrial/filter/innovations.hpp"
+#include "filter_run.hpp"
 
 using namespace seatrial;
 using boats::Worst;
+using problems::disturbed;
 using problems::driven;
+using problems::mallard_run;
 using problems::Problem;
+using problems::Run;
 
 namespace {
 
@@ -23,13 +25,6 @@ constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.
 constexpr FilterNoise kStraightHanging{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
                                        2.0,  3e-3, 1e-6, 0.3,  0.0,  1e9};
 
-/// The three disturbances that the filter adds, as the last coefficients.
-Structure disturbed(Structure s) {
-  const int first = s.n_coefficients;
-  for (int axis = 0; axis < kAxes; ++axis) boats::add(s, axis, first + axis, 1.0, {});
-  return s;
-}
-
 /// A boat that goes straight on, under forces that are known: everything is linear.
 Structure straight() {
   Structure s;
@@ -38,34 +33,6 @@ Structure straight() {
   boats::add(s, 0, 1, 1.0, {boats::kFu});
   return disturbed(s);
 }
-
-struct Run {
-  Problem problem;
-  std::vector<double> eta;
-  std::vector<signed char> use;
-  FilterStart start{};
-
-  explicit Run(Problem p) : problem(std::move(p)) {
-    std::vector<double> states = problems::simulated(problem, nullptr);
-    boats::Random random(7);
-    for (std::size_t i = 0; i < problem.time.size(); ++i) {
-      for (std::size_t j = 0; j < kPose; ++j) {
-        eta.push_back(states[i * kStates + j] + random(-3e-3, 3e-3));
-      }
-      use.push_back(i % 17 == 16 ? 0 : 1);
-    }
-    std::copy(problem.x0.begin(), problem.x0.end(), start.state);
-    std::fill(start.velocity, start.velocity + kAxes, 0.05);
-  }
-
-  PoseSeries poses() const {
-    return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
-  }
-
-  FilterPass pass(const FilterNoise& noise) const {
-    return innovations(problem.boat, problem.trace(), poses(), noise, start);
-  }
-};
 
 Run linear_run() {
   std::vector<double> coefficients{-0.8, 0.5, 0.0, 0.0, 0.0};
@@ -80,12 +47,6 @@ Run linear_run() {
     run.eta[3 * k + 2] = 0.0;
   }
   return run;
-}
-
-Run mallard_run() {
-  std::vector<double> coefficients = boats::mallard_coefficients();
-  coefficients.resize(coefficients.size() + kAxes, 0.0);
-  return Run(driven(disturbed(boats::mallard()), coefficients, Scheme::kMoorePenrose, true));
 }
 
 }  // namespace
