@@ -13,7 +13,7 @@ namespace {
 
 using namespace seatrial;
 
-/// Noise (10,) in the order of MotionNoise; errors (coefficients and constants, causes).
+/// Noise (11,) in the order of NoiseParameters; errors (coefficients and constants, causes).
 std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q, Matrix speeds,
                                   Matrix covariance, Vector noise, bool explained) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
@@ -29,16 +29,12 @@ std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j) m.covariance[i][j] = covariance(i, j);
   }
-  DrivenBoat believed;
-  const MotionNoise own = make_noise(noise);
+  OnboardBoat believed;
+  const NoiseParameters own = make_noise(noise);
   {
     nb::gil_scoped_release released;
     believe(m, own, explained, believed);
   }
-  const MotionNoise& b = believed.noise;
-  const double row[11] = {b.position,           b.heading,         b.walk_linear, b.walk_yaw,
-                          b.disturbance_linear, b.disturbance_yaw, b.memory,      b.colour_position,
-                          b.colour_heading,     b.colour_memory,   b.colour_turn};
   const Considered& found = believed.considered;
   double* out = nullptr;
   auto to = fresh<Out2>({n, static_cast<std::size_t>(found.n)}, &out);
@@ -47,7 +43,7 @@ std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q
     const Causes& causes = i < first ? found.coefficient[i] : found.constant[i - first];
     out = std::copy(causes, causes + found.n, out);
   }
-  return {row_of(row), to};
+  return {noise_row(believed.noise), to};
 }
 
 void bind_doubt(nb::module_& m) {

@@ -16,6 +16,8 @@ inline Structure disturbed(Structure s) {
   return s;
 }
 
+inline constexpr double kNever = 1e9;  // [sigma] from where on a pose is an outlier: none is
+
 /// A problem with noisy poses of its boat, every 17th of them not measured.
 struct Run {
   Problem problem;
@@ -40,8 +42,8 @@ struct Run {
     return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
   }
 
-  FilterPass pass(const FilterNoise& noise) const {
-    return innovations(problem.boat, problem.trace(), poses(), noise, start);
+  FilterPass pass(const NoiseParameters& noise, double outlier = kNever) const {
+    return innovations(problem.boat, problem.trace(), poses(), noise, outlier, start);
   }
 };
 

@@ -16,9 +16,9 @@ namespace {
 
 PoseSample sample(const OnboardModel& m, double x, double y, double psi) {
   PoseSample pose;
-  const double eta[kSeen] = {x, y, psi};
-  std::copy(eta, eta + kSeen, pose.eta);
-  for (int i = 0; i < kSeen; ++i) pose.noise[i][i] = m.boat.noise.white_variance(i);
+  const double eta[kPose] = {x, y, psi};
+  std::copy(eta, eta + kPose, pose.eta);
+  for (int i = 0; i < kPose; ++i) pose.noise[i][i] = m.boat.noise.white_variance(i);
   return pose;
 }
 
@@ -31,15 +31,15 @@ Instant begun(const OnboardModel& m) {
 }
 
 /// Whether the correlated errors are believed as at the start, but for links to the pose.
-bool colour_is_new(const OnboardModel& m, const Belief& b) {
-  for (int i = 0; i < kSeen; ++i) {
-    const int c = kBelieved + i;
+bool colour_is_new(const OnboardModel& m, const StateEstimate& b) {
+  for (int i = 0; i < kPose; ++i) {
+    const int c = kFilterStates + i;
     if (b.x[c] != 0.0 || b.p[c][c] != m.boat.noise.colour_variance(i)) return false;
-    for (int j = kSeen; j < kMostBelieved; ++j) {
+    for (int j = kPose; j < kOscillatingStates; ++j) {
       if (j != c && b.p[c][j] != 0.0) return false;
     }
-    const int other = kColoured + i;
-    if (b.swinging() && b.p[other][other] != m.boat.noise.colour_variance(i)) return false;
+    const int other = kColouredStates + i;
+    if (b.oscillating() && b.p[other][other] != m.boat.noise.colour_variance(i)) return false;
   }
   return true;
 }
@@ -51,25 +51,27 @@ TEST_CASE("many poses at once tell as much as their white errors; what is correl
   Instant now = begun(m);
   constexpr int kPoses = 400;
   for (int i = 0; i < kPoses; ++i) use_pose(m, sample(m, 1.0, 2.0, 0.3), now);
-  const Belief& b = now.belief;
-  for (int i = 0; i < kSeen; ++i) {
+  const StateEstimate& b = now.belief;
+  for (int i = 0; i < kPose; ++i) {
     const double white = m.boat.noise.white_variance(i);
     CHECK(b.p[i][i] == doctest::Approx(m.boat.noise.colour_variance(i)).epsilon(1e-3));
-    CHECK(detail::predicted(b, i, i) == doctest::Approx(white / kPoses).epsilon(1e-2));
+    const int c = kFilterStates + i;
+    const double predicted = b.p[i][i] + b.p[i][c] + b.p[c][i] + b.p[c][c];  // of H P H'
+    CHECK(predicted == doctest::Approx(white / kPoses).epsilon(1e-2));
   }
   CHECK(onboard::positive(b.p, b.n));
 }
 
 TEST_CASE("the first pose is believed as far as one pose goes") {
   for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
-    const Belief b = begun(m).belief;
-    CHECK(b.n == (m.boat.noise.swinging() ? kMostBelieved : kColoured));
+    const StateEstimate b = begun(m).belief;
+    CHECK(b.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
     CHECK(colour_is_new(m, b));
-    for (int i = 0; i < kSeen; ++i) {
+    for (int i = 0; i < kPose; ++i) {
       const double colour = m.boat.noise.colour_variance(i);
       const double all = colour + m.boat.noise.white_variance(i);
       CHECK(b.p[i][i] == doctest::Approx(9.0 * all));  // three standard deviations of one
-      CHECK(b.p[i][kBelieved + i] == -colour);         // eta = x + c + white
+      CHECK(b.p[i][kFilterStates + i] == -colour);     // eta = x + c + white
     }
     CHECK(onboard::positive(b.p, b.n));
   }
@@ -112,30 +114,30 @@ TEST_CASE("a heading that is lost, and a model that ran away, begin them anew, t
     use_pose(m, sample(m, 1.01, 2.0, 0.3), gone);
     give_up(m, gone.belief, gone);
     CHECK(colour_is_new(m, gone.belief));
-    CHECK(gone.belief.n == (m.boat.noise.swinging() ? kMostBelieved : kColoured));
+    CHECK(gone.belief.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
   }
 }
 
 TEST_CASE("of a pose's own covariance the white part is what the model leaves; correlations stay") {
-  MotionNoise n;
+  NoiseParameters n;
   n.position = 0.002;
   n.heading = 0.001;
-  const double own[kSeen][kSeen] = {{25e-6, 6e-6, 0.0}, {6e-6, 9e-6, -1e-7}, {0.0, -1e-7, 4e-7}};
-  double noise[kSeen][kSeen];
+  const double own[kPose][kPose] = {{25e-6, 6e-6, 0.0}, {6e-6, 9e-6, -1e-7}, {0.0, -1e-7, 4e-7}};
+  double noise[kPose][kPose];
   const auto leave = [&] {
-    std::copy(&own[0][0], &own[0][0] + std::ptrdiff_t{kSeen} * kSeen, &noise[0][0]);
+    std::copy(&own[0][0], &own[0][0] + std::ptrdiff_t{kPose} * kPose, &noise[0][0]);
     detail::leave_white(n, noise);
   };
   leave();  // nothing is correlated: all of it is white
-  CHECK(onboard::same_bits(&noise[0][0], &own[0][0], kSeen * kSeen));
+  CHECK(onboard::same_bits(&noise[0][0], &own[0][0], kPose * kPose));
   n.colour_position = 0.003;
   n.colour_heading = 0.003;
   leave();
   CHECK(noise[0][0] == doctest::Approx(25e-6 - 9e-6));
   CHECK(noise[1][1] == doctest::Approx(4e-6));  // not below the model's
   CHECK(noise[2][2] == doctest::Approx(4e-7));  // it says that it is better than that
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
       const double was = own[i][j] / std::sqrt(own[i][i] * own[j][j]);
       CHECK(noise[i][j] / std::sqrt(noise[i][i] * noise[j][j]) == doctest::Approx(was));
     }
@@ -147,8 +149,8 @@ TEST_CASE("a pose that brings the model's own total counts as one that brings no
   const OnboardModel m = coloured_model();
   auto plain = std::make_unique<Predictor>(m);
   auto told = std::make_unique<Predictor>(m);
-  double total[kSeen][kSeen] = {};
-  for (int i = 0; i < kSeen; ++i) {
+  double total[kPose][kPose] = {};
+  for (int i = 0; i < kPose; ++i) {
     total[i][i] = m.boat.noise.white_variance(i) + m.boat.noise.colour_variance(i);
   }
   for (const onboard::Input& in : onboard::drive(4, 5.0, onboard::kMemory)) {

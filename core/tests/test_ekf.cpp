@@ -12,17 +12,17 @@ using boats::Worst;
 
 namespace {
 
-constexpr int kSizes[] = {kBelieved, kColoured, kMostBelieved};
+constexpr int kSizes[] = {kFilterStates, kColouredStates, kOscillatingStates};
 
 /// A boat under way, believed with a covariance that links all n states.
-Belief under_way(std::uint64_t seed, int n = kBelieved) {
+StateEstimate under_way(std::uint64_t seed, int n = kFilterStates) {
   Random random(seed);
-  Belief b;
+  StateEstimate b;
   b.n = n;
-  const double x[kMostBelieved] = {0.3,  -0.2,  0.7,   0.25, -0.15, 0.5,   0.02, -0.03,
-                                   0.05, 0.004, -0.01, 0.02, 0.01,  -0.02, 0.03};
+  const double x[kOscillatingStates] = {0.3,  -0.2,  0.7,   0.25, -0.15, 0.5,   0.02, -0.03,
+                                        0.05, 0.004, -0.01, 0.02, 0.01,  -0.02, 0.03};
   std::copy(x, x + n, b.x);
-  double root[kMostBelieved][kMostBelieved];
+  double root[kOscillatingStates][kOscillatingStates];
   for (auto& row : root) random.fill(row, n, -0.1, 0.1);
   for (int i = 0; i < n; ++i) root[i][i] += 0.2;
   for (int i = 0; i < n; ++i) {
@@ -33,14 +33,14 @@ Belief under_way(std::uint64_t seed, int n = kBelieved) {
   return b;
 }
 
-constexpr double kPoseNoise[kSeen][kSeen] = {
+constexpr double kPoseNoise[kPose][kPose] = {
     {4e-4, 1e-5, 0.0}, {1e-5, 9e-4, 2e-5}, {0.0, 2e-5, 1e-3}};
 
 /// Whether what is not among its states is left alone.
-bool rest_is_untouched(const Belief& b) {
-  for (int i = b.n; i < kMostBelieved; ++i) {
+bool rest_is_untouched(const StateEstimate& b) {
+  for (int i = b.n; i < kOscillatingStates; ++i) {
     if (b.x[i] != 0.0) return false;
-    for (int j = 0; j < kMostBelieved; ++j) {
+    for (int j = 0; j < kOscillatingStates; ++j) {
       if (b.p[i][j] != 0.0 || b.p[j][i] != 0.0) return false;
     }
   }
@@ -50,8 +50,8 @@ bool rest_is_untouched(const Belief& b) {
 constexpr double kForce[3][kMaxForces] = {{0.5, -0.3, 0.4}, {0.52, -0.2, 0.3}, {0.53, -0.1, 0.2}};
 constexpr double kStep = 0.02;  // [s]
 
-DrivenBoat boat(DisturbanceFrame frame) {
-  DrivenBoat b = onboard::model().boat;
+OnboardBoat boat(DisturbanceFrame frame) {
+  OnboardBoat b = onboard::model().boat;
   b.frame = frame;
   b.current[0] = 0.05;
   b.current[1] = -0.02;
@@ -59,21 +59,23 @@ DrivenBoat boat(DisturbanceFrame frame) {
 }
 
 /// d state / d state over a step, by central differences of the mean.
-void slopes_by_differences(const DrivenBoat& boat, const Belief& at, double f[][kMostBelieved]) {
+void slopes_by_differences(const OnboardBoat& boat, const StateEstimate& at,
+                           double f[][kOscillatingStates]) {
   constexpr double kOff = 1e-5;
   for (int j = 0; j < at.n; ++j) {
-    Belief ahead = at;
-    Belief back = at;
+    StateEstimate ahead = at;
+    StateEstimate back = at;
     ahead.x[j] += kOff;
     back.x[j] -= kOff;
-    REQUIRE(believe_step(boat, kStep, kForce, ahead));
-    REQUIRE(believe_step(boat, kStep, kForce, back));
+    REQUIRE(predict(boat, kStep, kForce, ahead));
+    REQUIRE(predict(boat, kStep, kForce, back));
     for (int i = 0; i < at.n; ++i) f[i][j] = (ahead.x[i] - back.x[i]) / (2.0 * kOff);
   }
 }
 
 /// F P F'.
-void carried(const double f[][kMostBelieved], const Belief& b, double out[][kMostBelieved]) {
+void carried(const double f[][kOscillatingStates], const StateEstimate& b,
+             double out[][kOscillatingStates]) {
   for (int i = 0; i < b.n; ++i) {
     for (int j = 0; j < b.n; ++j) {
       out[i][j] = 0.0;
@@ -114,7 +116,7 @@ Dense dense(const double (&from)[N][N], int n = N) {
 /// d measured pose_k / d state_i.
 double measures(int k, std::size_t i) {
   const bool pose = i == static_cast<std::size_t>(k);
-  return pose || i == static_cast<std::size_t>(kBelieved + k) ? 1.0 : 0.0;
+  return pose || i == static_cast<std::size_t>(kFilterStates + k) ? 1.0 : 0.0;
 }
 
 }  // namespace
@@ -122,17 +124,17 @@ double measures(int k, std::size_t i) {
 TEST_CASE("the covariance is carried by the derivatives of the motion") {
   for (const int n : kSizes) {
     for (const auto frame : {DisturbanceFrame::kEarth, DisturbanceFrame::kBody}) {
-      DrivenBoat b = boat(frame);
+      OnboardBoat b = boat(frame);
       b.noise.walk_linear = b.noise.walk_yaw = 0.0;
       b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
       b.noise.colour_turn = 2.5;
       b.considered = {};
-      Belief belief = under_way(3, n);
-      double f[kMostBelieved][kMostBelieved];
-      double want[kMostBelieved][kMostBelieved];
+      StateEstimate belief = under_way(3, n);
+      double f[kOscillatingStates][kOscillatingStates];
+      double want[kOscillatingStates][kOscillatingStates];
       slopes_by_differences(b, belief, f);
       carried(f, belief, want);
-      REQUIRE(believe_step(b, kStep, kForce, belief));
+      REQUIRE(predict(b, kStep, kForce, belief));
       Worst worst;
       for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) worst.see(belief.p[i][j], want[i][j]);
@@ -144,16 +146,16 @@ TEST_CASE("the covariance is carried by the derivatives of the motion") {
 }
 
 TEST_CASE("process noise is that of a random walk and of a disturbance that renews itself") {
-  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise = {1e-3, 1e-3, 0.02, 0.05, 0.03, 0.07, 2.0};
-  Belief with = under_way(4);
-  Belief without = with;
-  DrivenBoat quiet = b;
+  StateEstimate with = under_way(4);
+  StateEstimate without = with;
+  OnboardBoat quiet = b;
   quiet.noise.walk_linear = quiet.noise.walk_yaw = 0.0;
   quiet.noise.disturbance_linear = quiet.noise.disturbance_yaw = 0.0;
   const double psi = with.x[2] + 0.5 * kStep * with.x[5];
-  REQUIRE(believe_step(b, kStep, kForce, with));
-  REQUIRE(believe_step(quiet, kStep, kForce, without));
+  REQUIRE(predict(b, kStep, kForce, with));
+  REQUIRE(predict(quiet, kStep, kForce, without));
   const double q = 0.02 * 0.02;
   const auto added = [&](int i, int j) { return with.p[i][j] - without.p[i][j]; };
   CHECK(added(3, 3) == doctest::Approx(q * kStep));
@@ -167,53 +169,53 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
 }
 
 TEST_CASE("correlated errors fade and renew themselves, and no step moves the boat by them") {
-  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise.colour_position = 0.006;
   b.noise.colour_heading = 0.003;
   b.noise.colour_memory = 0.3;
-  const Belief before = under_way(4, kColoured);
-  Belief renewed = before;
-  Belief faded = before;
-  std::fill(renewed.x + kBelieved, renewed.x + kMostBelieved, 0.0);
-  REQUIRE(believe_step(b, kStep, kForce, renewed));
+  const StateEstimate before = under_way(4, kColouredStates);
+  StateEstimate renewed = before;
+  StateEstimate faded = before;
+  std::fill(renewed.x + kFilterStates, renewed.x + kOscillatingStates, 0.0);
+  REQUIRE(predict(b, kStep, kForce, renewed));
   b.noise.colour_position = b.noise.colour_heading = 0.0;
-  REQUIRE(believe_step(b, kStep, kForce, faded));
+  REQUIRE(predict(b, kStep, kForce, faded));
   const double stays = std::exp(-kStep / 0.3);
-  for (int i = 0; i < kSeen; ++i) {
-    const int c = kBelieved + i;
+  for (int i = 0; i < kPose; ++i) {
+    const int c = kFilterStates + i;
     const double sigma = i < 2 ? 0.006 : 0.003;
     CHECK(faded.x[c] == doctest::Approx(stays * before.x[c]));
     CHECK(renewed.p[c][c] - faded.p[c][c] ==
           doctest::Approx(sigma * sigma * (1.0 - stays * stays)).epsilon(1e-6));
   }
-  CHECK(onboard::same_bits(renewed.x, faded.x, kBelieved));
+  CHECK(onboard::same_bits(renewed.x, faded.x, kFilterStates));
 }
 
 TEST_CASE("errors that swing keep their size, are not linked to their other sides, and turn") {
   const double memory = 4.0;
   const double turn = 2.5;
-  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.considered = {};
   b.noise.colour_position = 0.06;
   b.noise.colour_heading = 0.03;
   b.noise.colour_memory = memory;
   b.noise.colour_turn = turn;
-  Belief belief = under_way(4, kMostBelieved);
-  for (int i = kBelieved; i < kMostBelieved; ++i) {
-    belief.x[i] = i < kColoured ? 0.01 : 0.0;
-    std::fill(belief.p[i], belief.p[i] + kMostBelieved, 0.0);
+  StateEstimate belief = under_way(4, kOscillatingStates);
+  for (int i = kFilterStates; i < kOscillatingStates; ++i) {
+    belief.x[i] = i < kColouredStates ? 0.01 : 0.0;
+    std::fill(belief.p[i], belief.p[i] + kOscillatingStates, 0.0);
     for (auto& row : belief.p) row[i] = 0.0;
-    belief.p[i][i] = b.noise.colour_variance((i - kBelieved) % kSeen);
+    belief.p[i][i] = b.noise.colour_variance((i - kFilterStates) % kPose);
   }
   constexpr int kSteps = 60;
-  for (int i = 0; i < kSteps; ++i) REQUIRE(believe_step(b, kStep, kForce, belief));
+  for (int i = 0; i < kSteps; ++i) REQUIRE(predict(b, kStep, kForce, belief));
   const double t = kSteps * kStep;
   const double rate = std::sqrt(turn * turn - 1.0 / (memory * memory));
   const double left =  // of e with e' = 0 at the begin
       std::exp(-t / memory) * (std::cos(rate * t) + std::sin(rate * t) / (rate * memory));
-  for (int i = 0; i < kSeen; ++i) {
-    const int c = kBelieved + i;
-    const int o = kColoured + i;
+  for (int i = 0; i < kPose; ++i) {
+    const int c = kFilterStates + i;
+    const int o = kColouredStates + i;
     const double variance = b.noise.colour_variance(i);
     CHECK(belief.x[c] == doctest::Approx(0.01 * left).epsilon(1e-9));
     CHECK(belief.p[c][c] == doctest::Approx(variance).epsilon(1e-9));
@@ -225,23 +227,23 @@ TEST_CASE("errors that swing keep their size, are not linked to their other side
 TEST_CASE("a correction is Bayes' rule: information adds up") {
   const Dense precision = inverse(dense(kPoseNoise));
   for (const int n : kSizes) {
-    Belief b = under_way(5, n);
-    const Belief before = b;
-    const double off[kSeen] = {0.01, -0.02, 0.03};
-    double eta[kSeen];
-    for (int i = 0; i < kSeen; ++i) {
-      eta[i] = off[i] + b.x[i] + (b.coloured() ? b.x[kBelieved + i] : 0.0);
+    StateEstimate b = under_way(5, n);
+    const StateEstimate before = b;
+    const double off[kPose] = {0.01, -0.02, 0.03};
+    double eta[kPose];
+    for (int i = 0; i < kPose; ++i) {
+      eta[i] = off[i] + b.x[i] + (b.coloured() ? b.x[kFilterStates + i] : 0.0);
     }
     eta[2] += 2.0 * kPi;
-    const Surprise found = surprise(b, eta, kPoseNoise);
-    correct(found, kPoseNoise, b);
+    const Innovation found = innovation(b, eta, kPoseNoise);
+    update(found, kPoseNoise, b);
     CHECK(onboard::positive(b.p, n));
     CHECK(rest_is_untouched(b));
     Dense information = inverse(dense(before.p, n));  // and H' R^-1 H is added
     std::vector<double> weighed(information.size());  // H' R^-1 e
     for (std::size_t i = 0; i < weighed.size(); ++i) {
-      for (int k = 0; k < kSeen; ++k) {
-        for (int l = 0; l < kSeen; ++l) {
+      for (int k = 0; k < kPose; ++k) {
+        for (int l = 0; l < kPose; ++l) {
           const double r = measures(k, i) * precision[k][l];
           weighed[i] += r * off[l];
           for (std::size_t j = 0; j < weighed.size(); ++j) {
@@ -264,8 +266,8 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
     // the square is e' S^-1 e, and S what the poses are predicted with
     double square = 0.0;
     Dense s = dense(kPoseNoise);
-    for (int k = 0; k < kSeen; ++k) {
-      for (int l = 0; l < kSeen; ++l) {
+    for (int k = 0; k < kPose; ++k) {
+      for (int l = 0; l < kPose; ++l) {
         for (std::size_t i = 0; i < weighed.size(); ++i) {
           for (std::size_t j = 0; j < weighed.size(); ++j) {
             s[k][l] += measures(k, i) * before.p[i][j] * measures(l, j);
@@ -274,27 +276,27 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
       }
     }
     const Dense gate = inverse(s);
-    for (int k = 0; k < kSeen; ++k) {
-      for (int l = 0; l < kSeen; ++l) square += off[k] * gate[k][l] * off[l];
+    for (int k = 0; k < kPose; ++k) {
+      for (int l = 0; l < kPose; ++l) square += off[k] * gate[k][l] * off[l];
     }
-    CHECK(found.square == doctest::Approx(square).epsilon(1e-10));
+    CHECK(found.nis == doctest::Approx(square).epsilon(1e-10));
   }
 }
 
 TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth as much less") {
   for (const int n : kSizes) {
-    const Belief before = under_way(7, n);
-    const auto moved = [&](double far, Belief& b) {
+    const StateEstimate before = under_way(7, n);
+    const auto moved = [&](double far, StateEstimate& b) {
       b = before;
-      double eta[kSeen] = {b.x[0] + far, b.x[1] - far, b.x[2] + 0.5 * far};
-      for (int i = 0; i < kSeen && b.coloured(); ++i) eta[i] += b.x[kBelieved + i];
-      const Surprise found = surprise(b, eta, kPoseNoise);
-      correct_robustly(found, kPoseNoise, 4.0, b);
-      return std::sqrt(found.square);
+      double eta[kPose] = {b.x[0] + far, b.x[1] - far, b.x[2] + 0.5 * far};
+      for (int i = 0; i < kPose && b.coloured(); ++i) eta[i] += b.x[kFilterStates + i];
+      const Innovation found = innovation(b, eta, kPoseNoise, 4.0);
+      update(found, kPoseNoise, b);
+      return std::sqrt(found.nis);
     };
-    Belief at;
-    Belief beyond;
-    Belief within;
+    StateEstimate at;
+    StateEstimate beyond;
+    StateEstimate within;
     const double unit = moved(0.01, within) / 0.01;  // [sigma per m]
     CHECK(moved(4.0 / unit, at) == doctest::Approx(4.0));
     CHECK(moved(12.0 / unit, beyond) == doctest::Approx(12.0));
@@ -309,22 +311,22 @@ TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth 
 }
 
 TEST_CASE("a covariance stays one through steps and corrections of very different size") {
-  const double tight[kSeen][kSeen] = {{1e-12, 0.0, 0.0}, {0.0, 1e-12, 0.0}, {0.0, 0.0, 1e-12}};
+  const double tight[kPose][kPose] = {{1e-12, 0.0, 0.0}, {0.0, 1e-12, 0.0}, {0.0, 0.0, 1e-12}};
   const double errors[][3] = {{0.0, 0.02, 0.0},  {1e-5, 0.02, 0.0}, {0.1, 0.02, 0.0},
                               {1e-5, 60.0, 0.5}, {0.1, 60.0, 15.0}, {0.1, 0.1, 2.0}};
   for (const auto& [colour, lasts, turn] : errors) {
-    DrivenBoat b = boat(DisturbanceFrame::kEarth);
+    OnboardBoat b = boat(DisturbanceFrame::kEarth);
     b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, colour, colour, lasts, turn};
-    const MotionNoise& n = b.noise;
-    Belief belief = under_way(6, n.swinging()   ? kMostBelieved
-                                 : n.coloured() ? kColoured
-                                                : kBelieved);
+    const NoiseParameters& n = b.noise;
+    StateEstimate belief = under_way(6, n.oscillating() ? kOscillatingStates
+                                        : n.coloured()  ? kColouredStates
+                                                        : kFilterStates);
     for (int i = 0; i < 3000; ++i) {
-      REQUIRE(believe_step(b, kStep, kForce, belief));
+      REQUIRE(predict(b, kStep, kForce, belief));
       if (i % 3 == 0 && (i < 1000 || i > 2000)) {
-        double eta[kSeen] = {belief.x[0], belief.x[1], belief.x[2]};
-        for (int k = 0; k < kSeen && n.coloured(); ++k) eta[k] += belief.x[kBelieved + k];
-        correct(surprise(belief, eta, tight), tight, belief);
+        double eta[kPose] = {belief.x[0], belief.x[1], belief.x[2]};
+        for (int k = 0; k < kPose && n.coloured(); ++k) eta[k] += belief.x[kFilterStates + k];
+        update(innovation(belief, eta, tight), tight, belief);
       }
       REQUIRE(onboard::positive(belief.p, belief.n));
     }
@@ -332,23 +334,23 @@ TEST_CASE("a covariance stays one through steps and corrections of very differen
 }
 
 TEST_CASE("an earth-fixed disturbance keeps its direction while the boat turns") {
-  DrivenBoat b = boat(DisturbanceFrame::kEarth);
+  OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.current[0] = b.current[1] = 0.0;
   std::fill(b.coefficient, b.coefficient + kMaxCoefficients, 0.0);  // no drag, no thrust
   b.noise.memory = 1e9;
-  Belief belief;
+  StateEstimate belief;
   belief.x[5] = 2.0;  // [rad/s]
   belief.x[6] = 0.1;  // [m/s^2]
-  for (int i = 0; i < kBelieved; ++i) belief.p[i][i] = 1e-4;
-  for (int i = 0; i < 200; ++i) REQUIRE(believe_step(b, kStep, kForce, belief));
+  for (int i = 0; i < kFilterStates; ++i) belief.p[i][i] = 1e-4;
+  for (int i = 0; i < 200; ++i) REQUIRE(predict(b, kStep, kForce, belief));
   CHECK(belief.x[0] == doctest::Approx(0.5 * 0.1 * 4.0 * 4.0).epsilon(1e-4));
   CHECK(belief.x[1] == doctest::Approx(0.0).epsilon(1e-4).scale(0.8));
   b.frame = DisturbanceFrame::kBody;
-  Belief turned;
+  StateEstimate turned;
   turned.x[5] = 2.0;
   turned.x[6] = 0.1;
-  for (int i = 0; i < kBelieved; ++i) turned.p[i][i] = 1e-4;
-  for (int i = 0; i < 200; ++i) REQUIRE(believe_step(b, kStep, kForce, turned));
+  for (int i = 0; i < kFilterStates; ++i) turned.p[i][i] = 1e-4;
+  for (int i = 0; i < 200; ++i) REQUIRE(predict(b, kStep, kForce, turned));
   const double radius = 0.1 / 4.0;  // a / r^2
   CHECK(turned.x[0] == doctest::Approx(radius * (1.0 - std::cos(8.0))).epsilon(1e-3));
 }

@@ -17,9 +17,9 @@ const double kSecond[kAxes] = {1.0, 1.0, 1.0};
 }  // namespace
 
 TEST_CASE("a way and its inverse lead nowhere") {
-  const double a[kSeen] = {1.5, -0.7, 2.9};
-  double back[kSeen];
-  double none[kSeen];
+  const double a[kPose] = {1.5, -0.7, 2.9};
+  double back[kPose];
+  double none[kPose];
   inverse(a, back);
   compose(a, back, none);
   for (const double value : none) CHECK(std::abs(value) < 1e-15);
@@ -40,7 +40,7 @@ TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
   }
   const double diameter = 2.0 * std::hypot(nu[0], nu[1]) / nu[2];
   CHECK(std::abs(farthest / diameter - 1.0) < 1e-4);
-  for (int i = 0; i < kSeen; ++i) CHECK(std::abs(way.pose()[i]) < 1e-9);
+  for (int i = 0; i < kPose; ++i) CHECK(std::abs(way.pose()[i]) < 1e-9);
 }
 
 TEST_CASE("a velocity without a covariance is not used") {
@@ -101,7 +101,7 @@ TEST_CASE("the covariance is that of many drives with such errors") {
   }
   double stays[kAxes];
   for (int k = 0; k < kAxes; ++k) stays[k] = std::exp(-h / memory[k]);
-  double sum[kSeen][kSeen] = {};
+  double sum[kPose][kPose] = {};
   for (int drive = 0; drive < kDrives; ++drive) {
     Way way;
     double w[kAxes];
@@ -117,14 +117,14 @@ TEST_CASE("the covariance is that of many drives with such errors") {
         w[k] = stays[k] * w[k] + std::sqrt(1.0 - stays[k] * stays[k]) * onboard::normal(random);
       }
     }
-    double e[kSeen];
-    for (int i = 0; i < kSeen; ++i) e[i] = way.pose()[i] - exact.pose()[i];
-    for (int i = 0; i < kSeen; ++i) {
-      for (int j = 0; j < kSeen; ++j) sum[i][j] += e[i] * e[j] / kDrives;
+    double e[kPose];
+    for (int i = 0; i < kPose; ++i) e[i] = way.pose()[i] - exact.pose()[i];
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < kPose; ++j) sum[i][j] += e[i] * e[j] / kDrives;
     }
   }
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
       const double scale = std::sqrt(exact.covariance()[i][i] * exact.covariance()[j][j]);
       CHECK(std::abs(sum[i][j] - exact.covariance()[i][j]) < 0.08 * scale);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The path of release 0.1. Include "seatrial/filter/inverse3.hpp" instead: this one goes after the
+// The path of release 0.1. Include "seatrial/filter/matrix3.hpp" instead: this one goes after the
 // next release.
 #pragma once
-#include "seatrial/filter/inverse3.hpp"
+#include "seatrial/filter/matrix3.hpp"

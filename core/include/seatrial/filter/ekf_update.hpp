@@ -1,149 +1,178 @@
 // SPDX-License-Identifier: MIT
-// What a pose tells the on-board predictor: how far it is from what was believed, and Kalman's
-// update by it, outliers held back. No heap, no exceptions.
+// Measurement update of the extended Kalman filter by a pose: the same for the estimator and on
+// board. No heap, no exceptions.
+//
+//   e = y - h(x)    S = H P H' + R    K = P H' S^-1    x += K e    P <- (I - K H) P    D -= K (H D)
+//
+// H picks the pose and adds, where the noise is coloured, its states; of a point off the origin it
+// has a share of the heading. An outlier counts as with more noise: beyond `outlier` standard
+// deviations its cost grows linearly (Huber).
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "seatrial/filter/ekf_predict.hpp"
-#include "seatrial/model/frames.hpp"
+#include "seatrial/filter/filter_state.hpp"
+#include "seatrial/filter/matrix3.hpp"
 
 namespace seatrial {
 
-namespace detail {
-
-/// l l' = s; false where s is not positive definite. Only the lower half of s is read.
-inline bool lower_root(const double s[kSeen][kSeen], double l[kSeen][kSeen]) {
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double sum = s[i][j];
-      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
-      if (i == j && !(sum > 0.0)) return false;
-      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
-    }
-  }
-  return true;
-}
-
-/// x = (l l')^-1 x.
-inline void solve_root(const double l[kSeen][kSeen], double* x) {
-  for (int i = 0; i < kSeen; ++i) {
-    for (int k = 0; k < i; ++k) x[i] -= l[i][k] * x[k];
-    x[i] /= l[i][i];
-  }
-  for (int i = kSeen - 1; i >= 0; --i) {
-    for (int k = i + 1; k < kSeen; ++k) x[i] -= l[k][i] * x[k];
-    x[i] /= l[i][i];
-  }
-}
-
-/// Covariance of the pose as it is predicted to be measured, but for its white error: of H P H'.
-inline double predicted(const Belief& b, int i, int j) {
-  if (!b.coloured()) return b.p[i][j];
-  return b.p[i][j] + b.p[i][kBelieved + j] + b.p[kBelieved + i][j] +
-         b.p[kBelieved + i][kBelieved + j];
-}
-
-}  // namespace detail
+inline constexpr double kTurn = 6.283185307179586;  // [rad]
 
 /// A pose beside its prediction.
-struct Surprise {
-  double e[kSeen] = {};            // [m, m, rad] pose less prediction
-  double root[kSeen][kSeen] = {};  // of its covariance, lower
-  double square = 0.0;             // e' S^-1 e; infinite where S has no root
+struct Innovation {
+  double e[kPose] = {};               // [m, m, rad]
+  double s[kPose][kPose] = {};        // its covariance S
+  double inverse[kPose][kPose] = {};  // S^-1
+  double z[kPose] = {};               // S^-1 e
+  double determinant = 0.0;           // of S
+  double nis = 0.0;                   // e' S^-1 e, the normalised innovation squared
+  double weight = 1.0;                // 1; less for an outlier
 };
 
-/// noise: covariance of the pose's white error.
-inline Surprise surprise(const Belief& b, const double* eta, const double noise[kSeen][kSeen]) {
-  Surprise out;
-  double s[kSeen][kSeen];
-  double z[kSeen];
-  for (int i = 0; i < kSeen; ++i) {
-    const double off = b.coloured() ? eta[i] - b.x[i] - b.x[kBelieved + i] : eta[i] - b.x[i];
-    out.e[i] = z[i] = i < 2 ? off : wrap(off);
-    for (int j = 0; j < kSeen; ++j) s[i][j] = detail::predicted(b, i, j) + noise[i][j];
+/// A pose as the sensor measures it.
+struct Measurement {
+  const double* eta;                     // x, y [m], psi [rad]
+  double offset[2] = {0.0, 0.0};         // [m] of the measured point, earth-fixed
+  double turn[kPose] = {0.0, 0.0, 0.0};  // d measured / d psi, beyond the state's
+  double noise[kPose][kPose] = {};       // R
+};
+
+namespace detail {
+
+/// Row `row` times H', column k.
+template <int N>
+double times_h(const double* row, const double* turn, int k) {
+  double sum = row[k] + row[2] * turn[k];
+  if constexpr (N > kFilterStates) sum += row[kFilterStates + k];
+  return sum;
+}
+
+/// H P.
+template <int N, class State>
+void measured_covariance(const double* turn, const State& b, double (&hp)[kPose][N]) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < N; ++j) hp[i][j] = b.p[i][j] + turn[i] * b.p[2][j];
+    if constexpr (N > kFilterStates) {
+      for (int j = 0; j < N; ++j) hp[i][j] += b.p[kFilterStates + i][j];
+    }
   }
-  out.square = std::numeric_limits<double>::infinity();
-  if (!detail::lower_root(s, out.root)) return out;
-  detail::solve_root(out.root, z);
-  out.square = out.e[0] * z[0] + out.e[1] * z[1] + out.e[2] * z[2];
+}
+
+/// H D of the first `count` columns.
+template <int N, class State>
+void measured_columns(const double* turn, const State& b, int count,
+                      double (&hd)[kPose][State::kColumns]) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int c = 0; c < count; ++c) hd[i][c] = b.d[i][c] + turn[i] * b.d[2][c];
+    if constexpr (N > kFilterStates) {
+      for (int c = 0; c < count; ++c) hd[i][c] += b.d[kFilterStates + i][c];
+    }
+  }
+}
+
+/// The pose beside its prediction. `outlier`: from how many standard deviations on it counts less.
+template <int N, class State>
+Innovation innovation(const Measurement& y, double outlier, const double (&hp)[kPose][N],
+                      const State& b) {
+  Innovation out;
+  for (int i = 0; i < kPose; ++i) {
+    out.e[i] = y.eta[i] - b.x[i] - (i < 2 ? y.offset[i] : 0.0);
+    if constexpr (N > kFilterStates) out.e[i] -= b.x[kFilterStates + i];
+    for (int j = 0; j < kPose; ++j) {
+      out.s[i][j] = times_h<N>(hp[i], y.turn, j);
+      out.s[i][j] += y.noise[i][j];
+    }
+  }
+  if (std::abs(out.e[2]) > kTurn / 2.0) out.e[2] = std::remainder(out.e[2], kTurn);
+  out.determinant = inverse3(out.s, out.inverse);
+  for (int i = 0; i < kPose; ++i) {
+    const double* row = out.inverse[i];
+    out.z[i] = row[0] * out.e[0] + row[1] * out.e[1] + row[2] * out.e[2];
+    out.nis += out.e[i] * out.z[i];
+  }
+  const double size = std::sqrt(std::max(0.0, out.nis));
+  out.weight = size > outlier ? outlier / size : 1.0;
   return out;
 }
 
-namespace detail {
+/// P -= K H P. Quick, and good enough where the covariance is that of one pass.
+struct PlainForm {
+  template <int N, class State>
+  void operator()(const Innovation&, const double (&gain)[N][kPose], const double (&hp)[kPose][N],
+                  State& b) const {
+    for (int i = 0; i < N; ++i) {
+      for (int j = i; j < N; ++j) {
+        const double less = gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j];
+        b.p[i][j] = b.p[j][i] = b.p[i][j] - less;
+      }
+    }
+  }
+};
 
-/// Of N states; H picks the pose and, in more than kBelieved, adds the correlated errors.
-template <int N>
-void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
-  const auto seen = [](const double* row, int k) {  // of a row times H'
-    return N > kBelieved ? row[k] + row[kBelieved + k] : row[k];
-  };
-  double gain[N][kSeen];
-  double hp[kSeen][N];
-  double left[N][N];  // (I - K H) P
-  Causes hb[kSeen];   // H B
-  for (int k = 0; k < kSeen; ++k) {
-    std::copy(b.by[k], b.by[k] + kMostConsidered, hb[k]);
-    if constexpr (N > kBelieved) add_causes(1.0, b.by[kBelieved + k], hb[k]);
-  }
-  for (int i = 0; i < N; ++i) {
-    for (int k = 0; k < kSeen; ++k) gain[i][k] = hp[k][i] = seen(b.p[i], k);
-    solve_root(by.root, gain[i]);
-    for (int k = 0; k < kSeen; ++k) add_causes(-gain[i][k], hb[k], b.by[i]);
-    b.x[i] += gain[i][0] * by.e[0] + gain[i][1] * by.e[1] + gain[i][2] * by.e[2];
-  }
-  for (int i = 0; i < N; ++i) {
-    for (int j = 0; j < N; ++j) {
-      left[i][j] =
-          b.p[i][j] - (gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j]);
+/// Joseph's form (I - K H) P (I - K H)' + K R K': positive definite and symmetric whatever the
+/// gain's rounding does, for a filter that runs for days.
+struct JosephForm {
+  const Measurement& y;
+
+  template <int N, class State>
+  void operator()(const Innovation& seen, const double (&gain)[N][kPose],
+                  const double (&hp)[kPose][N], State& b) const {
+    // R of an outlier: S / weight^2 less H P H'
+    const double more = 1.0 / (seen.weight * seen.weight) - 1.0;
+    double noise[kPose][kPose];
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < kPose; ++j) noise[i][j] = y.noise[i][j] + more * seen.s[i][j];
+    }
+    double left[N][N];  // (I - K H) P
+    for (int i = 0; i < N; ++i) {
+      for (int j = 0; j < N; ++j) {
+        left[i][j] =
+            b.p[i][j] - (gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j]);
+      }
+    }
+    for (int i = 0; i < N; ++i) {
+      double rest[kPose];  // K R - (I - K H) P H'
+      for (int k = 0; k < kPose; ++k) {
+        rest[k] = gain[i][0] * noise[0][k] + gain[i][1] * noise[1][k] + gain[i][2] * noise[2][k] -
+                  times_h<N>(left[i], y.turn, k);
+      }
+      for (int j = i; j < N; ++j) {
+        b.p[i][j] = b.p[j][i] =
+            left[i][j] + rest[0] * gain[j][0] + rest[1] * gain[j][1] + rest[2] * gain[j][2];
+      }
     }
   }
-  for (int i = 0; i < N; ++i) {
-    double more[kSeen];  // K R - (I - K H) P H'
-    for (int k = 0; k < kSeen; ++k) {
-      more[k] = gain[i][0] * noise[0][k] + gain[i][1] * noise[1][k] + gain[i][2] * noise[2][k] -
-                seen(left[i], k);
-    }
-    for (int j = i; j < N; ++j) {
-      b.p[i][j] = b.p[j][i] =
-          left[i][j] + more[0] * gain[j][0] + more[1] * gain[j][1] + more[2] * gain[j][2];
-    }
-  }
-}
+};
 
 }  // namespace detail
 
-/// Kalman's update in Joseph's form, (I - K H) P (I - K H)' + K R K': positive definite and
-/// symmetric whatever the gain's rounding does.
-inline void correct(const Surprise& by, const double noise[kSeen][kSeen], Belief& b) {
-  if (b.swinging()) {
-    detail::correct<kMostBelieved>(by, noise, b);
-  } else if (b.coloured()) {
-    detail::correct<kColoured>(by, noise, b);
-  } else {
-    detail::correct<kBelieved>(by, noise, b);
+/// One update. `hp`: H P; `hd`: the first `count` columns of H D and, of sensitivities, the
+/// measurement's own; `form`: how the covariance is updated.
+template <int N, class State, class Form>
+void ekf_update(const Innovation& seen, const double (&hp)[kPose][N],
+                const double (&hd)[kPose][State::kColumns], int count, Form form, State& b) {
+  // an outlier: S counts as 1 / weight^2 times as large
+  double inverse[kPose][kPose];
+  const double less = seen.weight * seen.weight;
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) inverse[i][j] = seen.inverse[i][j] * less;
   }
-}
-
-/// The same with an outlier, which is believed less, as the estimator's filter does: its distance
-/// counts linearly beyond `outlier` standard deviations.
-inline void correct_robustly(const Surprise& by, const double noise[kSeen][kSeen], double outlier,
-                             Belief& b) {
-  const double more = by.square / (outlier * outlier);  // S is taken so many times as large
-  if (!(more > 1.0)) {
-    correct(by, noise, b);
-    return;
-  }
-  Surprise less = by;
-  double larger[kSeen][kSeen];
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) {
-      less.root[i][j] *= std::sqrt(more);
-      larger[i][j] = more * noise[i][j] + (more - 1.0) * detail::predicted(b, i, j);
+  // K = P H' S^-1
+  double gain[N][kPose];
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < kPose; ++j) {
+      gain[i][j] = hp[0][i] * inverse[0][j] + hp[1][i] * inverse[1][j] + hp[2][i] * inverse[2][j];
     }
   }
-  correct(less, larger, b);
+  // mean and columns, the gain held
+  for (int i = 0; i < N; ++i) {
+    for (int m = 0; m < kPose; ++m) b.x[i] += gain[i][m] * seen.e[m];
+    for (int c = 0; c < count; ++c) {
+      b.d[i][c] -= gain[i][0] * hd[0][c] + gain[i][1] * hd[1][c] + gain[i][2] * hd[2][c];
+    }
+  }
+  // covariance
+  form(seen, gain, hp, b);
 }
 
 }  // namespace seatrial

@@ -5,49 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include "seatrial/filter/noise_parameters.hpp"
-#include "seatrial/integration/step.hpp"
+#include "seatrial/filter/ekf_update.hpp"
+#include "seatrial/filter/gauss_markov.hpp"
 
 namespace seatrial {
 
-inline constexpr int kFilterStates = kStates + kAxes;  // x, y, psi, u, v, r, d_u, d_v, d_r
-inline constexpr int kPose = 3;                        // x, y [m], psi [rad] are measured
 inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
-
-inline constexpr int kNoiseParameters = 11;
-inline constexpr int kTurnParameter = 10;
-inline constexpr double kNoColour = 1e-8;  // [m, rad] correlated errors below this: none
-
-/// Standard deviations and spectra that the filter believes in; the estimator's noise parameters
-/// are their logarithms, in this order.
-struct FilterNoise {
-  double position;            // [m] of the poses
-  double heading;             // [rad]
-  double walk_linear;         // [m/s / sqrt(s)] random walk of u and v
-  double walk_yaw;            // [rad/s / sqrt(s)]
-  double disturbance_linear;  // [m/s^2] that comes and goes, in surge and sway
-  double disturbance_yaw;     // [rad/s^2]
-  double memory;              // [s] time constant of the disturbance
-  double colour_position;     // [m] correlated errors of the poses, beside the white ones
-  double colour_heading;      // [rad]
-  double colour_memory;       // [s] time constant of these
-  double colour_turn;         // [rad/s] how fast they swing meanwhile, as waves make them
-  double outlier;             // innovations beyond so many sigma count linearly; infinity: never
-
-  bool coloured() const { return colour_position > kNoColour || colour_heading > kNoColour; }
-  bool swinging() const { return coloured() && colour_turn > kNoTurn; }
-  double pose(int i) const { return i < 2 ? position : heading; }
-  double colour(int i) const { return i < 2 ? colour_position : colour_heading; }
-  double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
-  double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
-  double& parameter(int i) {
-    double* const all[kNoiseParameters] = {
-        &position,           &heading,         &walk_linear, &walk_yaw,
-        &disturbance_linear, &disturbance_yaw, &memory,      &colour_position,
-        &colour_heading,     &colour_memory,   &colour_turn};
-    return *all[i];
-  }
-};
 
 /// What is known of a recording's start: the state, and the standard deviations of its velocity.
 /// The pose is as uncertain as three measurements of it, the disturbance as it ever is.
@@ -85,43 +48,6 @@ struct PoseSeries {
   const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] of those that are kBeginning
 };
 
-/// What of the state the motion depends on: psi, u, v, r and the disturbance, not where it is.
-inline constexpr int kMoving = kFilterStates - 2;
-
-/// What filters have in common between two poses, whatever noise they believe.
-struct Interval {
-  /// From a heading [rad] over `length` [s]; what fades does so as this noise has it.
-  Interval(const FilterNoise& noise, double psi, double length)
-      : length(length),
-        cos(std::cos(psi)),
-        sin(std::sin(psi)),
-        memory(noise.memory),
-        fade(std::exp(-length / noise.memory)),
-        colour_memory(noise.colour_memory),
-        colour_fade(noise.coloured() ? std::exp(-length / noise.colour_memory) : 0.0),
-        colour_turn(noise.colour_turn),
-        swing(noise.swinging() ? Swing(noise.colour_memory, noise.colour_turn, length) : Swing()) {}
-
-  /// What is left after it of what fades with a time constant `tau` [s].
-  double disturbance_after(double tau) const {
-    return tau == memory ? fade : std::exp(-length / tau);
-  }
-  double colour_after(double tau) const {
-    return tau == colour_memory ? colour_fade : std::exp(-length / tau);
-  }
-  /// The same of errors that swing at `turn` [rad/s].
-  Swing swing_after(double tau, double turn) const {
-    return tau == colour_memory && turn == colour_turn ? swing : Swing(tau, turn, length);
-  }
-
-  double length;  // [s]
-  double cos, sin;
-  double memory, fade;
-  double colour_memory, colour_fade;
-  double colour_turn;
-  Swing swing;
-};
-
 /// How the filter went from one pose to the next: enough to repeat the way with other noise. Long
 /// recordings have many: the slopes are stored short, less the identity, which keeps their digits.
 struct Transition {
@@ -129,12 +55,9 @@ struct Transition {
   float slope[kStates][kMoving];  // d to / d what it depends on, less 1 for the same state
 };
 
-/// A pose beside its prediction.
-struct Innovation {
-  double e[kPose];         // [m, m, rad]
-  double s[kPose][kPose];  // its covariance
-  double weight;           // 1; less for an outlier
-  double cost;             // rho(e' S^-1 e) + log det S
+/// A pose beside its prediction, with its part of the cost.
+struct CostedInnovation : Innovation {
+  double cost = 0.0;  // rho(e' S^-1 e) + log det S
 };
 
 /// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then

@@ -30,7 +30,7 @@ inline void keep(const Innovation& seen, int k, FilterPass& pass) {
 
 /// What is kept of the filter once it has used a pose.
 template <int N>
-void keep(const Filter<N>& filter, int k, FilterPass& pass) {
+void keep(const LikelihoodFilter<N>& filter, int k, FilterPass& pass) {
   const auto at = static_cast<std::size_t>(k);
   std::copy(filter.state(), filter.state() + kFilterStates, &pass.state[at * kFilterStates]);
   for (int i = 0; i < kAxes; ++i) {
@@ -46,12 +46,12 @@ namespace detail {
 
 /// Before pose k, which is to be used.
 template <int N>
-void allow_jump(Filter<N>& filter, const PoseSeries& poses, int k) {
+void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
   const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
   if (poses.use[k] == kJumped) filter.loosen(poses.eta + at, poses.time[k]);
   if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
   if (poses.use[k] == kBeginning) {
-    filter.begin_afresh(poses.eta + at, poses.velocity + at, poses.time[k]);
+    filter.restart(poses.eta + at, poses.velocity + at, poses.time[k]);
   }
 }
 
@@ -81,10 +81,10 @@ inline void part_shares(FilterPass& pass) {
 
 template <int N>
 FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
-                       const FilterNoise& noise, const FilterStart& start, const Effects& effects,
-                       bool slopes, const double* counts, const int* block, bool repeatable,
-                       bool shares) {
-  Filter<N> filter(trace.columns(), noise, start, effects, slopes);
+                       const NoiseParameters& noise, double outlier, const FilterStart& start,
+                       const Effects& effects, bool slopes, const double* counts, const int* block,
+                       bool repeatable, bool shares) {
+  LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
   FilterPass pass;
@@ -108,7 +108,7 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
       if (poses.use[k] != kNotMeasured) {
         allow_jump(filter, poses, k);
         const double counted = counts == nullptr ? 1.0 : counts[k];
-        const Innovation seen =
+        const CostedInnovation seen =
             filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
                           counted, &pass, block == nullptr ? k : block[k]);
         pass.cost += counted * seen.cost;
@@ -140,14 +140,16 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
 /// `repeatable`: the way is kept, for other noise to be tried on it. `shares`: what each block has
 /// of the information is kept, too.
 inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start,
-                              const Effects& effects = {}, bool slopes = false,
-                              const double* counts = nullptr, const int* block = nullptr,
-                              bool repeatable = true, bool shares = false) {
-  const auto run = noise.swinging()   ? detail::innovations<detail::kSwingingStates>
-                   : noise.coloured() ? detail::innovations<detail::kColouredStates>
-                                      : detail::innovations<kFilterStates>;
-  return run(boat, trace, poses, noise, start, effects, slopes, counts, block, repeatable, shares);
+                              const NoiseParameters& noise, double outlier,
+                              const FilterStart& start, const Effects& effects = {},
+                              bool slopes = false, const double* counts = nullptr,
+                              const int* block = nullptr, bool repeatable = true,
+                              bool shares = false) {
+  const auto run = noise.oscillating() ? detail::innovations<kOscillatingStates>
+                   : noise.coloured()  ? detail::innovations<kColouredStates>
+                                       : detail::innovations<kFilterStates>;
+  return run(boat, trace, poses, noise, outlier, start, effects, slopes, counts, block, repeatable,
+             shares);
 }
 
 namespace detail {
@@ -162,19 +164,20 @@ inline Columns no_parameters() {
 
 /// Uses pose k, which is to be used.
 template <int N>
-Innovation use_pose(Filter<N>& filter, const PoseSeries& poses, int k) {
+CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
   allow_jump(filter, poses, k);
   return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
 }
 
 /// From pose k to the next, if there is one, as the first pass went, linearised about it.
 template <int N>
-void follow(Filter<N>* filter, std::size_t filters, const FilterNoise& noise,
+void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
             const FilterPass& first, const PoseSeries& poses, int k) {
   if (k == poses.n - 1) return;
   const auto at = static_cast<std::size_t>(k);
   const double* from = &first.state[at * kFilterStates];
-  const Interval passed(noise, from[2], poses.time[k + 1] - poses.time[k]);
+  const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
+                        poses.time[k + 1] - poses.time[k]);
   for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.way[at], from, passed);
 }
 
@@ -183,10 +186,10 @@ void follow(Filter<N>* filter, std::size_t filters, const FilterNoise& noise,
 namespace detail {
 
 template <int N>
-double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
-                const FilterStart& start) {
+double repeated(const FilterPass& first, const PoseSeries& poses, const NoiseParameters& noise,
+                double outlier, const FilterStart& start) {
   const Columns none = no_parameters();
-  Filter<N> again(none, noise, start, first.effects, false);
+  LikelihoodFilter<N> again(none, noise, outlier, start, first.effects, false);
   double cost = 0.0;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) cost += use_pose(again, poses, k).cost;
@@ -198,12 +201,12 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNo
 }  // namespace detail
 
 /// The cost of a pass that is repeated with other noise, linearised about the first.
-inline double repeated(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
-                       const FilterStart& start) {
-  const auto run = noise.swinging()   ? detail::repeated<detail::kSwingingStates>
-                   : noise.coloured() ? detail::repeated<detail::kColouredStates>
-                                      : detail::repeated<kFilterStates>;
-  return run(first, poses, noise, start);
+inline double repeated(const FilterPass& first, const PoseSeries& poses,
+                       const NoiseParameters& noise, double outlier, const FilterStart& start) {
+  const auto run = noise.oscillating() ? detail::repeated<kOscillatingStates>
+                   : noise.coloured()  ? detail::repeated<kColouredStates>
+                                       : detail::repeated<kFilterStates>;
+  return run(first, poses, noise, outlier, start);
 }
 
 /// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
@@ -223,8 +226,7 @@ struct Changes {
   double left[kTerms][kNoiseParameters];
   double right[kTerms][kNoiseParameters];
 
-  void set(int at, const Innovation& from, const Innovation& to, const double inverse[kPose][kPose],
-           double per_step) {
+  void set(int at, const Innovation& from, const Innovation& to, double per_step) {
     double de[kPose];
     double ds[kPose][kPose];
     for (int i = 0; i < kPose; ++i) {
@@ -232,7 +234,7 @@ struct Changes {
       for (int j = 0; j < kPose; ++j) ds[i][j] = (to.s[i][j] - from.s[i][j]) * per_step;
     }
     for (int i = 0; i < kPose; ++i) {
-      const double* row = inverse[i];
+      const double* row = from.inverse[i];
       for (int j = 0; j < kPose; ++j) {
         const double scaled = row[0] * ds[0][j] + row[1] * ds[1][j] + row[2] * ds[2][j];
         left[i * kPose + j][at] = scaled;
@@ -255,8 +257,9 @@ struct Changes {
 };
 
 template <int N>
-NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const FilterNoise& noise,
-                       const FilterStart& start, unsigned active) {
+NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
+                       const NoiseParameters& noise, double outlier, const FilterStart& start,
+                       unsigned active) {
   constexpr double kStep = 0.05;       // of a logarithm
   const auto step = [&noise](int i) {  // a resonance is sharp
     return i == kTurnParameter ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
@@ -269,27 +272,25 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
     if (looked_at(i)) place[m++] = i;
   }
   const Columns none = no_parameters();
-  Filter<N> base(none, noise, start, first.effects, false);
-  std::vector<FilterNoise> up(static_cast<std::size_t>(m), noise);
-  std::vector<Filter<N>> moved;
+  LikelihoodFilter<N> base(none, noise, outlier, start, first.effects, false);
+  std::vector<NoiseParameters> up(static_cast<std::size_t>(m), noise);
+  std::vector<LikelihoodFilter<N>> moved;
   moved.reserve(up.size());
   std::vector<double> cost(up.size(), 0.0);
   for (std::size_t i = 0; i < up.size(); ++i) {
     up[i].parameter(place[i]) *= std::exp(step(place[i]));
-    moved.emplace_back(none, up[i], start, first.effects, false);
+    moved.emplace_back(none, up[i], outlier, start, first.effects, false);
   }
   double information[kNoiseParameters][kNoiseParameters] = {};
   Changes changes;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) {
-      const Innovation here = use_pose(base, poses, k);
+      const CostedInnovation here = use_pose(base, poses, k);
       out.cost += here.cost;
-      double inverse[kPose][kPose];
-      inverse3(here.s, inverse);
       for (std::size_t i = 0; i < moved.size(); ++i) {
-        const Innovation there = use_pose(moved[i], poses, k);
+        const CostedInnovation there = use_pose(moved[i], poses, k);
         cost[i] += there.cost;
-        changes.set(static_cast<int>(i), here, there, inverse, 1.0 / step(place[i]));
+        changes.set(static_cast<int>(i), here, there, 1.0 / step(place[i]));
       }
       changes.inform(m, information);
     }
@@ -313,12 +314,12 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses, const F
 /// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
 /// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
 inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                              const FilterNoise& noise, const FilterStart& start,
-                              unsigned active = ~0U) {
-  const auto run = noise.swinging()   ? detail::noise_slopes<detail::kSwingingStates>
-                   : noise.coloured() ? detail::noise_slopes<detail::kColouredStates>
-                                      : detail::noise_slopes<kFilterStates>;
-  return run(first, poses, noise, start, active);
+                              const NoiseParameters& noise, double outlier,
+                              const FilterStart& start, unsigned active = ~0U) {
+  const auto run = noise.oscillating() ? detail::noise_slopes<kOscillatingStates>
+                   : noise.coloured()  ? detail::noise_slopes<kColouredStates>
+                                       : detail::noise_slopes<kFilterStates>;
+  return run(first, poses, noise, outlier, start, active);
 }
 
 }  // namespace seatrial

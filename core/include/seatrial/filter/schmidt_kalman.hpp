@@ -5,7 +5,7 @@
 #pragma once
 #include <algorithm>
 
-#include "seatrial/integration/step.hpp"
+#include "seatrial/filter/ekf_predict.hpp"
 
 namespace seatrial {
 
@@ -135,5 +135,72 @@ inline bool acceleration_errors(const Structure& s, const double* coefficient, c
   }
   return true;
 }
+
+/// Considered errors of unit covariance in the filter, whose columns are D = cov(x, errors). Over a
+/// step the errors add G to the state, so D <- F D + G, and P gains F D G' + G D' F' + G G'.
+class ConsideredErrors {
+ public:
+  /// For a step of h [s] at a heading of cosine c and sine s.
+  ConsideredErrors(const Considered& errors, double h, double c, double s)
+      : errors_(errors), h_(h), cos_(c), sin_(s) {}
+
+  bool any() const { return errors_.n > 0; }
+
+  /// The accelerations by the errors in the step's middle, at the velocity nu. False where the
+  /// model has none.
+  bool accelerate(const Structure& structure, const double* coefficient, const double* nu,
+                  const double* force, const Causes force_error[kMaxForces]) {
+    return acceleration_errors(structure, coefficient, errors_, nu, force, force_error, rate_);
+  }
+
+  /// D <- F D; of ekf_predict.
+  template <int N, class State>
+  void columns(const StateTangent&, int, const Disturbing&, const MotionSlopes& f,
+               const GaussMarkov<N>& others, State& b) const {
+    if (!any()) return;
+    const auto none = [](int, double* row) { std::fill(row, row + kMostConsidered, 0.0); };
+    detail::carry_columns<N>(f, others, kMostConsidered, none, b);
+  }
+
+  /// P += F D G' + G D' F' + G G' and D += G; of ekf_predict.
+  template <int N, class State>
+  void covariance(const MotionSlopes& f, State& b) const {
+    if (!any()) return;
+    Causes push[kStates];
+    step_errors(f, push);
+    for (int i = 0; i < kStates; ++i) {
+      for (int j = i; j < N; ++j) {
+        double sum = 0.0;
+        for (int k = 0; k < kMostConsidered; ++k) {
+          sum += push[i][k] * b.d[j][k];
+          if (j < kStates) sum += (b.d[i][k] + push[i][k]) * push[j][k];
+        }
+        b.p[i][j] = b.p[j][i] = b.p[i][j] + sum;
+      }
+    }
+    for (int i = 0; i < kStates; ++i) detail::add_causes(1.0, push[i], b.d[i]);
+  }
+
+ private:
+  /// G: pose in the world and velocity. f: less the identity.
+  void step_errors(const MotionSlopes& f, Causes push[kStates]) const {
+    for (int i = 0; i < kMostConsidered; ++i) {
+      const double gained[kAxes] = {h_ * rate_[0][i], h_ * rate_[1][i], h_ * rate_[2][i]};
+      for (int a = 0; a < kAxes; ++a) {  // an error at the begin is damped for all of the step
+        push[3 + a][i] = gained[a];
+        for (int b = 0; b < kAxes; ++b) push[3 + a][i] += 0.5 * f[3 + a][1 + b] * gained[b];
+      }
+      double moved[kAxes];
+      body_to_earth(cos_, sin_, gained, moved);
+      for (int a = 0; a < kAxes; ++a) push[a][i] = 0.5 * h_ * moved[a];
+    }
+  }
+
+  const Considered& errors_;
+  double h_;  // [s]
+  double cos_;
+  double sin_;
+  Causes rate_[kAxes] = {};
+};
 
 }  // namespace seatrial

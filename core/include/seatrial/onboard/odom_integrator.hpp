@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "seatrial/filter/ekf_update.hpp"
+#include "seatrial/filter/filter_state.hpp"
+#include "seatrial/filter/matrix3.hpp"
 
 namespace seatrial {
 
 /// a followed by b, both x, y [m], psi [rad].
 inline void compose(const double* a, const double* b, double* out) {
-  double way[kSeen];
+  double way[kPose];
   body_to_earth(a[2], b, way);
   for (int i = 0; i < 2; ++i) out[i] = a[i] + way[i];
   out[2] = wrap(a[2] + b[2]);
@@ -19,7 +20,7 @@ inline void compose(const double* a, const double* b, double* out) {
 
 /// a backwards: a followed by it leads nowhere.
 inline void inverse(const double* a, double* out) {
-  const double back[kSeen] = {-a[0], -a[1], 0.0};
+  const double back[kPose] = {-a[0], -a[1], 0.0};
   earth_to_body(a[2], back, out);
   out[2] = wrap(-a[2]);
 }
@@ -33,17 +34,17 @@ inline void inverse(const double* a, double* out) {
 class Way {
  public:
   const double* pose() const { return pose_; }
-  const double (&covariance() const)[kSeen][kSeen] { return p_; }
+  const double (&covariance() const)[kPose][kPose] { return p_; }
 
   /// h [s] further at the body velocity nu [m/s, m/s, rad/s] of covariance `spread`, whose errors
   /// last `memory` [s, each].
   void advance(double h, const double* nu, const double spread[kAxes][kAxes],
                const double* memory) {
     const double psi = pose_[2] + 0.5 * h * nu[2];  // halfway
-    double rate[kSeen];
+    double rate[kPose];
     body_to_earth(psi, nu, rate);
     const double moved[2] = {h * rate[0], h * rate[1]};
-    double push[kSeen][kAxes];  // h R L
+    double push[kPose][kAxes];  // h R L
     if (!root_of_step(psi, h, spread, push)) return;
     for (int i = 0; i < 2; ++i) pose_[i] += moved[i];
     pose_[2] = wrap(pose_[2] + h * nu[2]);
@@ -57,20 +58,20 @@ class Way {
  private:
   /// False where the covariance has no root.
   static bool root_of_step(double psi, double h, const double spread[kAxes][kAxes],
-                           double push[kSeen][kAxes]) {
+                           double push[kPose][kAxes]) {
     double l[kAxes][kAxes] = {};
     if (!detail::lower_root(spread, l)) return false;
     for (int j = 0; j < kAxes; ++j) {
       const double column[kAxes] = {h * l[0][j], h * l[1][j], h * l[2][j]};
-      double turned[kSeen];
+      double turned[kPose];
       body_to_earth(psi, column, turned);
-      for (int i = 0; i < kSeen; ++i) push[i][j] = turned[i];
+      for (int i = 0; i < kPose; ++i) push[i][j] = turned[i];
     }
     return true;
   }
 
   /// An error of heading turns what is moved from now on.
-  static void turn(const double* moved, double m[kSeen][kAxes]) {
+  static void turn(const double* moved, double m[kPose][kAxes]) {
     for (int j = 0; j < kAxes; ++j) {
       m[0][j] -= moved[1] * m[2][j];
       m[1][j] += moved[0] * m[2][j];
@@ -83,8 +84,8 @@ class Way {
   }
 
   /// P + D B' + B D' + B B' with the push B.
-  void add(const double b[kSeen][kAxes]) {
-    for (int i = 0; i < kSeen; ++i) {
+  void add(const double b[kPose][kAxes]) {
+    for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j <= i; ++j) {
         for (int k = 0; k < kAxes; ++k) {
           p_[i][j] += d_[i][k] * b[j][k] + b[i][k] * d_[j][k] + b[i][k] * b[j][k];
@@ -95,16 +96,16 @@ class Way {
   }
 
   /// D + B, of which less stays the shorter the memory.
-  void forget(double h, const double* memory, const double b[kSeen][kAxes]) {
+  void forget(double h, const double* memory, const double b[kPose][kAxes]) {
     for (int k = 0; k < kAxes; ++k) {
       const double stays = std::exp(-h / memory[k]);
-      for (int i = 0; i < kSeen; ++i) d_[i][k] = stays * (d_[i][k] + b[i][k]);
+      for (int i = 0; i < kPose; ++i) d_[i][k] = stays * (d_[i][k] + b[i][k]);
     }
   }
 
-  double pose_[kSeen] = {};  // x, y [m], psi [rad]
-  double p_[kSeen][kSeen] = {};
-  double d_[kSeen][kAxes] = {};
+  double pose_[kPose] = {};  // x, y [m], psi [rad]
+  double p_[kPose][kPose] = {};
+  double d_[kPose][kAxes] = {};
 };
 
 }  // namespace seatrial

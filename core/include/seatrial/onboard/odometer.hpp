@@ -13,10 +13,10 @@ namespace seatrial {
 /// Published at one stamp.
 struct Odometry {
   std::int64_t stamp = 0;                // [ns]
-  double pose[kSeen] = {};               // x, y [m], psi [rad] in odom
-  double covariance[kSeen][kSeen] = {};  // of the way since the start
+  double pose[kPose] = {};               // x, y [m], psi [rad] in odom
+  double covariance[kPose][kPose] = {};  // of the way since the start
   Estimate motion;                       // pose in map, body velocity, covariance, health
-  double map_to_odom[kSeen] = {};        // x, y [m], psi [rad]: where odom is in map
+  double map_to_odom[kPose] = {};        // x, y [m], psi [rad]: where odom is in map
   bool known = false;                    // a pose was used: before that it is all nothing
 };
 
@@ -70,11 +70,11 @@ class BasicOdometer {
     const bool rises = !moved_ || stamp > last_stamp_ || stamp < last_stamp_ - kSetBack;
     if (rises && usable(stamp)) remember(stamp, out.motion);
     out.known = known_;
-    std::copy(way_.pose(), way_.pose() + kSeen, out.pose);
-    for (int i = 0; i < kSeen; ++i) {
-      std::copy(way_.covariance()[i], way_.covariance()[i] + kSeen, out.covariance[i]);
+    std::copy(way_.pose(), way_.pose() + kPose, out.pose);
+    for (int i = 0; i < kPose; ++i) {
+      std::copy(way_.covariance()[i], way_.covariance()[i] + kPose, out.covariance[i]);
     }
-    double back[kSeen];
+    double back[kPose];
     inverse(out.pose, back);
     compose(out.motion.pose, back, out.map_to_odom);
     return out;
@@ -99,7 +99,7 @@ class BasicOdometer {
   }
 
  private:
-  static constexpr int kCells = kSeen * kSeen;
+  static constexpr int kCells = kPose * kPose;
 
   /// An input as it came.
   struct Recent {
@@ -111,7 +111,7 @@ class BasicOdometer {
   };
 
   int width(Source source) const {
-    if (source == Source::kPose) return kSeen;
+    if (source == Source::kPose) return kPose;
     const Chain& c = model().chain;
     return source == Source::kCommand ? c.allocation.n_commands : c.n_scales;
   }
@@ -156,7 +156,7 @@ class BasicOdometer {
     if (in.source == Source::kScale) return predictor_.scale(t, in.values);
     const double* covariance = in.own_noise ? in.covariance : nullptr;
     if (lever_[0] == 0.0 && lever_[1] == 0.0) return predictor_.pose(t, in.values, covariance);
-    double origin[kSeen];
+    double origin[kPose];
     double spread[kCells];
     to_origin(in.values, covariance, origin, spread);
     return predictor_.pose(t, origin, spread);
@@ -165,7 +165,7 @@ class BasicOdometer {
   /// The pose of the boat's origin by that of the measured point: p - R l. Its covariance J C J'.
   void to_origin(const double* eta, const double* covariance, double* origin,
                  double* spread) const {
-    const MotionNoise& n = model().boat.noise;
+    const NoiseParameters& n = model().boat.noise;
     double arm[2];
     const double c = std::cos(eta[2]);
     const double s = std::sin(eta[2]);
@@ -173,17 +173,17 @@ class BasicOdometer {
     for (int i = 0; i < 2; ++i) origin[i] = eta[i] - arm[i];
     origin[2] = eta[2];
     for (int i = 0; i < kCells; ++i) {
-      const int k = i / kSeen;
-      const bool diagonal = i % (kSeen + 1) == 0;
+      const int k = i / kPose;
+      const bool diagonal = i % (kPose + 1) == 0;
       const double own = diagonal ? n.white_variance(k) + n.colour_variance(k) : 0.0;
       spread[i] = covariance != nullptr ? covariance[i] : own;
     }
     const double slope[2] = {arm[1], -arm[0]};  // d origin / d psi
     for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < kSeen; ++j) spread[kSeen * i + j] += slope[i] * spread[kSeen * 2 + j];
+      for (int j = 0; j < kPose; ++j) spread[kPose * i + j] += slope[i] * spread[kPose * 2 + j];
     }
-    for (int i = 0; i < kSeen; ++i) {  // columns after rows
-      for (int j = 0; j < 2; ++j) spread[kSeen * i + j] += slope[j] * spread[kSeen * i + 2];
+    for (int i = 0; i < kPose; ++i) {  // columns after rows
+      for (int j = 0; j < 2; ++j) spread[kPose * i + j] += slope[j] * spread[kPose * i + 2];
     }
   }
 

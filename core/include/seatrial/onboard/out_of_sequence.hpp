@@ -132,8 +132,8 @@ class Timeline {
   };
 
   static bool same(const PoseSample& a, const PoseSample& b) {
-    return std::equal(a.eta, a.eta + kSeen, b.eta) &&
-           std::equal(&a.noise[0][0], &a.noise[0][0] + std::ptrdiff_t{kSeen} * kSeen,
+    return std::equal(a.eta, a.eta + kPose, b.eta) &&
+           std::equal(&a.noise[0][0], &a.noise[0][0] + std::ptrdiff_t{kPose} * kPose,
                       &b.noise[0][0]);
   }
 

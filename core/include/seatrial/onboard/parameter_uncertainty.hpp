@@ -10,14 +10,15 @@
 // neither grows nor shrinks, so that Q = -(J P + P J'), averaged over the drive, is the walk which
 // makes the velocity as wrong.
 #pragma once
-#include "seatrial/filter/ekf_predict.hpp"
+#include "seatrial/onboard/onboard_filter.hpp"
 #include "seatrial/onboard/principal_errors.hpp"
 
 namespace seatrial {
 namespace detail {
 
 /// Less is not believed, so that the covariance keeps its digits.
-inline constexpr MotionNoise kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, 1e-5, 1e-5, 0.02};
+inline constexpr NoiseParameters kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5,
+                                             1e-5, 0.3,  1e-5, 1e-5, 0.02};
 
 /// S C S' of three rows of slopes.
 inline void covariance_of(const double (*slope)[kMaxColumns], const double (*c)[kMaxParameters],
@@ -163,15 +164,15 @@ inline double root_mean_square(const double* axes) {
 
 /// The noise that the on-board filter believes: the model's own, and what its errors do. All
 /// disturbances have one memory, the mean; with it each keeps its power at low frequencies.
-inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
+inline NoiseParameters believed_noise(const NoiseParameters& own, const Doubt& d) {
   const double linear = detail::root_mean_square(d.disturbance);
   const double power[2] = {d.disturbance[0] * std::sqrt(d.memory[0]),
                            d.disturbance[1] * std::sqrt(d.memory[1])};
   const double ratio = linear > 0.0 ? detail::root_mean_square(power) / linear : 0.0;
   const detail::Together ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
   const detail::Together turning(own.disturbance_yaw, own.memory, d.disturbance[2], d.memory[2]);
-  const MotionNoise& least = detail::kLeastNoise;
-  MotionNoise n = own;
+  const NoiseParameters& least = detail::kLeastNoise;
+  NoiseParameters n = own;
   n.position = std::max(own.position, least.position);
   n.heading = std::max(own.heading, least.heading);
   n.walk_linear =
@@ -191,8 +192,8 @@ inline MotionNoise believed_noise(const MotionNoise& own, const Doubt& d) {
 
 /// What is believed of a boat whose own noise is `own`. explained: by structure and noise, see
 /// above.
-inline void believe(const UncertainModel& m, const MotionNoise& own, bool explained,
-                    DrivenBoat& boat) {
+inline void believe(const UncertainModel& m, const NoiseParameters& own, bool explained,
+                    OnboardBoat& boat) {
   boat.noise = believed_noise(own, explained ? Doubt{} : doubt(m));
   boat.considered = explained ? causes(m) : Considered{};
 }

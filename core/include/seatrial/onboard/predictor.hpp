@@ -93,17 +93,17 @@ class BasicPredictor {
   }
 
   /// Covariance of the white error. False where the pose's own is no covariance.
-  bool spread(const double* covariance, double noise[kSeen][kSeen]) const {
-    const MotionNoise& n = model().boat.noise;
-    for (int i = 0; i < kSeen; ++i) {
-      for (int j = 0; j < kSeen; ++j) {
+  bool spread(const double* covariance, double noise[kPose][kPose]) const {
+    const NoiseParameters& n = model().boat.noise;
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < kPose; ++j) {
         noise[i][j] = i == j ? n.white_variance(i) : 0.0;
         if (covariance == nullptr) continue;
-        noise[i][j] = 0.5 * (covariance[kSeen * i + j] + covariance[kSeen * j + i]);
+        noise[i][j] = 0.5 * (covariance[kPose * i + j] + covariance[kPose * j + i]);
       }
     }
-    double root[kSeen][kSeen];
-    if (!numbers(&noise[0][0], kSeen * kSeen, kFarthest)) return false;
+    double root[kPose][kPose];
+    if (!numbers(&noise[0][0], kPose * kPose, kFarthest)) return false;
     if (!detail::lower_root(noise, root)) return false;
     if (covariance != nullptr) detail::leave_white(n, noise);
     return true;

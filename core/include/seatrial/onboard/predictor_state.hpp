@@ -2,8 +2,8 @@
 // One instant of the on-board predictor: thrusters, belief, and the second belief that poses are
 // held against which the first one does not believe. No heap, no exceptions.
 #pragma once
-#include "seatrial/filter/ekf_update.hpp"
 #include "seatrial/onboard/health.hpp"
+#include "seatrial/onboard/onboard_filter.hpp"
 
 namespace seatrial {
 
@@ -11,7 +11,7 @@ inline constexpr double kLongAgo = -1e300;  // [s]
 
 /// All that the predictor is told beforehand.
 struct OnboardModel {
-  DrivenBoat boat;
+  OnboardBoat boat;
   Chain chain;
   double q[kMaxConstants] = {};
   Envelope envelope;
@@ -33,8 +33,8 @@ struct OnboardModel {
 
 /// A pose as it is used, with the covariance of its white error.
 struct PoseSample {
-  double eta[kSeen] = {};
-  double noise[kSeen][kSeen] = {};
+  double eta[kPose] = {};
+  double noise[kPose][kPose] = {};
 };
 
 /// The predictor at one instant.
@@ -42,8 +42,8 @@ struct Instant {
   double time = 0.0;
   Thrust thrust;
   ThrustErrors thrust_errors;
-  Belief belief;
-  Belief rival;  // begun at a pose that was rejected; counts while votes > 0
+  StateEstimate belief;
+  StateEstimate rival;  // begun at a pose that was rejected; counts while votes > 0
   int votes = 0;
   double rival_since = 0.0;  // [s]
   int rejected = 0;          // poses in a row
@@ -63,70 +63,70 @@ inline constexpr double kUnknownHeading = 3.0;     // [rad]
 inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
 
 /// Begins the correlated errors of the poses anew: as large as they ever are.
-inline void begin_colour(const MotionNoise& n, Belief& b) {
+inline void begin_colour(const NoiseParameters& n, StateEstimate& b) {
   if (!b.coloured()) return;
-  for (int c = kBelieved; c < b.n; ++c) {
+  for (int c = kFilterStates; c < b.n; ++c) {
     b.x[c] = 0.0;
     for (int j = 0; j < b.n; ++j) b.p[c][j] = b.p[j][c] = 0.0;
-    std::fill(b.by[c], b.by[c] + kMostConsidered, 0.0);
-    b.p[c][c] = n.colour_variance((c - kBelieved) % kSeen);
+    std::fill(b.d[c], b.d[c] + kMostConsidered, 0.0);
+    b.p[c][c] = n.colour_variance((c - kFilterStates) % kPose);
   }
 }
 
 /// Pose out of nothing but the sample; what else is believed stays, its links to the pose do not.
-inline void place(const MotionNoise& n, const PoseSample& pose, Belief& b) {
-  for (int i = 0; i < kSeen; ++i) {
+inline void place(const NoiseParameters& n, const PoseSample& pose, StateEstimate& b) {
+  for (int i = 0; i < kPose; ++i) {
     b.x[i] = pose.eta[i];
     for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
-    std::fill(b.by[i], b.by[i] + kMostConsidered, 0.0);
+    std::fill(b.d[i], b.d[i] + kMostConsidered, 0.0);
   }
   begin_colour(n, b);
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
       b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
     }
     if (!b.coloured()) continue;
     const double colour = n.colour_variance(i);  // the pose is eta less it
     b.p[i][i] += kFirstSpread * kFirstSpread * colour;
-    b.p[i][kBelieved + i] = b.p[kBelieved + i][i] = -colour;
+    b.p[i][kFilterStates + i] = b.p[kFilterStates + i][i] = -colour;
   }
 }
 
 /// A pose's own covariance is of all its error: its white part is what the correlated errors
 /// leave of it, no less than the model's white noise, or all of it where it is smaller
 /// than that. Correlations stay.
-inline void leave_white(const MotionNoise& n, double noise[kSeen][kSeen]) {
+inline void leave_white(const NoiseParameters& n, double noise[kPose][kPose]) {
   if (!n.coloured()) return;
-  double share[kSeen];
-  for (int i = 0; i < kSeen; ++i) {
+  double share[kPose];
+  for (int i = 0; i < kPose; ++i) {
     const double all = noise[i][i];
     const double least = std::min(all, n.white_variance(i));
     share[i] = std::sqrt(std::max(all - n.colour_variance(i), least) / all);
   }
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) noise[i][j] *= share[i] * share[j];
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) noise[i][j] *= share[i] * share[j];
   }
 }
 
 /// Nothing known but that a boat is slow.
-inline void know_nothing(const OnboardModel& m, Belief& b) {
-  const MotionNoise& n = m.boat.noise;
-  const double spread[kBelieved] = {
+inline void know_nothing(const OnboardModel& m, StateEstimate& b) {
+  const NoiseParameters& n = m.boat.noise;
+  const double spread[kFilterStates] = {
       kUnknownPosition,     kUnknownPosition,     kUnknownHeading,
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
       n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
-  b = Belief{};
-  b.n = n.swinging() ? kMostBelieved : n.coloured() ? kColoured : kBelieved;
-  for (int i = 0; i < kBelieved; ++i) b.p[i][i] = spread[i] * spread[i];
+  b = StateEstimate{};
+  b.n = n.oscillating() ? kOscillatingStates : n.coloured() ? kColouredStates : kFilterStates;
+  for (int i = 0; i < kFilterStates; ++i) b.p[i][i] = spread[i] * spread[i];
   begin_colour(n, b);
 }
 
 /// Whether a pose may be of this boat.
-inline bool passes(const OnboardModel& m, const Surprise& found) {
-  if (!std::isfinite(found.square)) return false;
+inline bool passes(const OnboardModel& m, const Innovation& found) {
+  if (!std::isfinite(found.nis)) return false;
   const bool near =
       std::hypot(found.e[0], found.e[1]) <= m.near[0] && std::abs(found.e[2]) <= m.near[1];
-  return near || found.square <= m.gate;
+  return near || found.nis <= m.gate;
 }
 
 /// A second belief: at the pose, with the first one's velocity, which may be wrong.
@@ -145,22 +145,22 @@ inline bool overruled(const OnboardModel& m, const PoseSample& pose, Instant& no
     begin_rival(m, pose, now);
     return false;
   }
-  const Surprise found = surprise(now.rival, pose.eta, pose.noise);
+  const Innovation found = innovation(now.rival, pose.eta, pose.noise, m.outlier);
   if (!passes(m, found)) {
     if (--now.votes == 0) begin_rival(m, pose, now);
     return false;
   }
-  correct_robustly(found, pose.noise, m.outlier, now.rival);
+  update(found, pose.noise, now.rival);
   return ++now.votes >= m.votes && now.time - now.rival_since >= m.agreement;
 }
 
 }  // namespace detail
 
 /// The model ran away: its pose is the last one, and nothing is known until the next.
-inline void give_up(const OnboardModel& m, const Belief& last, Instant& now) {
-  const double pose[kSeen] = {last.x[0], last.x[1], last.x[2]};
+inline void give_up(const OnboardModel& m, const StateEstimate& last, Instant& now) {
+  const double pose[kPose] = {last.x[0], last.x[1], last.x[2]};
   detail::know_nothing(m, now.belief);
-  std::copy(pose, pose + kSeen, now.belief.x);
+  std::copy(pose, pose + kPose, now.belief.x);
   now.alive = false;
   now.votes = now.rejected = 0;
   now.diverged = now.time;
@@ -170,17 +170,17 @@ inline void give_up(const OnboardModel& m, const Belief& last, Instant& now) {
 inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now) {
   const double heading = now.belief.p[2][2];
   const bool lost = now.alive && heading > detail::kLostHeading * detail::kLostHeading;
-  const Belief before = now.belief;
+  const StateEstimate before = now.belief;
   bool used = true;
   if (!now.alive || lost) {
     detail::place(m.boat.noise, pose, now.belief);
     now.alive = true;
     if (lost) now.reinitialised = now.time;
   } else {
-    const Surprise found = surprise(now.belief, pose.eta, pose.noise);
+    const Innovation found = innovation(now.belief, pose.eta, pose.noise, m.outlier);
     used = detail::passes(m, found);
     if (used) {
-      correct_robustly(found, pose.noise, m.outlier, now.belief);
+      update(found, pose.noise, now.belief);
     } else if (detail::overruled(m, pose, now)) {
       now.belief = now.rival;
       now.reinitialised = now.time;
@@ -210,7 +210,7 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
   Causes force_error[kMaxForces] = {};
   const Considered& considered = m.boat.considered;
   const bool doubted = now.time - now.doubted <= m.wary;
-  const MotionNoise noise = doubted ? wary(m.boat.noise) : m.boat.noise;
+  const NoiseParameters noise = doubted ? with_default_process_noise(m.boat.noise) : m.boat.noise;
   if (considered.n > 0) {
     error_fades(c, m.q, h, fading, errors);
   } else {
@@ -222,10 +222,10 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
     }
     step_forces(c, fading, f, force);
     if (!now.alive) continue;
-    const Belief before = now.belief;
-    if (!believe_step(m.boat, noise, h, force, force_error, now.belief)) {
+    const StateEstimate before = now.belief;
+    if (!predict(m.boat, noise, h, force, force_error, now.belief)) {
       give_up(m, before, now);
-    } else if (now.votes > 0 && !believe_step(m.boat, noise, h, force, force_error, now.rival)) {
+    } else if (now.votes > 0 && !predict(m.boat, noise, h, force, force_error, now.rival)) {
       now.votes = 0;
     }
   }
@@ -234,7 +234,7 @@ inline void drift(const OnboardModel& m, double length, Instant& now) {
 /// What is published.
 struct Estimate {
   double time = 0.0;                         // [s]
-  double pose[kSeen] = {};                   // x, y [m], psi [rad] in (-pi, pi], earth-fixed
+  double pose[kPose] = {};                   // x, y [m], psi [rad] in (-pi, pi], earth-fixed
   double velocity[kAxes] = {};               // over ground, body-fixed [m/s, m/s, rad/s]
   double covariance[kStates][kStates] = {};  // of both
   double disturbance[kAxes] = {};            // [m/s^2, m/s^2, rad/s^2]
@@ -245,7 +245,7 @@ struct Estimate {
 namespace detail {
 
 /// Velocity over ground: that in the water plus R' c. Its covariance with what the heading makes.
-inline void add_current(const DrivenBoat& boat, Estimate& out) {
+inline void add_current(const OnboardBoat& boat, Estimate& out) {
   const double* w = boat.current;
   if (w[0] == 0.0 && w[1] == 0.0) return;
   double body[2];
@@ -270,11 +270,11 @@ inline void add_current(const DrivenBoat& boat, Estimate& out) {
 inline Estimate estimate(const OnboardModel& m, const Instant& now) {
   Estimate out;
   out.time = now.time;
-  const Belief& b = now.belief;
+  const StateEstimate& b = now.belief;
   std::copy(b.x, b.x + 2, out.pose);
   out.pose[2] = wrap(b.x[2]);
   std::copy(b.x + 3, b.x + kStates, out.velocity);
-  std::copy(b.x + kStates, b.x + kBelieved, out.disturbance);
+  std::copy(b.x + kStates, b.x + kFilterStates, out.disturbance);
   for (int i = 0; i < kStates; ++i) std::copy(b.p[i], b.p[i] + kStates, out.covariance[i]);
   out.last_pose = now.last_pose;
   double force[kMaxForces];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Symmetric 3 x 3 matrices.
+// Symmetric 3 x 3 matrices. No heap, no exceptions.
 #pragma once
+#include <cmath>
 
 namespace seatrial::detail {
 
@@ -18,6 +19,20 @@ inline double inverse3(const double s[3][3], double inverse[3][3]) {
   inverse[1][2] = inverse[2][1] = (s[0][1] * s[2][0] - s[0][0] * s[2][1]) * d;
   inverse[2][2] = (s[0][0] * s[1][1] - s[0][1] * s[1][0]) * d;
   return determinant;
+}
+
+/// Cholesky root: l l' = s; false where s is not positive definite. Only the lower half of s is
+/// read.
+inline bool lower_root(const double s[3][3], double l[3][3]) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      double sum = s[i][j];
+      for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j && !(sum > 0.0)) return false;
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+    }
+  }
+  return true;
 }
 
 }  // namespace seatrial::detail
