@@ -21,7 +21,7 @@ import numpy as np
 from estimators import prepare, read
 
 import seatrial
-from seatrial.identify.output_error import OutputErrorSettings, fit
+from seatrial.identification.estimator import OutputErrorSettings, fit
 
 PLANS = ("paper-like", "hard")
 SPREAD = 0.7  # of the logarithm

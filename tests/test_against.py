@@ -9,10 +9,10 @@ import pytest
 from test_causal import trial, truth  # noqa: F401
 from test_residuals import changed
 
-from seatrial.against import CELLS, PAIRS, against, against_text
-from seatrial.errors import ModelError
-from seatrial.validate import Scores, further, scores_json, validate
-from seatrial.validate_text import horizons_text
+from seatrial.evaluation.console import horizons_text
+from seatrial.evaluation.head_to_head import CELLS, PAIRS, against, against_text
+from seatrial.evaluation.validation import Scores, further, scores_json, validate
+from seatrial.util.errors import ModelError
 
 
 @pytest.fixture(scope="module")

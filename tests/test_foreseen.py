@@ -9,13 +9,13 @@ import pytest
 from conftest import TABLE_II, make_model
 from scipy.linalg import expm
 
-from seatrial.foreseen import pushed, unsure
-from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.predict import Lookahead
-from seatrial.schema import NoiseEntry, ProcessEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.validate import unforeseen, validate
+from seatrial.boat.model import Model
+from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.expected_error import pushed, unsure
+from seatrial.evaluation.prediction import Lookahead
+from seatrial.evaluation.validation import unforeseen, validate
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
 
 FORCE = Unmodelled(share=0.04, correlation=2.0)
 

@@ -13,12 +13,12 @@ from test_model import frd
 
 import seatrial
 from benchmarks.fleet.boats import MIDDLE, driven
-from seatrial.cli import main
-from seatrial.identify.lever import of_origin
-from seatrial.init.drive import _evened
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.signs import check_signs
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.inspection.consistency import check_signs
+from seatrial.inspection.proposal.inputs import _evened
+from seatrial.io.bags.write import BagTopic, write_bag
 
 # Thrusters. #
 

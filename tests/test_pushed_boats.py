@@ -6,9 +6,9 @@ import pytest
 from survey_boat import as_stated
 
 from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
-from seatrial.identify import output_error
-from seatrial.plan import Unmodelled
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification import estimator as output_error
+from seatrial.simulation.plan import Unmodelled
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}

@@ -21,9 +21,9 @@ from benchmarks.recovery.scenes import (
 )
 from benchmarks.recovery.work import work
 from seatrial import _core
-from seatrial.causal import VELOCITY_SPREAD
-from seatrial.model import thrust_trace
-from seatrial.plan import TrialEntry, load_plan
+from seatrial.boat.model import thrust_trace
+from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.simulation.plan import TrialEntry, load_plan
 
 BEGIN, END = 10.0, 15.0  # [s] of the dense matrices' recording
 STEP = 1e-5  # of differences, relative

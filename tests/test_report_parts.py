@@ -8,22 +8,22 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.chain import STARTS
-from seatrial.identifiability import identifiability
-from seatrial.plan import load_plan
-from seatrial.predict import predict
-from seatrial.report import repeat as agreement
-from seatrial.report.actuators import answers, curves
-from seatrial.report.draw.base import CYCLE, colour_of
-from seatrial.report.draw.recorded import cells, timeline, tracks
-from seatrial.report.embed import decode, encode
-from seatrial.report.evidence import collect
-from seatrial.report.physics import physics
-from seatrial.report.pool import judged, pooled, together
-from seatrial.report.runs import gather, thinned
+from seatrial.boat.actuators import STARTS
+from seatrial.boat.physics import driven, sanity
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.report.evidence import homogeneity as agreement
+from seatrial.report.evidence.actuators import answers, curves
+from seatrial.report.evidence.model_evidence import collect
+from seatrial.report.evidence.physics import physics
+from seatrial.report.evidence.pooled_scores import judged, pooled, together
+from seatrial.report.evidence.runs import gather, thinned
+from seatrial.report.figures.base import CYCLE, colour_of
+from seatrial.report.figures.embed import decode, encode
+from seatrial.report.figures.recorded import cells, timeline, tracks
 from seatrial.report.sections.recorded import summary
-from seatrial.sanity import driven, sanity
-from seatrial.simulate import plant_model, simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +212,7 @@ def test_a_recording_that_is_too_short_is_kept_with_the_reason(model, trials):
 
 
 def test_the_verdict_counts_what_is_known(evidence, model):
-    from seatrial.report.verdict import identified
+    from seatrial.report.evidence.verdict import identified
 
     said = identified(evidence)
     names = identifiability(model).names

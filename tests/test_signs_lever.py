@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.fleet.boats import MIDDLE, driven
-from seatrial.frames import Axes
-from seatrial.io.poses import in_vehicle_terms
-from seatrial.recording import make_recording
-from seatrial.signs import Wrong, check_apart, check_signs
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency import Wrong, check_apart, check_signs
+from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.recording.recording import make_recording
+from seatrial.util.frames import Axes
 
 ORIGIN = (0.0, 0.0)
 LEVERS = [ORIGIN, (0.25, 0.0), (-0.1, 0.2)]  # [m]

@@ -9,7 +9,7 @@ import sys
 import yaml
 from test_docs import ROOT, blocks
 
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
 import reference

@@ -6,7 +6,7 @@ import shlex
 
 from test_docs import ROOT, blocks
 
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 PAGE = ROOT / "docs" / "validate.md"
 

@@ -6,6 +6,7 @@ python tools/reference.py            # after a change of either
 
 import argparse
 import inspect
+import re
 from pathlib import Path
 
 import seatrial
@@ -55,8 +56,13 @@ def library() -> list[str]:
         thing = getattr(seatrial, name)
         text = inspect.cleandoc(thing.__doc__ or "")
         head = f"{name}{inspect.signature(thing)}" if inspect.isfunction(thing) else f"class {name}"
-        lines += [f"### {name}", "", "```python", head.replace("'", ""), "```", "", text, ""]
+        lines += [f"### {name}", "", "```python", plain(head), "```", "", text, ""]
     return lines
+
+
+def plain(signature: str) -> str:
+    """A signature with the types' own names, without their modules."""
+    return re.sub(r"(?:\b[a-z_]+\.)+(?=[A-Z])", "", signature.replace("'", ""))
 
 
 def page() -> str:

@@ -15,7 +15,7 @@ from seatrial.commands.shared import (
     load_model,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs

@@ -4,16 +4,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.files import write_text
-from seatrial.model import Model
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.recording import Recording
-from seatrial.report.evidence import collect
-from seatrial.report.export import write_figures, write_tables
-from seatrial.report.page import page
-from seatrial.report.png import check
-from seatrial.report.sections import Section, sections
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.model_evidence import collect
+from seatrial.report.figures.png import check
+from seatrial.report.html import page
+from seatrial.report.papers import write_figures, write_tables
+from seatrial.report.sections import Section, all_sections
 from seatrial.report.sections.base import store_of
+from seatrial.util.files import write_text
 
 __all__ = ["report", "write_report"]
 
@@ -27,7 +27,7 @@ def report(
     stretch as long as the horizon, or where there is no recording. A model that is unstable gets a
     report that says so.
     """
-    return _page(model, sections(collect(model, recordings, horizon)))
+    return _page(model, all_sections(collect(model, recordings, horizon)))
 
 
 def write_report(
@@ -47,7 +47,7 @@ def write_report(
     """
     if raster:
         check()
-    found = sections(collect(model, recordings, horizon))
+    found = all_sections(collect(model, recordings, horizon))
     write_text(Path(path), _page(model, found))
     if figures is not None:
         names = {store_of(i): recording.name for i, recording in enumerate(recordings)}

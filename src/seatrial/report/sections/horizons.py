@@ -4,17 +4,17 @@
 from collections.abc import Sequence
 from html import escape
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Text, between, known
-from seatrial.report.draw import prediction as draw
-from seatrial.report.evidence import Evidence
-from seatrial.report.pool import Pooled, judged, pooled
-from seatrial.report.runs import Run
+from seatrial.evaluation.validation import unforeseen
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.pooled_scores import Pooled, judged, pooled
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import ALL, Section, fine, three
-from seatrial.report.table import Table
-from seatrial.report.words import UNITS, names_of
-from seatrial.validate import unforeseen
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Text, between, known
+from seatrial.report.text.numbers import UNITS, names_of
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section | None:
