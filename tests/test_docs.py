@@ -17,7 +17,7 @@ from seatrial.simulation.plan import PlanFile, _merged, load_plan
 from seatrial.util.files import read_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
 def blocks(page: Path, language: str) -> list[str]:
