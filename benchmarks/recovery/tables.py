@@ -256,7 +256,7 @@ def further(records: Sequence[Record], names: Sequence[str]) -> str:
             rows.append([scene, f"{record['seed']}", ", ".join(said),
                          f"{off[most]:.1f} ({common['names'][most]})"])  # fmt: skip
     return table(
-        ["scene", "seed", "further parameters", "largest error of a coefficient / standard error"],
+        ["scene", "seed", "freed parameters", "largest error of a coefficient / standard error"],
         rows,
     )
 
