@@ -39,13 +39,18 @@ def refill(path: Path, made: Mapping[str, str]) -> None:
     def block(mark: re.Match[str]) -> str:
         if mark["name"] not in made:
             return mark[0]
-        text = made[mark["name"]].strip()
+        text = compact(made[mark["name"]].strip())
         if mark["words"]:
             _write_csv(csv_of(path, mark["name"]), text)
             text = some_rows(text, mark["words"].split("; "))
         return f"{mark['begin']}\n{text}\n\n{mark['end']}"
 
     path.write_text(MARK.sub(block, path.read_text()))
+
+
+def compact(text: str) -> str:
+    """The line below a table's head without spaces."""
+    return re.sub(r"^\|[ |:-]+\|$", lambda rule: rule[0].replace(" ", ""), text, flags=re.MULTILINE)
 
 
 def csv_of(page: Path, name: str) -> Path:

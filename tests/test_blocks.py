@@ -25,6 +25,7 @@ def test_a_block_shows_the_rows_with_its_words_and_the_file_has_all(tmp_path):
     refill(page, {"some": TABLE})
     shown = page.read_text()
     assert "| still MP | 1 |\n| pushed MP | 3 |\n\n<!-- end -->" in shown
+    assert "| boat | error |\n|---|---:|\n| still MP | 1 |" in shown
     assert "still AF" not in shown
     assert "<!-- all -->\nx\n<!-- end -->" in shown
     assert rows_of(csv_of(page, "some")) == [
