@@ -9,10 +9,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import loosened
 from seatrial.boat.physics import sanity
-from seatrial.evaluation.disturbed_intervals import stretches, stretches_said
+from seatrial.evaluation.disturbed_intervals import stretches, stretches_found
 from seatrial.evaluation.filtering import Causal, believed_noise, causal
 from seatrial.evaluation.head_to_head import Against, against
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Lookahead, Prediction, predict
@@ -25,7 +26,7 @@ from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.statistics import kurtosis
 
-SCORES_FORMAT = "scores 3"
+SCORES_FORMAT = "scores 4"
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
 BUMPED = 2.0  # times the errors elsewhere, of a stretch that is worth a word
@@ -107,7 +108,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     scores: dict[str, AxisScore]  # by u, v, r; at the horizon that was asked for
     horizons: list[HorizonScore] = []
     correlations: list[Correlation] = []  # of the filter's residuals with the forces
-    notes: list[str] = []  # what could not be had
+    findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -215,14 +216,14 @@ def _beyond(rms: float, floor: float) -> float:
 def further(
     model: Model, recordings: Sequence[Recording], chosen: float = DEFAULT_HORIZON
 ) -> list[dict[str, Any]]:
-    """For every recording `HORIZONS` and the chosen one from both starts, correlations, notes."""
+    """For every recording `HORIZONS` and the chosen one from both starts, correlations, findings."""
     try:
         noise = believed_noise(model, recordings)
         filtered = [causal(model, r, noise) for r in recordings]
     except ModelError as error:
-        lost = f"no starts from a filter, no residuals: {error}"
+        lost = finding_of(FindingKind.NO_FILTER, reason=str(error))
         found = [_further(model, r, chosen, None) for r in recordings]
-        return [{**each, "notes": [lost, *each["notes"]]} for each in found]
+        return [{**each, "findings": [lost, *each["findings"]]} for each in found]
     pairs = zip(recordings, filtered, strict=True)
     found = [_further(model, recording, chosen, its) for recording, its in pairs]
     # a filter so sure of itself that it takes long to find back sees too much
@@ -231,38 +232,34 @@ def further(
     odd = stretches(recordings, [np.sum(residual**2, axis=1) for residual in seen])
     for i, each in enumerate(found):
         own = [s for s in odd if s.recording == i and s.times > BUMPED]
-        each["notes"] += [stretches_said(recordings, own)] if own else []
+        each["findings"] += stretches_found(recordings, own)
     return found
 
 
 def _further(
     model: Model, recording: Recording, chosen: float, filtered: Causal | None
 ) -> dict[str, Any]:
-    every, notes = lookaheads(model, recording, chosen, filtered)
+    every, findings = lookaheads(model, recording, chosen, filtered)
     found = [
         HorizonScore(horizon, ahead.steps, name, len(ahead.t), axis_scores(ahead))
         for horizon, name, ahead in every
     ]
     left = [] if filtered is None else residuals(model, recording, filtered)
-    if said := unforeseen(found, seen(model, recording)):
-        notes.append(said)
+    findings += unforeseen(found, seen(model, recording))
     if recording.period > SLOW:
-        notes.append(
-            f"poses are {recording.period:.2g} s apart: the stencil's velocities, which errors are taken "
-            "against, miss motion within four of them; the floor includes as much of it as the model shows"
-        )
-    return {"horizons": found, "correlations": left, "notes": notes}
+        findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    return {"horizons": found, "correlations": left, "findings": findings}
 
 
 def lookaheads(
     model: Model, recording: Recording, chosen: float, filtered: Causal | None
-) -> tuple[list[tuple[float, Start, Prediction]], list[str]]:
+) -> tuple[list[tuple[float, Start, Prediction]], list[Finding]]:
     """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
 
     From the stencil's starts, and from the filter's where there is one; and what could not be had.
     """
     found: list[tuple[float, Start, Prediction]] = []
-    notes: list[str] = []
+    findings: list[Finding] = []
     starts: list[tuple[Start, Lookahead]] = [("stencil", Lookahead(model, recording))]
     if filtered is not None:
         starts.append(("filter", Lookahead(model, recording, starts=filtered.motion)))
@@ -275,9 +272,9 @@ def lookaheads(
         except RecordingError:  # no stretch is as long
             continue
         except ModelError as error:
-            notes.append(str(error))
+            findings.append(finding_of(FindingKind.HORIZON_NOT_PREDICTED, reason=str(error)))
             break
-    return found, notes
+    return found, findings
 
 
 class Scored(Protocol):
@@ -300,34 +297,29 @@ class Scored(Protocol):
         """By u, v, r."""
 
 
-def unforeseen(scores: Iterable[Scored], known: bool) -> str | None:
-    """What is to be said where errors are larger than the model says of itself.
+def unforeseen(scores: Iterable[Scored], known: bool) -> list[Finding]:
+    """Axes in which errors are larger than the model says of itself, and why.
 
     known: the model was identified from it. A filter's start and a reference that share poses share errors:
-    nothing is said of them.
+    there is no finding on them.
     """
     apart = (x for x in scores if x.start == "stencil" or x.steps > SHARED)
     rows = [(x.horizon, x.scores) for x in apart]
     beyond = [_surprises(rows, symbol) for symbol in SYMBOLS]
-    said = [
-        f"in {axis} {times:.1f} times ({horizon:g} s ahead)"
-        for axis, found in zip(AXES, beyond, strict=True)
-        if found
-        for times, horizon in [max(found)]
-    ]
-    if not said:
-        return None
+    most = {axis: max(found) for axis, found in zip(AXES, beyond, strict=True) if found}
+    if not most:
+        return []
     farthest = max(horizon for horizon, _ in rows)
     if all(max(x)[1] < SOON and max(h for _, h in x) < farthest for x in beyond if x):
-        why = "it is gone further ahead, so it is the poses, not the boat: their errors are not as stated"
-    elif known:
-        why = "though it was identified from this: its structure misses something"
+        cause = "pose noise"
     else:
-        why = (
-            "payload, wind or water changed since it was identified, or the boat is driven "
-            "differently now"
+        cause = "model mismatch" if known else "change"
+    return [
+        finding_of(
+            FindingKind.EXCEEDS_EXPECTED_ERROR, axis, ratio=ratio, horizon=horizon, cause=cause
         )
-    return f"the error is {', '.join(said)} what the model foresees of itself: {why}"
+        for axis, (ratio, horizon) in most.items()
+    ]
 
 
 def _surprises(

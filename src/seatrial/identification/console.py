@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model
 from seatrial.boat.physics import sanity_line
 from seatrial.identification.regression.equation_error import METHOD
@@ -55,7 +56,7 @@ def summary(model: Model) -> str:
     scatter = model.estimator.method == METHOD
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
     lines += [SMEARED] if model.estimator.method == SMOOTHER else []
-    lines += [*_effects(model), *model.estimator.notes]
+    lines += [*_effects(model), *map(finding_text, model.estimator.findings)]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:

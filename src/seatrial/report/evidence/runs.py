@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.evaluation.filtering import Causal, believed_noise, causal
 from seatrial.evaluation.prediction import Prediction, predict
@@ -34,7 +35,7 @@ class Run:
     lost: str  # why there is no prediction
     horizons: tuple[tuple[float, Start, Prediction], ...]  # horizon [s], start, prediction
     correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
-    notes: tuple[str, ...]  # what else could not be had
+    findings: tuple[Finding, ...]  # what else could not be had
     noise: Array | None  # (11,) what the model's filter believes; None: there is no filter
     excitation: Excitation
     unseen: bool  # the model was not identified from it
@@ -129,11 +130,12 @@ def _run(
     except (ModelError, RecordingError) as error:
         failed = error
     known = filtered if isinstance(filtered, Causal) else None
-    notes = [] if known else [f"{recording.name}: no starts from a filter: {filtered}"]
+    lost = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
     try:
         aheads, more = lookaheads(model, recording, horizon, known)
     except RecordingError as error:
-        aheads, more = [], [str(error)]
+        aheads = []
+        more = [finding_of(FindingKind.HORIZON_NOT_PREDICTED, reason=str(error))]
     forces = np.asarray(model.trace(recording).forces(t))
     usable = np.isfinite(predicted[:, 0]) if outcome else np.isin(np.arange(len(t)), row)
     run = Run(
@@ -142,7 +144,7 @@ def _run(
         "" if failed is None else str(failed),
         tuple(aheads),
         () if known is None else tuple(residuals(model, recording, known)),
-        (*notes, *more),
+        (*lost, *more),
         None if known is None else known.noise,
         excitation(model.vehicle, recording),
         not seen(model, recording),

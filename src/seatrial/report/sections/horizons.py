@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from html import escape
 
+from seatrial.boat.findings import finding_text
 from seatrial.evaluation.validation import unforeseen
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.pooled_scores import Pooled, judged, pooled
@@ -65,5 +66,5 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Poole
 
 def _notes(runs: Sequence[Run], single: Sequence[tuple[Run, Sequence[Pooled]]]) -> list[str]:
     beyond = [(run.name, unforeseen(own, not run.unseen)) for run, own in single]
-    said = [f"{name}: {words}." for name, words in beyond if words is not None]
-    return list(dict.fromkeys([*(note for run in runs for note in run.notes), *said]))
+    found = [*((run.name, run.findings) for run in runs), *beyond]
+    return [f"{name}: {finding_text(finding)}." for name, own in found for finding in own]
