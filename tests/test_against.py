@@ -89,7 +89,7 @@ def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
-    assert scores.seatrial == "scores 3"
+    assert scores.seatrial == "scores 4"
     assert "worse" in against_text(scores.against) or "better" in against_text(scores.against)
 
 

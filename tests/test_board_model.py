@@ -205,8 +205,8 @@ def content(right) -> dict:
 
 
 BAD = [
-    (lambda c: c.update(seatrial="model 3"), "says 'seatrial: model 3'; expected 'seatrial: model 2'"),
-    (lambda c: c.pop("seatrial"), "has no line 'seatrial: ...'; expected 'seatrial: model 2'"),
+    (lambda c: c.update(seatrial="model 1"), "says 'seatrial: model 1'; expected 'seatrial: model 3'"),
+    (lambda c: c.pop("seatrial"), "has no line 'seatrial: ...'; expected 'seatrial: model 3'"),
     (lambda c: c.pop("noise"), "key 'noise' is missing"),
     (lambda c: c["vehicle"].pop("commands"), "vehicle: key 'commands' is missing"),
     (lambda c: c.update(colour="red"), "unknown key 'colour'"),
@@ -261,10 +261,10 @@ def test_a_file_that_is_not_right_is_one_line_in_both_languages(
     [
         (b"", "expected 'key: value' lines"),
         (b"- a\n- b\n", "expected 'key: value' lines"),
-        (b"seatrial: model 2\n  name: [1,\n", "is not YAML"),
-        (b"seatrial: model 2\nname: \"a\n", "cut off"),
+        (b"seatrial: model 3\n  name: [1,\n", "is not YAML"),
+        (b"seatrial: model 3\nname: \"a\n", "cut off"),
         (b"\x00\x01\x02", "is not text"),
-        (b"seatrial: model 2\nseatrial: model 2\n", "key 'seatrial' stands twice"),
+        (b"seatrial: model 3\nseatrial: model 3\n", "key 'seatrial' stands twice"),
     ],
 )  # fmt: skip
 def test_what_is_no_model_file_is_one_line(program, tmp_path, text, words):
