@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_of, finding_text
 from seatrial.boat.schema import (
     ChainGroup,
     CorrelatedEntry,
@@ -23,7 +24,7 @@ from seatrial.identification.methods import summary
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-NOTE = "dead zone not sought: every thruster stays on one side of it"
+HIDDEN = finding_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE, "t1", "t2")
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def model():
         plant, vehicle=whole, constants=whole.constants.values, covariance=covariance,
         envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))),
         noise=NoiseEntry(0.004, 0.003, ProcessEntry(1e-6, 1e-6, 0.0068, 0.013, 2.0)),
-        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, notes=[NOTE]),
+        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, findings=[HIDDEN]),
     )  # fmt: skip
 
 
@@ -65,7 +66,7 @@ def test_the_summary_is_a_screenful_with_a_verdict_on_every_line(model):
     assert (
         "latency and lag can't be told apart (-1.00): their sum is 0.1000 ± 0.0010 s, sharp" in text
     )
-    assert NOTE in text
+    assert finding_text(HIDDEN) in text
     assert len(text.splitlines()) < 24
 
 

@@ -7,7 +7,7 @@ from survey_boat import as_stated
 from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification import estimator as output_error
+from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 from seatrial.simulation.plan import Unmodelled
 

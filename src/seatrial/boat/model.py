@@ -243,11 +243,10 @@ def save(model: Model, path: str | Path) -> None:
 
 def load(path: str | Path) -> Model:
     """A model from its file, in forward-left-up axes. Raises SeatrialError."""
-    content = read_yaml(Path(path))
-    if content.get("seatrial") == NOTES_FORMAT:
+    content = expect_format(read_yaml(Path(path)), MODEL_FORMAT, path, earlier=(NOTES_FORMAT,))
+    if content["seatrial"] == NOTES_FORMAT:
         content = {**content, "seatrial": MODEL_FORMAT}
         content["estimator"] = with_findings(content.get("estimator"), f"{path}: estimator")
-    expect_format(content, MODEL_FORMAT, path)
     return _from_file(convert(content, ModelFile, path), str(path))
 
 
