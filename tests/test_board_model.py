@@ -23,6 +23,8 @@ from seatrial.io.table import scaled
 from seatrial.onboard.predictor import Estimate, Predictor
 from seatrial.util.errors import SeatrialError
 
+MODELS_OF_THEN = sorted((ROOT / "tests" / "models").glob("*-model-2.yaml"))
+
 
 def events(model: seatrial.Model, seed: int) -> list[tuple[str, list[float]]]:
     """Commands, scales and poses of a drive, some late, with a false match; and when to look."""
@@ -131,6 +133,15 @@ def test_the_noise_on_board_is_pythons(program, written):
     (row,) = program.says("noise", path)
     believed = believed_on_board(model).noise
     np.testing.assert_allclose(floats(row), believed, rtol=1e-12)
+
+
+@pytest.mark.parametrize("path", MODELS_OF_THEN, ids=lambda path: path.stem)
+def test_a_model_of_then_is_read_as_the_one_that_is_written_of_it(program, path, tmp_path):
+    """With sentences in place of findings, which a node reads neither of."""
+    save(load(path), tmp_path / "new.yaml")
+    assert "seatrial: model 3" in (tmp_path / "new.yaml").read_text()
+    for what in ("noise", "signals"):
+        assert program.says(what, path) == program.says(what, tmp_path / "new.yaml")
 
 
 def value(words: list[str], raw: float) -> float:

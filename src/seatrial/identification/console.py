@@ -149,7 +149,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" from pose to pose, {lasting} that are correlated over {c.lasting}"
+        said += f" (white), {lasting} (time-correlated over {c.lasting})"
     if process is None:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]
@@ -160,13 +160,13 @@ def _noise(model: Model) -> str:
         if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
-        f"; unmodelled force: {joined(parts)} of what the largest commands give, lasting "
-        f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
-        if parts else "; no unmodelled force to be seen"
+        f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
+        f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}"
+        if parts else "; no significant process noise"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
-        said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
+        said += f"; velocity random walk {_above(STILL, *walks)} in 1 s"
     return f"{said}."
 
 
