@@ -81,7 +81,7 @@ def changes(at: Point, tested: Tested) -> Told:
         share = 100.0 * (1.0 - change.ratio)
         where.setdefault(less, []).append(f"in {AXES[change.axis]} {share:.0f} %")
     places = [f"{', '.join(axes)} {less}" for less, axes in where.items()]
-    zone = UNZONED if what == "thrust" and not _zoned(at.passes.problem.vehicle) else ""
+    zone = UNZONED if what == "thrust" and not _zoned(at.runs.problem.vehicle) else ""
     if not places:
         return Told("", 0.0)
     gain = sum(change.test.gain for change in by_cause[what])
@@ -96,7 +96,7 @@ def _zoned(vehicle: Vehicle) -> bool:
 
 def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
     """What changes, and how the free parameters (p,) would with a factor on it: as much as they are."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     thrust, drag = thrust_and_drag(problem.vehicle.structure, axis)
     free = np.array(problem.free)
     for what, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):

@@ -34,151 +34,165 @@ from seatrial.boat.noise_parameters import (
     fitted_noise,
     repeated_cost,
 )
-from seatrial.identification.likelihood.optimiser import NOTHING, Point, approach, descend
+from seatrial.identification.likelihood.optimiser import (
+    NEGLIGIBLE_NOISE,
+    Point,
+    descend_below,
+    descend_some_steps,
+)
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.start_noise import (
-    LASTING,
-    all_coloured,
-    lasting,
-    pushed_and_coloured,
-    swinging,
+    LONG_CORRELATIONS,
+    disturbance_and_gauss_markov,
+    gauss_markov_for_white,
+    gauss_markov_poses,
+    oscillating_poses,
 )
-from seatrial.identification.likelihood.whiteness import white
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.likelihood.whiteness import is_white
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.regression.start_values import start_values
 from seatrial.identification.regression.weak_rows import Widths
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-WIDE = Widths(0.6, 3.0)  # [s] of windows that see the boat, and no waves
-BRIEF = (3.0, 0.3)  # times the white errors, [s]: errors of the poses that a drift is none of
-WAVES = np.geomspace(0.5, 10.0, 17)  # [s] periods to look at
-NEARING = 12  # steps of a search that is only to come near
-MOST_OFTEN = 3.0  # poses in a period, at the least
-SIZES = (3.0, 10.0, 30.0)  # times the white errors
-LONGER = 1.5  # times the longest memory of a first search: from there it may go on
-WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
-CHANCE = 3.0  # the same of the other frame: neither is the simpler, but by chance is not found
+WAVE_FREE_WIDTHS = Widths(0.6, 3.0)  # [s] of windows that see the boat, and no waves
+BRIEF_CORRELATION = (
+    3.0,
+    0.3,
+)  # times the white errors, [s]: errors of the poses that a drift is none of
+WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] periods to look at
+NEAR_STEPS = 12  # steps of a search that is only to come near
+POSES_PER_WAVE = 3.0  # poses in a period, at the least
+WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors
+MEMORY_EXTENSION = 1.5  # times the longest memory of a first search: from there it may go on
+NOISE_SWITCH_GAIN = 20.0  # -2 log likelihood by which another solution must be more likely
+FRAME_SWITCH_GAIN = (
+    3.0  # the same of the other frame: neither is the simpler, but by chance is not found
+)
 
 
-def anew(at: Point, theta: Array) -> Point:
+def multi_start(at: Point, theta: Array) -> Point:
     """The most likely of `at` and what is found from the corners opposite.
 
     `theta` (p,): where the search began.
     """
     let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
-    if let_go and not white(at):
-        at = _likelier(at, theta, all_coloured(at.passes.problem.recordings))
-    if not white(at):
-        at = _likelier(at, theta, pushed_and_coloured(at.passes.problem.recordings))
-    if (other := longer(at.noise)) is not None:
-        at = _likelier(at, at.theta, other)
+    if let_go and not is_white(at):
+        at = _likelier_from(at, theta, gauss_markov_for_white(at.runs.problem.recordings))
+    if not is_white(at):
+        at = _likelier_from(at, theta, disturbance_and_gauss_markov(at.runs.problem.recordings))
+    if (other := with_longer_memory(at.noise)) is not None:
+        at = _likelier_from(at, at.theta, other)
     for walk, disturbance in WALKS_AND_DISTURBANCES:
-        other = exchanged(at.noise, walk, disturbance)
-        if other is not None and _promises(at, other):
-            at = _likelier(at, at.theta, other)
-    at = reframed(at)
-    problem = at.passes.problem
-    if not _disturbed(at) and not white(at):
-        pushes = pushed_and_coloured(problem.recordings)
-        at = _likelier(at, theta, pushes, _other_frame(problem))
-    for times, memory in LASTING:
-        if not white(at):
-            at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
-    if not white(at) and (other := pushed(at.noise)) is not None:
-        at = _likelier(at, at.theta, other)
-    if not white(at):
-        at = _waved(at, theta)
+        other = disturbance_for_walk(at.noise, walk, disturbance)
+        if other is not None and _noise_alone_gains(at, other):
+            at = _likelier_from(at, at.theta, other)
+    at = in_likelier_frame(at)
+    problem = at.runs.problem
+    if not _has_disturbance(at) and not is_white(at):
+        pushes = disturbance_and_gauss_markov(problem.recordings)
+        at = _likelier_from(at, theta, pushes, _other_frame(problem))
+    for times, memory in LONG_CORRELATIONS:
+        if not is_white(at):
+            at = _likelier_from(
+                at, theta, gauss_markov_poses(at.runs.problem.recordings, times, memory)
+            )
+    if not is_white(at) and (other := disturbances_for_walks(at.noise)) is not None:
+        at = _likelier_from(at, at.theta, other)
+    if not is_white(at):
+        at = _with_waves(at, theta)
     return at
 
 
-def reframed(at: Point, least: Array = NOISE_LEAST) -> Point:
+def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
     """The more likely of `at` and what is found if what pushes the boat comes from one side of the world, or if it
     turns with the boat where that was so before. `least` (11,): noise is not below it."""
-    if not _disturbed(at):
+    if not _has_disturbance(at):
         return at
-    other = _other_frame(at.passes.problem)
-    return _likelier(at, at.theta, at.noise, other, worth=CHANCE, least=least)
+    other = _other_frame(at.runs.problem)
+    return _likelier_from(at, at.theta, at.noise, other, worth=FRAME_SWITCH_GAIN, least=least)
 
 
-def _disturbed(at: Point) -> bool:
+def _has_disturbance(at: Point) -> bool:
     """Whether something pushes the boat that has a frame."""
-    return bool((at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any())
+    return bool((at.noise[DISTURBANCES] > NEGLIGIBLE_NOISE * RAISED[DISTURBANCES]).any())
 
 
 def _other_frame(problem: Problem) -> Problem:
     return replace(problem, earth_fixed=not problem.earth_fixed)
 
 
-def _waved(at: Point, theta: Array) -> Point:
+def _with_waves(at: Point, theta: Array) -> Point:
     """The most likely of `at` and what is found where the poses' errors are said to swing.
 
     Windows that are wider than such a swing see the boat without it. From there correlated errors
     for a short while are tried: beside them the swing is seen, whose period is then the likeliest.
     """
-    problem = at.passes.problem
-    near = _near(problem, theta)
-    waves = list(_waves(problem))
+    problem = at.runs.problem
+    near = _near_solution(problem, theta)
+    waves = list(_wave_noises(problem))
     if near is None or not waves:
         return at
-    each = near.passes.each
+    each = near.runs.by_recording
     costs = [
         (repeated_cost(each, problem.series, noise, problem.outlier), noise) for noise in waves
     ]
-    found = _likelier(at, near.theta, min(costs, key=lambda c: c[0])[1])
+    found = _likelier_from(at, near.theta, min(costs, key=lambda c: c[0])[1])
     swings = found.noise[COLOUR_MEMORY] * found.noise[COLOUR_TURN] > 1.0  # else it only comes back
     return found if swings else at
 
 
-def _near(problem: Problem, theta: Array) -> Point | None:
+def _near_solution(problem: Problem, theta: Array) -> Point | None:
     """Near a solution where all that the model does not say are errors of the poses; None: there is none."""
     with suppress(IdentificationError):  # windows that wide find no room
-        noise = lasting(problem.recordings, *BRIEF)
-        return approach(problem, _calm(problem, theta), noise, NEARING)
+        noise = gauss_markov_poses(problem.recordings, *BRIEF_CORRELATION)
+        return descend_some_steps(problem, _start_without_waves(problem, theta), noise, NEAR_STEPS)
     return None
 
 
-def _waves(problem: Problem) -> Iterator[Array]:
+def _wave_noises(problem: Problem) -> Iterator[Array]:
     """Noise (11,) with errors that swing, of all periods that the poses show, and sizes."""
-    for period in _periods(problem):
-        for times in SIZES:
-            yield swinging(problem.recordings, times, float(period))
+    for period in _wave_periods(problem):
+        for times in WAVE_SIZES:
+            yield oscillating_poses(problem.recordings, times, float(period))
 
 
-def _periods(problem: Problem) -> Array:
+def _wave_periods(problem: Problem) -> Array:
     """Those of waves that the poses show [s]; none where poses are rare."""
-    least = MOST_OFTEN * float(np.median([r.period for r in problem.recordings]))
-    return np.asarray(WAVES[least < WAVES])
+    least = POSES_PER_WAVE * float(np.median([r.period for r in problem.recordings]))
+    return np.asarray(WAVE_PERIODS[least < WAVE_PERIODS])
 
 
-def _calm(problem: Problem, theta: Array) -> Array:
+def _start_without_waves(problem: Problem, theta: Array) -> Array:
     """The parameters (p,) to begin with, by windows that average swings out."""
-    n, m = problem.size, problem.constants
+    n, m = problem.n_coefficients, problem.n_constants
     found = theta.copy()
     sought = [i - n for i in problem.free if n <= i < n + m]
     arms = (theta[problem.effects(i)][:2] for i in range(len(problem.recordings)))
-    origins = [of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
-    found[:n], found[n : n + m] = start_values(origins, problem.vehicle, sought, widths=WIDE)
+    origins = [poses_of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
+    found[:n], found[n : n + m] = start_values(
+        origins, problem.vehicle, sought, widths=WAVE_FREE_WIDTHS
+    )
     held = [i for i in range(n + m) if i not in problem.free]
     found[held] = theta[held]
     return found
 
 
-def longer(noise: Array) -> Array | None:
+def with_longer_memory(noise: Array) -> Array | None:
     """The noise (11,) with errors that may last longer, where they last as long as a first search lets them."""
     bound = NOISE_MOST[COLOUR_MEMORY]
     least = (noise[COLOUR] <= _core.NO_COLOUR).all()
     if least or not 0.99 * bound < noise[COLOUR_MEMORY] <= bound:
         return None
     other = noise.copy()
-    other[COLOUR_MEMORY] = LONGER * bound
+    other[COLOUR_MEMORY] = MEMORY_EXTENSION * bound
     return np.asarray(other)
 
 
-def pushed(noise: Array) -> Array | None:
+def disturbances_for_walks(noise: Array) -> Array | None:
     """The noise (11,) with disturbances for all walks, and white errors; None where nothing walks."""
     walks = [walk for walk, _ in WALKS_AND_DISTURBANCES]
-    if (noise[walks] < NOTHING * RAISED[walks]).all():
+    if (noise[walks] < NEGLIGIBLE_NOISE * RAISED[walks]).all():
         return None
     other = noise.copy()
     other[MEMORY] = NOISE_START[MEMORY]
@@ -190,14 +204,14 @@ def pushed(noise: Array) -> Array | None:
     return other
 
 
-def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:
+def disturbance_for_walk(noise: Array, walk: int, disturbance: int) -> Array | None:
     """The noise (11,) with a disturbance for the walk of the same motion; None where there is one.
 
     One of size d and memory T makes the velocity walk by d sqrt(2 T) in times longer than T.
     """
     makes = np.sqrt(2.0 * noise[MEMORY])
-    idle = noise[walk] < NOTHING * RAISED[walk]
-    if idle or noise[disturbance] * makes > NOTHING * noise[walk]:
+    idle = noise[walk] < NEGLIGIBLE_NOISE * RAISED[walk]
+    if idle or noise[disturbance] * makes > NEGLIGIBLE_NOISE * noise[walk]:
         return None
     other = noise.copy()
     other[disturbance] = noise[walk] / makes
@@ -205,20 +219,20 @@ def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:
     return np.asarray(other)
 
 
-def _promises(at: Point, noise: Array) -> bool:
+def _noise_alone_gains(at: Point, noise: Array) -> bool:
     """Whether other noise makes likelier what the parameters are as they are."""
-    passes = at.passes.each
-    _, cost = fitted_noise(passes, at.passes.problem.series, noise, WORTH)
-    return cost < sum(p.cost for p in passes) - WORTH
+    runs = at.runs.by_recording
+    _, cost = fitted_noise(runs, at.runs.problem.series, noise, NOISE_SWITCH_GAIN)
+    return cost < sum(p.cost for p in runs) - NOISE_SWITCH_GAIN
 
 
-def _likelier(
+def _likelier_from(
     at: Point,
     theta: Array,
     noise: Array,
     problem: Problem | None = None,
     *,
-    worth: float = WORTH,
+    worth: float = NOISE_SWITCH_GAIN,
     least: Array = NOISE_LEAST,
 ) -> Point:
     """The more likely of `at` and what is found from other parameters and noise, or as another problem.
@@ -226,7 +240,7 @@ def _likelier(
     The other by `worth` at least.
     """
     try:
-        other = descend(problem or at.passes.problem, theta, noise, at.passes.cost, least)
+        other = descend_below(problem or at.runs.problem, theta, noise, at.runs.cost, least)
     except IdentificationError:
         return at
-    return other if other.passes.cost < at.passes.cost - worth else at
+    return other if other.runs.cost < at.runs.cost - worth else at

@@ -14,9 +14,13 @@ import numpy as np
 
 from seatrial.util.frames import Array
 
-MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
-LIKELY = 5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp
-MUCH = 100.0  # fall of -2 log likelihood that is very much
+SIGNIFICANT_DEVIATIONS = (
+    10.0  # standard deviations of chi-square, which has far more than normal tails
+)
+LIKELY_DEVIATIONS = (
+    5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp
+)
+LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
 
 
 @dataclass(frozen=True)
@@ -31,18 +35,18 @@ class ScoreTest:
     @property
     def manifest(self) -> bool:
         """Beyond chance: of one parameter about 1 in 10 000, of more less."""
-        return self._beyond(MANIFEST)
+        return self._beyond(SIGNIFICANT_DEVIATIONS)
 
     @property
     def likely(self) -> bool:
         """The same, or about 1 in 200 where the likelihood promises very much, too."""
-        return self._beyond(LIKELY if self.gain > MUCH else MANIFEST)
+        return self._beyond(LIKELY_DEVIATIONS if self.gain > LARGE_GAIN else SIGNIFICANT_DEVIATIONS)
 
     def _beyond(self, times: float) -> bool:
         return bool(self.statistic > self.freedom + times * np.sqrt(2.0 * self.freedom))
 
 
-class Scored(Protocol):
+class ScoreSource(Protocol):
     """Passes, or what is as good as they."""
 
     @property
@@ -55,7 +59,7 @@ class Scored(Protocol):
 
 
 def score_test(
-    passes: Scored,
+    runs: ScoreSource,
     tested: list[int],
     together: list[int] | None = None,
     neutral: Sequence[int] = (),
@@ -65,15 +69,15 @@ def score_test(
     `together`: parameters that were one, of which the first stands for all and the others, among
     those tested, for their differences from it. `neutral`: parameters that stay where they are.
     """
-    p = len(passes.information)
+    p = len(runs.information)
     change = np.eye(p)
     if together:
         change[together, together[0]] = 1.0
-    information = change.T @ passes.information @ change
+    information = change.T @ runs.information @ change
     rest = [i for i in range(p) if i not in tested and i not in neutral]
     held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
     through = information[np.ix_(tested, rest)] @ held
-    sums = passes.scores @ change
+    sums = runs.scores @ change
     efficient = sums[:, tested] - sums[:, rest] @ through.T
     total = efficient.sum(axis=0)
     left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]

@@ -28,11 +28,11 @@ from seatrial.identification.selection.terms.candidates import (
 )
 from seatrial.identification.selection.terms.console import selection_json, selection_text
 from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, folds
-from seatrial.identification.selection.terms.decisions import Bench, reason_to_go
+from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
 from seatrial.identification.selection.terms.significance import freedom
-from seatrial.identification.selection.terms.stepwise import Search, forward_and_back
+from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
 from seatrial.recording.recording import Recording
 from seatrial.util.statistics import BLOCK
 
@@ -66,7 +66,7 @@ def select(
     tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = Search(vehicle, tried, together, say)
+    search = TermSearch(vehicle, tried, together, say)
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
@@ -79,7 +79,7 @@ def select(
     while True:
         model = forward_and_back(search, model, [*refused])
         say("repeats and held-out prediction")
-        bench = Bench(search, model, parts, horizon)
+        bench = TermTests(search, model, parts, horizon)
         reasons = {
             name: reason_to_go(found, len(bench.kept), parts, own=name in named, one_boat=one_boat)
             for name, found in bench.kept.items()
@@ -103,7 +103,7 @@ def _sought(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
-def _changed(search: Search, model: Model) -> tuple[Model, list[str]]:
+def _changed(search: TermSearch, model: Model) -> tuple[Model, list[str]]:
     """What a model says of a boat that changed; with newcomers, where their lack might be the reason."""
     said = [n for n in model.estimator.notes if n.startswith((DISAGREE, CHANGES))]
     if not said:

@@ -14,8 +14,8 @@ from seatrial import _core
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.frames import Array
 
-SAMPLES = 400  # random states and forces; a structure has a tenth of this many columns
-EXACT = 1e-8  # relative: what is left of a column that the others make
+ALIAS_SAMPLES = 400  # random states and forces; a structure has a tenth of this many columns
+ALIAS_TOLERANCE = 1e-8  # relative: what is left of a column that the others make
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ def aliases(
     """
     rng = np.random.default_rng(0)
     base = Structure("own", tuple(own), tuple(forces))
-    nu = rng.normal(size=(SAMPLES, 3))
-    force = rng.normal(size=(SAMPLES, len(forces)))
+    nu = rng.normal(size=(ALIAS_SAMPLES, 3))
+    force = rng.normal(size=(ALIAS_SAMPLES, len(forces)))
     theta = rng.uniform(0.2, 0.8, len(base.coefficients))
     nu_dot = _core.accelerations(base.compiled, theta, nu, force)
     found = []
@@ -68,8 +68,10 @@ def _dependent(names: list[str], columns: Array) -> list[Alias]:
     for j, name in enumerate(names):
         weights = np.linalg.lstsq(columns[:, kept], columns[:, j], rcond=None)[0]
         left = columns[:, j] - columns[:, kept] @ weights
-        if kept and np.linalg.norm(left) < EXACT:
-            shares = [names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > EXACT]
+        if kept and np.linalg.norm(left) < ALIAS_TOLERANCE:
+            shares = [
+                names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > ALIAS_TOLERANCE
+            ]
             found.append(Alias(name, tuple(shares)))
         else:
             kept.append(j)

@@ -13,8 +13,8 @@ from seatrial.util.errors import StructureError
 from seatrial.util.files import read_yaml
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 
-LETTERS = ("X", "Y", "N")
-EVEN = {  # that a hull which is the same to port and to starboard may have besides, its mass ahead or astern
+COEFFICIENT_LETTERS = ("X", "Y", "N")
+ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboard, not fore to aft
     0: (("v2", ("v", "v")), ("r2", ("r", "r"))),
     1: (("uv", ("u", "v")),),
     2: (("ur", ("u", "r")), ("vr", ("v", "r"))),
@@ -29,13 +29,13 @@ def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
     What a hull has whose middle of mass is not its middle: v v and r r in surge, u v in sway, u r in yaw.
     In yaw v r as well: one of four that make N_ud.
     """
-    known = {_what(term) for term in vehicle.structure.terms if term.coefficient}
+    known = {_identity(term) for term in vehicle.structure.terms if term.coefficient}
     names = set(vehicle.structure.coefficients)
     found = []
     for axis in range(3):
         for name, factors in _list(axis, vehicle.forces):
-            term = Term(axis, f"{LETTERS[axis]}_{name}", 1.0, factors, None)
-            if _what(term) in known:
+            term = Term(axis, f"{COEFFICIENT_LETTERS[axis]}_{name}", 1.0, factors, None)
+            if _identity(term) in known:
                 continue
             while str(term.coefficient) in names:  # another term of the vehicle's has this name
                 term = replace(term, coefficient=f"{term.coefficient}x")
@@ -59,7 +59,7 @@ def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, 
             yield short, (force.name,)
     yield "0", ()
     yield from ((f"{symbol}{own}", (f"|{symbol}|", own)) for symbol in others)
-    yield from EVEN.get(axis, ())  # last: the names are those of drag
+    yield from ASYMMETRY_TERMS.get(axis, ())  # last: the names are those of drag
 
 
 def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]:
@@ -83,7 +83,7 @@ def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]
 
 
 def _axis_of(text: str) -> str:
-    for letter, axis in zip(LETTERS, AXES, strict=True):
+    for letter, axis in zip(COEFFICIENT_LETTERS, AXES, strict=True):
         if f"{letter}_" in text:
             return axis
     raise StructureError(
@@ -93,26 +93,26 @@ def _axis_of(text: str) -> str:
 
 
 def _refuse(structure: Structure, terms: Sequence[Term]) -> None:
-    seen = {_what(term): str(term.coefficient) for term in structure.terms if term.coefficient}
+    seen = {_identity(term): str(term.coefficient) for term in structure.terms if term.coefficient}
     names = set(structure.coefficients)
     for term in terms:
         if term.coefficient is None:
             raise StructureError(
                 f"candidate '{term.text()}' has no coefficient to find; name one, X_..., Y_... or N_..."
             )
-        if _what(term) in seen:
+        if _identity(term) in seen:
             raise StructureError(
-                f"candidate '{term.text()}' is there already: {seen[_what(term)]} in {AXES[term.axis]}"
+                f"candidate '{term.text()}' is there already: {seen[_identity(term)]} in {AXES[term.axis]}"
             )
         if term.coefficient in names:
             raise StructureError(
                 f"candidate '{term.text()}': the name {term.coefficient} is taken; take another"
             )
-        seen[_what(term)] = term.coefficient
+        seen[_identity(term)] = term.coefficient
         names.add(term.coefficient)
 
 
-def _what(term: Term) -> tuple[int, tuple[str, ...], int | None]:
+def _identity(term: Term) -> tuple[int, tuple[str, ...], int | None]:
     """What a term is, whatever its coefficient is called and its number."""
     return term.axis, tuple(sorted(term.factors)), term.acceleration
 

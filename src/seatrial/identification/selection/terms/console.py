@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from seatrial.identification.selection.terms.decisions import Evidence, Row, Verdict
+from seatrial.identification.selection.terms.decisions import Row, TermEvidence, TermVerdict
 from seatrial.identification.selection.terms.explain import sensible
 from seatrial.identification.selection.terms.selection import Selection
 from seatrial.util.format import plus_minus, table
@@ -60,14 +60,14 @@ def _numbers(row: Row) -> tuple[str, ...]:
 
 
 def _sum(rows: tuple[Row, ...]) -> str:
-    def named(*verdicts: Verdict) -> str:
+    def named(*verdicts: TermVerdict) -> str:
         return ", ".join(row.coefficient for row in rows if row.verdict in verdicts) or "none"
 
     kept = [row for row in rows if row.verdict.kept]
     weak = ", ".join(row.coefficient for row in kept if row.reason.startswith("weak")) or "none"
     return (
-        f"Came: {named(Verdict.COMES)}. Went: {named(Verdict.GOES)}. Weak: {weak}. "
-        f"Aliased: {named(Verdict.ALIASED)}."
+        f"Came: {named(TermVerdict.COMES)}. Went: {named(TermVerdict.GOES)}. Weak: {weak}. "
+        f"Aliased: {named(TermVerdict.ALIASED)}."
     )
 
 
@@ -99,7 +99,7 @@ def _entry(row: Row) -> dict[str, object]:
     return entry if row.evidence is None else {**entry, **_measured(row.evidence)}
 
 
-def _measured(found: Evidence) -> dict[str, object]:
+def _measured(found: TermEvidence) -> dict[str, object]:
     change = found.change
     return {
         "value": found.estimate.value,

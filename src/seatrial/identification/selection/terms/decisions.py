@@ -11,8 +11,11 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.held_out import Change, HeldOut
-from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
+from seatrial.identification.selection.terms.score_information import (
+    ScoreInformation,
+    score_information_of,
+)
 from seatrial.identification.selection.terms.significance import (
     Estimate,
     Repeats,
@@ -20,23 +23,25 @@ from seatrial.identification.selection.terms.significance import (
     repeats,
 )
 from seatrial.identification.selection.terms.stepwise import (
-    CHANCE,
-    Search,
-    looks,
-    with_zero,
-    without_idle,
+    SIGNIFICANCE_LEVEL,
+    TermSearch,
+    candidate_information,
+    with_zero_term,
+    without_bound_terms,
 )
 from seatrial.util.statistics import NORMAL_95
 
-WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
-NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
-UNREPEATABLE = 0.5  # of its own size: how far a coefficient may spread between repeats
-HARM = -3.0  # [standard errors] held-out prediction must not be better without a term by as much
-DOUBT = -1.0  # [standard errors] the same for a term that is not distinguishable from zero
-SPREAD_CHANCE = 0.01  # that one of the kept terms is called unrepeatable when all are
+WEAK_MOVE = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
+NEGLIGIBLE_MOVE = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
+UNREPEATABLE_SPREAD = 0.5  # of its own size: how far a coefficient may spread between repeats
+HARMFUL_Z = (
+    -3.0
+)  # [standard errors] held-out prediction must not be better without a term by as much
+DOUBTFUL_Z = -1.0  # [standard errors] the same for a term that is not distinguishable from zero
+REPEATABILITY_LEVEL = 0.01  # that one of the kept terms is called unrepeatable when all are
 
 
-class Verdict(Enum):
+class TermVerdict(Enum):
     """Whether a term is in the chosen structure."""
 
     STAYS = "stays"
@@ -48,23 +53,23 @@ class Verdict(Enum):
     @property
     def kept(self) -> bool:
         """Whether the term is in the chosen structure."""
-        return self in (Verdict.STAYS, Verdict.COMES)
+        return self in (TermVerdict.STAYS, TermVerdict.COMES)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class TermEvidence:
     """The tests of one coefficient."""
 
     estimate: Estimate
     repeats: Repeats
-    change: Change  # of held-out prediction, without the term
+    change: PredictionChange  # of held-out prediction, without the term
 
     idle: bool = False  # at its bound, 0: the tests say what it would be without a bound
 
     @property
     def told(self) -> bool:
         """Whether it is distinguishable from zero, looked at alone."""
-        return self.estimate.p < CHANCE
+        return self.estimate.p < SIGNIFICANCE_LEVEL
 
     @property
     def reach(self) -> float:
@@ -78,23 +83,23 @@ class Evidence:
 
     def repeatable(self, tests: int) -> bool:
         """Whether repeats agree on it to within its own size."""
-        apart = self.repeats.p < SPREAD_CHANCE / tests
-        return not (apart and self.repeats.between > UNREPEATABLE * abs(self.estimate.value))
+        apart = self.repeats.p < REPEATABILITY_LEVEL / tests
+        return not (apart and self.repeats.between > UNREPEATABLE_SPREAD * abs(self.estimate.value))
 
     @property
     def harms(self) -> bool:
         """Whether held-out prediction is clearly better without it."""
-        return self.change.z < HARM
+        return self.change.z < HARMFUL_Z
 
     @property
     def helps(self) -> bool:
         """Whether held-out prediction is clearly worse without it."""
-        return self.change.z > -HARM
+        return self.change.z > -HARMFUL_Z
 
     @property
     def weak(self) -> bool:
         """Whether it hardly moves the prediction, or is not distinguishable from zero."""
-        return self.change.moves < WEAK or not self.told
+        return self.change.moves < WEAK_MOVE or not self.told
 
 
 @dataclass(frozen=True)
@@ -105,24 +110,24 @@ class Row:
     coefficient: str
     axis: int
     unit: str
-    verdict: Verdict
+    verdict: TermVerdict
     reason: str
-    evidence: Evidence | None  # None: not up for removal, or an exact alias
+    evidence: TermEvidence | None  # None: not up for removal, or an exact alias
 
 
 @dataclass(frozen=True)
-class Bench:
+class TermTests:
     """A fitted model with all that its terms, and others, are tested by."""
 
-    search: Search
+    search: TermSearch
     model: Model
     folds: Sequence[Fold]
     horizon: float  # [s]
 
     @cached_property
-    def slopes(self) -> Slopes:
+    def slopes(self) -> ScoreInformation:
         """Of the model's own parameters."""
-        return slopes(self.model, self.search.recordings)
+        return score_information_of(self.model, self.search.recordings)
 
     @cached_property
     def held_out(self) -> HeldOut:
@@ -138,7 +143,7 @@ class Bench:
         return [n for n in self.search.removable(terms) if n in self.model.at_bounds]
 
     @cached_property
-    def kept(self) -> dict[str, Evidence]:
+    def kept(self) -> dict[str, TermEvidence]:
         """Of every coefficient in the model that may go."""
         terms = self.model.structure.terms
         axes = {str(t.coefficient): t.axis for t in terms}
@@ -150,18 +155,20 @@ class Bench:
         idle = self.others([t for t in terms if t.coefficient in self.idle])
         return {**found, **{name: replace(e, idle=True) for name, e in idle.items()}}
 
-    def others(self, terms: Sequence[Term]) -> dict[str, Evidence]:
+    def others(self, terms: Sequence[Term]) -> dict[str, TermEvidence]:
         """Of terms that are not in the model, or idle in it, each as if it alone came in."""
         found = {}
-        model = without_idle(self.model, self.idle)
-        for term, look in looks(self.search, model, terms):
+        model = without_bound_terms(self.model, self.idle)
+        for term, look in candidate_information(self.search, model, terms):
             name = str(term.coefficient)
-            change = self.held_out.with_it(with_zero(model, term), look, name, term.axis)
+            change = self.held_out.with_it(with_zero_term(model, term), look, name, term.axis)
             found[name] = self._evidence(look, name, change)
         return found
 
-    def _evidence(self, look: Slopes, name: str, change: Change) -> Evidence:
-        return Evidence(estimate(look, name), repeats(look, name, _places(self.folds)), change)
+    def _evidence(
+        self, look: ScoreInformation, name: str, change: PredictionChange
+    ) -> TermEvidence:
+        return TermEvidence(estimate(look, name), repeats(look, name, _places(self.folds)), change)
 
 
 def _places(folds: Sequence[Fold]) -> list[list[int]]:
@@ -174,7 +181,7 @@ def _places(folds: Sequence[Fold]) -> list[list[int]]:
 
 
 def reason_to_go(
-    evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool, one_boat: bool
+    evidence: TermEvidence, tests: int, folds: Sequence[Fold], *, own: bool, one_boat: bool
 ) -> str | None:
     """Why a term of the model can't stay; None if it can.
 
@@ -187,12 +194,12 @@ def reason_to_go(
     if own and not one_boat:
         return _too_weak(evidence, doubt=-np.inf)
     if not evidence.repeatable(tests) and not evidence.helps:
-        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+        return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
     if evidence.harms:
         return f"held-out prediction is {-change.percent:.2g} % better without it"
     if own:
         return _too_weak(evidence)
-    small = change.moves < NOTHING
+    small = change.moves < NEGLIGIBLE_MOVE
     return (
         f"distinguishable from zero, but moves the prediction by {change.moves:.1g} % only"
         if small
@@ -200,14 +207,14 @@ def reason_to_go(
     )
 
 
-def _idle(evidence: Evidence) -> str | None:
+def _idle(evidence: TermEvidence) -> str | None:
     """Why a term at its bound can't stay."""
-    if evidence.reach >= WEAK:
+    if evidence.reach >= WEAK_MOVE:
         return None
     return f"at its bound, 0: it moves the prediction by {evidence.reach:.1g} % at most"
 
 
-def _too_weak(evidence: Evidence, doubt: float = DOUBT) -> str | None:
+def _too_weak(evidence: TermEvidence, doubt: float = DOUBTFUL_Z) -> str | None:
     """Why a term of the file's own that is not distinguishable from zero can't stay."""
     if evidence.told:
         return None
@@ -217,12 +224,12 @@ def _too_weak(evidence: Evidence, doubt: float = DOUBT) -> str | None:
     )
     if change.z < doubt:
         return f"{told}, held-out prediction is {-change.percent:.2g} % better without it"
-    if evidence.reach < WEAK:
+    if evidence.reach < WEAK_MOVE:
         return f"{told}, and moves the prediction by {evidence.reach:.1g} % at most"
     return None
 
 
-def said_by(repeats: Repeats, folds: Sequence[Fold]) -> str:
+def repeats_text(repeats: Repeats, folds: Sequence[Fold]) -> str:
     """What each repeat says, in words."""
     return "; ".join(
         f"{fold.name}: {value:.3g} ± {error:.2g}"

@@ -9,14 +9,20 @@ from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.aliasing import Alias
 from seatrial.identification.selection.terms.candidates import drag_of
 from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.decisions import Bench, Evidence, Row, Verdict, said_by
+from seatrial.identification.selection.terms.decisions import (
+    Row,
+    TermEvidence,
+    TermTests,
+    TermVerdict,
+    repeats_text,
+)
 from seatrial.util.frames import AXES
 
-UNSEEN = 0.05  # [%] of the prediction error
+SAME_ERROR = 0.05  # [%] of the prediction error
 
 
 def rows_of(
-    bench: Bench,
+    bench: TermTests,
     own: Sequence[Term],
     aliased: Sequence[Alias],
     refused: Mapping[str, str],
@@ -33,9 +39,9 @@ def rows_of(
     for term in sorted(everything, key=lambda t: t.axis):
         name, was = str(term.coefficient), term in own
         if name in made:
-            verdict, reason = Verdict.ALIASED, _aliased(made[name])
+            verdict, reason = TermVerdict.ALIASED, _aliased(made[name])
         elif name in model.values:
-            verdict = Verdict.STAYS if was else Verdict.COMES
+            verdict = TermVerdict.STAYS if was else TermVerdict.COMES
             reason = (
                 _stays(kept[name], len(kept), bench.folds, term)
                 if name in kept
@@ -44,7 +50,7 @@ def rows_of(
                 else "thrust"
             )
         else:
-            verdict = Verdict.GOES if was else Verdict.OUT
+            verdict = TermVerdict.GOES if was else TermVerdict.OUT
             reason = refused.get(name) or _goes(others[name], len(others), bench.folds)
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
@@ -55,13 +61,13 @@ def _aliased(alias: Alias) -> str:
     return f"exactly what {', '.join(alias.made_by)} make together, whatever is recorded"
 
 
-def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold]) -> str:
+def _goes(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
     if not evidence.repeatable(tests):
-        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+        return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
     return f"not distinguishable from zero (z = {evidence.estimate.z:.1f})"
 
 
-def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
+def _stays(evidence: TermEvidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
     if evidence.idle:
         return (
             f"weak: at its bound, 0, yet not ruled out: it may move {AXES[term.axis]}'s prediction by "
@@ -77,18 +83,18 @@ def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) ->
     else:
         text = f"distinguishable from zero, {_difference(evidence, term)} without it"
     if not evidence.repeatable(tests):
-        text += f"; not repeatable: {said_by(evidence.repeats, folds)}"
+        text += f"; not repeatable: {repeats_text(evidence.repeats, folds)}"
     return text
 
 
-def _moves(evidence: Evidence, term: Term) -> str:
+def _moves(evidence: TermEvidence, term: Term) -> str:
     percent = evidence.change.moves
     return f"{AXES[term.axis]}'s prediction moves by {percent:.2g} % of its change with it"
 
 
-def _difference(evidence: Evidence, term: Term) -> str:
+def _difference(evidence: TermEvidence, term: Term) -> str:
     axis, percent = AXES[term.axis], evidence.change.percent
-    if abs(percent) < UNSEEN:
+    if abs(percent) < SAME_ERROR:
         return f"{axis} is predicted as well"
     size = "beyond bounds" if np.isinf(percent) else f"{sensible(abs(percent))} %"
     return f"{axis} is predicted {size} {'worse' if percent > 0 else 'better'}"

@@ -23,11 +23,11 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-TINY = 1e-12  # relative ridge: parameters that a recording says nothing of
+SOLVE_RIDGE = 1e-12  # relative ridge: parameters that a recording says nothing of
 
 
 @dataclass(frozen=True)
-class Slopes:
+class ScoreInformation:
     """Gradient and information of the free parameters, recording by recording."""
 
     names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
@@ -61,7 +61,7 @@ class Slopes:
         """Column of a parameter."""
         return self.names.index(name)
 
-    def only(self, names: Sequence[str]) -> "Slopes":
+    def only(self, names: Sequence[str]) -> "ScoreInformation":
         """The same of some parameters; the others are as they are."""
         at = [self.place(name) for name in names]
         return replace(
@@ -76,7 +76,9 @@ class Slopes:
         )
 
 
-def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()) -> Slopes:
+def score_information_of(
+    model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()
+) -> ScoreInformation:
     """Of the model's free parameters, and of coefficients of further terms, which are 0 in it."""
     whole = with_terms(model.vehicle, (*model.structure.terms, *extra))
     free_names = [name for name, error in model.standard_errors.items() if error > 0]
@@ -92,26 +94,26 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     noise = noise_vector(model.noise)
     if noise is None:
         raise IdentificationError("selection needs a model with process noise: output-error's")
-    passes = problem.passes(theta, noise, repeatable=False, shares=True)
-    if not np.isfinite(passes.cost):
+    runs = problem.run_filter(theta, noise, repeatable=False, shares=True)
+    if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
     owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(problem.blocks)]
-    return Slopes(
+    return ScoreInformation(
         tuple(problem.names[i] for i in free),
         theta[list(free)],
         problem.bounds,
-        np.array([p.information for p in passes.each]),
-        np.array([p.gradient for p in passes.each]),
-        passes.scores,
-        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in passes.each]),
+        np.array([p.information for p in runs.by_recording]),
+        np.array([p.gradient for p in runs.by_recording]),
+        runs.scores,
+        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in runs.by_recording]),
         np.concatenate(owner),
     )
 
 
-def solve(matrix: Array, right: Array) -> Array:
+def solve_scaled(matrix: Array, right: Array) -> Array:
     """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    scaled = matrix / np.outer(scale, scale) + TINY * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + SOLVE_RIDGE * np.eye(len(matrix))
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
 from seatrial.util.distributions import chi2_sf, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -55,7 +55,7 @@ def freedom(blocks: int, fitted: int) -> int:
     return left
 
 
-def estimate(slopes: Slopes, name: str) -> Estimate:
+def estimate(slopes: ScoreInformation, name: str) -> Estimate:
     """One coefficient by a Gauss-Newton step of all the parameters there are.
 
     Its error is the larger of Fisher's and the sandwich over blocks: the one trusts the noise
@@ -64,8 +64,8 @@ def estimate(slopes: Slopes, name: str) -> Estimate:
     j, p = slopes.place(name), len(slopes.names)
     unit = np.zeros(p)
     unit[j] = 1.0
-    row = solve(slopes.total, unit)
-    step = solve(slopes.total, slopes.gradient.sum(axis=0))
+    row = solve_scaled(slopes.total, unit)
+    step = solve_scaled(slopes.total, slopes.gradient.sum(axis=0))
     value = slopes.values[j] + step[j]
     left = freedom(slopes.blocks, p - 1)
     influence = slopes.left(step) @ row
@@ -74,7 +74,7 @@ def estimate(slopes: Slopes, name: str) -> Estimate:
     return Estimate(float(value), error, t_chance(value / error, left))
 
 
-def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
+def repeats(slopes: ScoreInformation, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
     """One coefficient from each fold (indices of its recordings), the others from all together."""
     j, k = slopes.place(name), len(folds)
     rest = [i for i in range(len(slopes.names)) if i != j]
@@ -88,8 +88,8 @@ def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeat
         matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
         matrix[n + f, n + f] = cross[j]
         right[n + f] = slopes.gradient[at, j].sum()
-    step = solve(matrix, right)
-    rows = solve(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
+    step = solve_scaled(matrix, right)
+    rows = solve_scaled(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
     influence = np.zeros((slopes.blocks, k))
     for f, members in enumerate(folds):
         own = np.insert(step[:n], j, step[n + f])
