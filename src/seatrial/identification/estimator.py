@@ -124,7 +124,7 @@ def _from_stated_lever(
 
 def _cost(found: Fit) -> float:
     """-2 log likelihood, the model believed as closely as it makes likely."""
-    noise = found.noise if found.plain is None else found.plain
+    noise = found.noise if found.maximum_noise is None else found.maximum_noise
     return found.problem.run_filter(found.theta, noise, repeatable=False).cost
 
 

@@ -48,13 +48,13 @@ class Fit:
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
-    noise: Array  # (11,) as the filter believes it
+    noise: Array  # (11,) of the filter
     runs: FilterRuns
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     notes: tuple[str, ...]  # what was not sought, and why
-    share: float = 0.0  # how closely the model was believed, see belief.py
-    plain: Array | None = None  # (11,) the noise when it was believed as the likelihood has it
+    horizon: float = 0.0  # [s] fit horizon under model mismatch, 0: none
+    maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -75,14 +75,14 @@ class Fit:
         covariance = np.zeros((size, size))
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.share,
+            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.horizon,
             "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
         if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
             settings[LEVER_TOLD] = stated
         noise = self.noise
-        if self.share and self.plain is not None:
-            noise = likelihood_noise(Point(theta, noise, self.runs), self.plain)
+        if self.horizon and self.maximum_noise is not None:
+            noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
         recordings = problem.recordings
         noise = folded(noise, min(r.period for r in recordings))
         constants = theta[n:size]

@@ -114,7 +114,7 @@ def _rise(fit: Fit, k: int, scale: _Scale, distance: float) -> float:
     theta[place] = held
     try:
         found = maximise_likelihood(
-            problem, theta, fit.noise, least=noise_floor(problem, fit.share)
+            problem, theta, fit.noise, least=noise_floor(problem, fit.horizon)
         )
     except IdentificationError:
         return np.inf
