@@ -169,7 +169,9 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
 
 def test_a_search_that_got_lost_says_so(far, monkeypatch):
     monkeypatch.setattr(
-        import_module("seatrial.identification.likelihood.optimiser"), "far_from_poses", lambda _: False
+        import_module("seatrial.identification.likelihood.optimiser"),
+        "far_from_poses",
+        lambda _: False,
     )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
@@ -182,7 +184,9 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
     def nowhere(problem, *begin, hold):
         return Point(*begin, problem.run_filter(*begin))
 
-    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere)
+    monkeypatch.setattr(
+        import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
+    )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):

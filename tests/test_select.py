@@ -308,7 +308,7 @@ def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupl
     assert rows["N_ud"].reason.startswith("weak")
     assert [n for n, r in rows.items() if r.reason.startswith("weak")] == ["N_ud"]
     shown = selection_text(coupled)
-    assert "Came: Y_r. Went: none. Weak: N_ud. Aliased: none." in shown
+    assert "Added: Y_r. Removed: none. Weak: N_ud. Aliased: none." in shown
     assert "v_dot = - u r + Y_v v" in shown.replace("= -u", "= - u")
 
 

@@ -99,7 +99,7 @@ def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
     assert {"X_u", "X_uu"} <= set(found.model.values)
     (said,) = found.asked
     assert said.startswith("the recordings do not agree: drag in surge ")
-    assert f"But {said}" in selection_text(found)
+    assert f"Check first: {said}" in selection_text(found)
 
 
 def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):

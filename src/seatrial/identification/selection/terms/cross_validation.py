@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Repeats: recordings, or parts of them, that each excite what the others excite."""
+"""Folds for cross-validation: recordings, or halves of them, with the same excitation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 
-FEWEST_FOLDS = 2
+FEWEST_FOLDS = 2  # fewer repeats: recordings are cut in halves
 HALF_NAMES = (" first half", " second half")
 
 
@@ -42,7 +42,7 @@ def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]
 def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
     first, second = [], []
     for recording in recordings:
-        middle = recording.duration / FEWEST_FOLDS
+        middle = recording.duration / 2
         first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
         second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
     return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))

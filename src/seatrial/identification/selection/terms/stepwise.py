@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which terms: forward by score tests, back by Wald tests, both against chance among many."""
+"""Stepwise selection: forward by score tests, backward by Wald tests, both corrected for many candidates."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,40 +20,40 @@ from seatrial.identification.selection.terms.significance import estimate
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import StructureError
 
-SIGNIFICANCE_LEVEL = 0.05  # that any term comes in which is not there, however many are tried
-MOST_ROUNDS = 12
-Progress = Callable[[str], None]
+SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
+MOST_ROUNDS = 12  # of adding and removing
+Message = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class TermSearch:
-    """What is chosen among, and from what."""
+    """The candidates, and the recordings that decide."""
 
     vehicle: Vehicle  # as its file has it
     candidates: tuple[Term, ...]
     recordings: tuple[Recording, ...]
-    say: Progress
+    say: Message
 
     def fit(self, terms: Sequence[Term], start: Model | None) -> Model:
         """Output-error with these terms."""
         return output_error(self.recordings, with_terms(self.vehicle, terms), start=start)
 
     def removable(self, terms: Sequence[Term]) -> list[str]:
-        """Coefficients that may go: not thrust along its own axis, nor the last drag there."""
+        """Coefficients that may be removed: not thrust along its own axis, nor the last drag of an axis."""
         fixed = {t.coefficient for t in terms if is_essential(t, self.vehicle.forces)}
         drags = [drag_of(terms, axis) for axis in range(3)]
         fixed |= {names[0] for names in drags if len(names) == 1}
         return list(dict.fromkeys(str(t.coefficient) for t in terms if t.coefficient not in fixed))
 
     def aliased(self, terms: Sequence[Term], out: Sequence[Term]) -> tuple[Alias, ...]:
-        """What can't be told from what is there and what else is tried."""
+        """Exact aliases among terms of a model and those that are tried."""
         return aliases(terms, out, self.vehicle.forces)
 
 
 def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -> Model:
-    """Terms come in, the best of every axis at a time, until none is distinguishable from zero.
+    """Adds terms, the best of every axis at a time, until no candidate is distinguishable from zero.
 
-    One that came goes again where others do its work better. `refused` ones do not come in.
+    An added term is removed again where later ones replace it. `refused` ones are never added.
     """
     refused = list(refused)
     for _ in range(MOST_ROUNDS):
@@ -72,7 +72,7 @@ def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -
 
 
 def best_candidates(search: TermSearch, model: Model, refused: Sequence[str]) -> list[Term]:
-    """The clearest candidate of every axis that passes Holm's test among all that are tried."""
+    """The most significant candidate of every axis that passes Holm's test among all candidates."""
     out = [
         t for t in search.candidates
         if t.coefficient not in model.values and t.coefficient not in refused
@@ -92,12 +92,12 @@ def best_candidates(search: TermSearch, model: Model, refused: Sequence[str]) ->
 
 
 def weakest_newcomer(search: TermSearch, model: Model) -> str | None:
-    """The newcomer that is least distinguishable from zero, if there is one that is not any more."""
-    look = score_information_of(model, search.recordings)
+    """The added term of the largest p-value, if it is not distinguishable from zero any more; else None."""
+    information = score_information_of(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
     names = [n for n in search.removable(model.structure.terms) if n not in own]
-    idle = model.at_bounds  # 0, and without a slope
-    tested = {name: 1.0 if name in idle else estimate(look, name).p for name in names}
+    idle = model.at_bounds  # 0, and without a gradient
+    tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
     loose = [name for name in names if tested[name] > SIGNIFICANCE_LEVEL / len(search.candidates)]
     return max(loose, key=lambda name: tested[name], default=None)
 
@@ -105,7 +105,7 @@ def weakest_newcomer(search: TermSearch, model: Model) -> str | None:
 def candidate_information(
     search: TermSearch, model: Model, out: Sequence[Term]
 ) -> Iterator[tuple[Term, ScoreInformation]]:
-    """Each term that is not in the model, with the slopes of the model and of it alone."""
+    """Each term that is not in the model, with the information about the model and about it alone."""
     terms, coefficients = len(model.structure.terms), len(model.values)
     room = min(MOST_TERMS - terms, MOST_COEFFICIENTS - coefficients)
     if room < 1 and out:
@@ -130,7 +130,7 @@ def with_zero_term(model: Model, term: Term) -> Model:
 
 
 def without_bound_terms(model: Model, names: Sequence[str]) -> Model:
-    """The same model without terms whose coefficients (`names`) are 0."""
+    """The model without terms whose coefficients (`names`) are 0."""
     whole = with_terms(
         model.vehicle, [t for t in model.structure.terms if t.coefficient not in names]
     )
