@@ -15,7 +15,7 @@ from seatrial.commands.cli import main
 from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_found
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.console import summary
-from seatrial.identification.selection.terms import of_files
+from seatrial.identification.selection.terms.select_terms import of_files
 from seatrial.io.write import write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.recording import make_recording
