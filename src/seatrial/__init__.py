@@ -9,7 +9,7 @@ from seatrial.evaluation.prediction import Prediction, predict
 from seatrial.evaluation.validation import Scores, validate
 from seatrial.identification.methods import EquationErrorSettings, identify
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal import init
+from seatrial.inspection.proposal.propose import init
 from seatrial.io import read
 from seatrial.onboard.odometer import Odometer, Odometry
 from seatrial.onboard.predictor import Estimate, Health, Predictor, Taken

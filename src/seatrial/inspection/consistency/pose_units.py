@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Readings of the poses: the unit of length, the unit of heading."""
+"""Readings of the poses: unit of length by plausible speeds, unit of heading by the track."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,35 +9,37 @@ import numpy as np
 from seatrial.boat.physics import ABSURD_SPEED
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
-from seatrial.inspection.consistency.gains import Run, squared, unexplained
+from seatrial.inspection.consistency.gains import Run, plane_acceleration_squared, unexplained
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
 from seatrial.recording.pose_faults import UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask
 
-CLEAR = 2.4  # t over blocks, given many, that another reading must be better by;
-FEW = 4.0  # so many blocks double it
-WORTH = 1.03  # and the least ratio of what is left unexplained
-STILL = 0.004  # [m/s] a boat that is slower hardly moves ...
-MOVED = 0.9  # ... unless its commands leave less than this share of its acceleration unexplained
-TYPICAL = 0.04  # [m/s] speed of a slow boat: cm are rarer than mm
-RADIANS = 6.6  # a turn and its noise, in radians
-APART = 30.0  # speeds along x and y that differ by more are in different units
+BETTER_T = 2.4  # least t over blocks for a better reading, with many blocks
+BETTER_FEW_BLOCKS = 4.0  # blocks at which that t doubles
+BETTER_RATIO = 1.03  # least ratio of the unexplained acceleration for a better reading
+HARDLY_MOVING = 0.004  # [m/s] 90th percentile of the speed below which the unit is in question
+UNDRIVEN_SHARE = 0.9  # of the acceleration; commands that leave less unexplained do move the boat
+TYPICAL_SPEED = 0.04  # [m/s] of a slow boat in the right unit; low, as mm are more usual than cm
+RADIAN_RANGE = 6.6  # one turn plus noise, in radians: a smaller range is no heading in degrees
+UNIT_RATIO = 30.0  # of the speeds along x and y, above which their units differ
+LEAST_WINDOWS_LEFT = 0.5  # of the windows that another unit of heading must keep usable
+STAMP_TOLERANCE = 1e-6  # [s] around a fault
 
 Factors = tuple[float, float]  # on x and y
 
 
 def clearly_better(now: Array, other: Array) -> bool:
-    """Whether another reading leaves clearly less unexplained. (blocks,) each; of none it does not."""
+    """Whether another reading leaves clearly less unexplained (a t-test of log ratios over blocks)."""
     if not len(now):
         return False
-    usual = 0.5 * float(np.mean(now + other))  # so that quiet blocks count little
-    if usual <= 0 or float(now.sum()) < WORTH * float(other.sum()):
+    usual = 0.5 * float(np.mean(now + other))  # gives quiet blocks little weight
+    if usual <= 0 or float(now.sum()) < BETTER_RATIO * float(other.sum()):
         return False
     gain = np.log((now + usual) / (other + usual))
     t = float(gain.sum()) / float(np.sqrt(gain @ gain))
-    return t > CLEAR * (1.0 + FEW / len(gain))
+    return t > BETTER_T * (1.0 + BETTER_FEW_BLOCKS / len(gain))
 
 
 def declared(vehicle: Vehicle) -> tuple[str, str, str]:
@@ -53,17 +55,19 @@ def usual_speed(runs: Sequence[Run]) -> float:
 
 
 def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
-    """Units that x and y are really in, by speeds that no boat has. None: as the file says.
+    """Units of x and y that give plausible speeds; None: as the file states.
 
-    Of a boat that hardly moves the file's unit must be other than m, and its commands must move it.
+    A boat that hardly moves gets m only if the file states another unit and its commands move it.
     """
     velocity = np.concatenate([run.smooth.velocity for run in runs])
     speeds = [float(np.percentile(np.abs(v), 90)) for v in (velocity.real, velocity.imag)]
     units, top, usual = declared(vehicle)[:2], max(speeds), usual_speed(runs)
     if usual > ABSURD_SPEED:
         unit = _nearest(units[int(np.argmax(speeds))], usual)
-        new = [unit if APART * speed > top else None for speed in speeds]
-    elif usual < STILL and "m" not in units and _left(runs) < MOVED:
+        new = [unit if UNIT_RATIO * speed > top else None for speed in speeds]
+    elif (
+        usual < HARDLY_MOVING and "m" not in units and _unexplained_of_total(runs) < UNDRIVEN_SHARE
+    ):
         new = ["m", "m"]
     else:
         new = [_slower(*axis, top) for axis in zip(units, speeds, strict=True)]
@@ -72,14 +76,14 @@ def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
 
 
 def _slower(unit: str, speed: float, top: float) -> Unit:
-    """m where one coordinate alone is too slow for its unit: as metres it would go as the other."""
-    if speed >= STILL or APART * speed >= top:
+    """m where only one coordinate is too slow in its unit, and as fast as the other in metres."""
+    if speed >= HARDLY_MOVING or UNIT_RATIO * speed >= top:
         return None
-    return "m" if top < APART * speed / LENGTHS[unit] < APART**2 * top else None
+    return "m" if top < UNIT_RATIO * speed / LENGTHS[unit] < UNIT_RATIO**2 * top else None
 
 
 def length_factors(units: tuple[Unit, Unit], vehicle: Vehicle) -> Factors:
-    """What x and y must be multiplied by."""
+    """Factors on x and y from the file's units to those found."""
     old = declared(vehicle)[:2]
     x, y = (LENGTHS[n or o] / LENGTHS[o] for n, o in zip(units, old, strict=True))
     return x, y
@@ -88,38 +92,42 @@ def length_factors(units: tuple[Unit, Unit], vehicle: Vehicle) -> Factors:
 def heading_unit(
     runs: Sequence[Run], vehicle: Vehicle, lengths: Factors
 ) -> tuple[Unit, list[Smooth]]:
-    """The unit that psi is really in, if not the file's, and the poses read so."""
+    """The unit of psi, if not the file's, and the poses read in it."""
     old = declared(vehicle)[2]
     new = next(unit for unit in ANGLES if unit != old)
     factor = ANGLES[new] / ANGLES[old]
-    as_is = [stretched(run.smooth, lengths) for run in runs]
+    as_is = [scaled(run.smooth, lengths) for run in runs]
     if new == "deg" and _within_a_turn(runs):
         return None, as_is
     read: list[Smooth] = []
     for run in runs:
         try:
-            read.append(reread(run, (*lengths, factor)))
-        except RecordingError:  # so read, they are no poses
+            read.append(reread_poses(run, (*lengths, factor)))
+        except RecordingError:  # in this unit every pose is a fault
             return None, as_is
         own = [replace(run, smooth=read[-1])]
-        if clearly_better(_least(own, 1.0), _least(own, 1.0 / factor)):
-            return None, as_is  # one recording is enough to say so
-    if sum(len(s.t) for s in read) < 0.5 * sum(len(s.t) for s in as_is):
+        if clearly_better(
+            _unexplained_either_hand(own, 1.0), _unexplained_either_hand(own, 1.0 / factor)
+        ):
+            return None, as_is  # one recording is enough to keep the file's unit
+    if sum(len(s.t) for s in read) < LEAST_WINDOWS_LEFT * sum(len(s.t) for s in as_is):
         return None, as_is
     other = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
-    if clearly_better(_least(other, 1.0 / factor), _least(other, 1.0)):
+    if clearly_better(
+        _unexplained_either_hand(other, 1.0 / factor), _unexplained_either_hand(other, 1.0)
+    ):
         return new, read
     return None, as_is
 
 
 def _within_a_turn(runs: Sequence[Run]) -> bool:
-    """Whether headings stay where radians do: as degrees, the boat hardly turned at all."""
+    """Whether the headings span less than a turn of radians: as degrees the boat would hardly turn."""
     raw = np.concatenate([run.recording.raw[run.recording.valid, 2] for run in runs])
-    return float(np.ptp(raw)) < RADIANS
+    return float(np.ptp(raw)) < RADIAN_RANGE
 
 
-def reread(run: Run, factors: tuple[float, float, float]) -> Smooth:
-    """The raw poses times factors, their faults found again. Raises RecordingError."""
+def reread_poses(run: Run, factors: tuple[float, float, float]) -> Smooth:
+    """The raw poses times factors, faults detected again. Raises RecordingError."""
     recording = run.recording
     raw = recording.raw * factors
     usable = _unmarked(recording)
@@ -128,10 +136,10 @@ def reread(run: Run, factors: tuple[float, float, float]) -> Smooth:
 
 
 def as_measured(recording: Recording, vehicle: Vehicle) -> Recording:
-    """The poses of the point that was measured, the vehicle file's lever arm put back.
+    """The poses of the measured point: the vehicle file's lever arm added again.
 
-    By the heading that it was taken off with: if that is read wrongly, so is where the origin went. Faults are
-    found again. Raises RecordingError.
+    With the heading that the reader used to remove it, right or wrong. Faults are detected again.
+    Raises RecordingError.
     """
     ahead, left = vehicle.lever
     raw = recording.raw.copy()
@@ -141,8 +149,8 @@ def as_measured(recording: Recording, vehicle: Vehicle) -> Recording:
     return replace(recording, raw=raw, eta=found.eta, valid=found.valid, segment=found.segment)
 
 
-def stretched(smooth: Smooth, factors: Factors) -> Smooth:
-    """The same with x and y multiplied."""
+def scaled(smooth: Smooth, factors: Factors) -> Smooth:
+    """Velocity and acceleration with x and y multiplied."""
     x, y = factors
     if x == y == 1.0:
         return smooth
@@ -153,30 +161,31 @@ def stretched(smooth: Smooth, factors: Factors) -> Smooth:
 
 
 def _unmarked(recording: Recording) -> Mask:
-    """Poses that were not left out for other reasons than where they are."""
+    """Poses without faults that are independent of the pose values: marked, or without commands."""
     kept = np.ones(len(recording.t), dtype=bool)
     for fault in recording.faults:
         if fault.kind is FaultKind.MARKED or fault.kind in UNKNOWN:
-            kept &= (recording.t < fault.start - 1e-6) | (recording.t > fault.end + 1e-6)
+            before = recording.t < fault.start - STAMP_TOLERANCE
+            kept &= before | (recording.t > fault.end + STAMP_TOLERANCE)
     return kept
 
 
-def _least(runs: Sequence[Run], heading: float) -> Array:
-    """What is left unexplained by the better of both hands. (blocks,)."""
+def _unexplained_either_hand(runs: Sequence[Run], heading: float) -> Array:
+    """Unexplained acceleration (blocks,) with the better handedness; heading: factor on psi."""
     both = [unexplained(runs, heading, mirrored=hand) for hand in (False, True)]
     return min(both, key=lambda left: float(left.sum()))
 
 
-def _left(runs: Sequence[Run]) -> float:
-    """Share of the squared acceleration that is left unexplained."""
-    whole = squared(runs)
-    return float(_least(runs, 1.0).sum()) / whole if whole > 0 else 1.0
+def _unexplained_of_total(runs: Sequence[Run]) -> float:
+    """Share of the squared acceleration that inputs and drag leave unexplained."""
+    whole = plane_acceleration_squared(runs)
+    return float(_unexplained_either_hand(runs, 1.0).sum()) / whole if whole > 0 else 1.0
 
 
 def _nearest(old: str, speed: float) -> str:
-    """The unit that brings a speed [m/s] nearest to a small boat's."""
+    """The unit that brings a speed [m/s] nearest to `TYPICAL_SPEED`."""
     return min(
         (unit for unit in LENGTHS if LENGTHS[unit] < LENGTHS[old]),
-        key=lambda unit: abs(np.log(speed * LENGTHS[unit] / LENGTHS[old] / TYPICAL)),
+        key=lambda unit: abs(np.log(speed * LENGTHS[unit] / LENGTHS[old] / TYPICAL_SPEED)),
         default=old,
     )
