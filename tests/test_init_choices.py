@@ -99,7 +99,7 @@ def test_of_two_boats_one_must_be_named(two_boats, log, tmp_path, propose, capsy
         "several candidates for the poses: /duck/slam/pose, /swan/slam/pose; name one with --pose"
         in line
     )
-    assert "two robots?" in line
+    assert "of two boats in one recording" in line
     line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml", "--pose", "/swan/slam/pose")
     assert (
         "several candidates for the commands: /duck/joy, /swan/joy; name one with --commands"

@@ -118,7 +118,7 @@ def test_headers_without_a_time(inspected, which):
     source = POSE if which == "pose" else JOY
     assert stream(found, source)["clock"] == "arrival in the bag, as its headers hold no time"
     assert stream(found, source)["delay"] is None
-    verdict = f"{source}: header stamps are all 0, so the bag's times of arrival are used"
+    verdict = f"{source}: header stamps are all 0, so arrival times in the bag are used"
     assert any(v.startswith(verdict) for v in found["verdicts"])
     assert f"=> {verdict}" in text
 
@@ -137,7 +137,10 @@ def test_commands_without_a_header(inspected, tmp_path):
     old = log.but(pose_t=log.pose_t - 0.2)
     text, found = inspected(old, tmp_path / "v.yaml", joy_type=array)
     least = 1e3 * (old.pose_arrival - old.pose_t).min()
-    assert f"{POSE} is stamped {least:.0f} ms before its arrival or more, but of /joy only" in text
+    assert (
+        f"{POSE} is stamped {least:.0f} ms or more before its arrival, but /joy has arrival times only"
+        in text
+    )
 
 
 def test_clocks_of_commands_can_be_chosen(inspected, tmp_path):
@@ -166,7 +169,7 @@ def test_duplicated_and_backward_stamps(inspected):
     assert found["usable"] == pytest.approx(1 - 35 / 1350)
     assert f"{100 * (1 - 35 / 1350):.1f} % of the poses usable" in text
     assert fault(found, "stamp out of order")["count"] == 35
-    assert any("30 of 1350 stamps are those of the message before" in v for v in found["verdicts"])
+    assert any("30 of 1350 stamps equal that of the message before" in v for v in found["verdicts"])
     assert any("stamps go back in time 5 times" in v for v in found["verdicts"])
 
 

@@ -5,7 +5,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AxisCoverage, InputUse
 from seatrial.inspection.overview import FaultSummary, Inspection, RecordingView
 from seatrial.recording.excitation import EXCITED, beyond_full
-from seatrial.recording.timing import Clock, Stream, rhythm
+from seatrial.recording.timing import Clock, Stream, rate_text
 
 DIRECTION_WORDS = {  # positive and negative direction of surge, sway and yaw
     "forward-left-up": (("forward", "back"), ("left", "right"), ("turning left", "turning right")),
@@ -69,7 +69,7 @@ def _fault(fault: FaultSummary) -> str:
 
 
 def _stream(stream: Stream) -> str:
-    text = f"{stream.source} ({stream.kind}): {stream.count} at {rhythm(stream)}, longest gap "
+    text = f"{stream.source} ({stream.kind}): {stream.count} at {rate_text(stream)}, longest gap "
     text += f"{stream.longest:.3g} s, stamps: {stream.clock.value}"
     if stream.delay is not None:
         text += f", {stream.delay}"

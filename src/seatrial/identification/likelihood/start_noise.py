@@ -23,7 +23,7 @@ from seatrial.boat.noise_parameters import (
     PROCESS_START,
 )
 from seatrial.boat.schema import CorrelatedEntry
-from seatrial.recording.pose_noise import coloured_ratio, pose_noise
+from seatrial.recording.pose_noise import correlated_difference_ratio, pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -80,6 +80,6 @@ def all_coloured(recordings: Sequence[Recording]) -> Array:
     noise = first_noise(recordings)
     period = float(np.median([r.period for r in recordings]))
     unit = CorrelatedEntry(1.0, 1.0, float(noise[COLOUR_MEMORY]))
-    noise[COLOUR] = noise[:2] / coloured_ratio(period, unit)
+    noise[COLOUR] = noise[:2] / correlated_difference_ratio(period, unit)
     noise[:2] *= BARE
     return noise

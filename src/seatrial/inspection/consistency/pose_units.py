@@ -11,10 +11,10 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
 from seatrial.inspection.consistency.gains import Run, plane_acceleration_squared, unexplained
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
-from seatrial.recording.pose_faults import UNKNOWN, FaultKind, examine
+from seatrial.recording.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Mask
+from seatrial.util.frames import Array, Mask, earth_offset
 
 BETTER_T = 2.4  # least t over blocks for a better reading, with many blocks
 BETTER_FEW_BLOCKS = 4.0  # blocks at which that t doubles
@@ -143,8 +143,7 @@ def as_measured(recording: Recording, vehicle: Vehicle) -> Recording:
     """
     ahead, left = vehicle.lever
     raw = recording.raw.copy()
-    c, s = np.cos(raw[:, 2]), np.sin(raw[:, 2])
-    raw[:, :2] += np.column_stack([c * ahead - s * left, s * ahead + c * left])
+    raw[:, :2] += earth_offset(raw[:, 2], ahead, left)
     found = examine(recording.name, recording.stamps, raw, _unmarked(recording))
     return replace(recording, raw=raw, eta=found.eta, valid=found.valid, segment=found.segment)
 
@@ -164,7 +163,7 @@ def _unmarked(recording: Recording) -> Mask:
     """Poses without faults that are independent of the pose values: marked, or without commands."""
     kept = np.ones(len(recording.t), dtype=bool)
     for fault in recording.faults:
-        if fault.kind is FaultKind.MARKED or fault.kind in UNKNOWN:
+        if fault.kind is FaultKind.MARKED or fault.kind in COMMANDS_UNKNOWN:
             before = recording.t < fault.start - STAMP_TOLERANCE
             kept &= before | (recording.t > fault.end + STAMP_TOLERANCE)
     return kept

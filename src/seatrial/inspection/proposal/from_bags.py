@@ -7,7 +7,7 @@ from typing import Any
 from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
 from seatrial.io.bags.channels import number_fields, tf_frames
 from seatrial.io.bags.contents import Contents, Entry, contents
-from seatrial.recording.timing import rhythm
+from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
 
 POSE_TOPIC_WORDS = (
@@ -132,7 +132,7 @@ def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[
 
 def _notes(found: Contents, chosen: Entry, role: str, own: int = 1) -> list[str]:
     stream = chosen.stream
-    notes = [f"{chosen.topic.type}, {rhythm(stream)}, stamps: {stream.clock.value}"]
+    notes = [f"{chosen.topic.type}, {rate_text(stream)}, stamps: {stream.clock.value}"]
     others = [e.topic for e in found.of(role) if e.topic.name != chosen.topic.name]
     if others and own == 1:
         notes.append("other candidates: " + ", ".join(f"{t.name} ({t.type})" for t in others[:6]))
