@@ -23,8 +23,8 @@ from seatrial.identification.regression.equation_error import (
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
-from seatrial.inspection.consistency import check_apart
-from seatrial.inspection.overview import implausible
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
@@ -92,7 +92,9 @@ def identify(
         except IdentificationError as error:
             wrong = _beyond(recordings, vehicle)
             with suppress(RecordingError):
-                wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+                wrong += [
+                    finding.text for finding in check_each_recording(recordings, vehicle).findings
+                ]
             raise IdentificationError("; ".join([*wrong, str(error)])) from None
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
@@ -102,7 +104,7 @@ def identify(
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     sanity(model)
     wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+    wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -187,5 +189,5 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
             "every axis"
         )
     for recording in recordings:
-        for sentence in implausible(recording):
+        for sentence in implausible_values(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
