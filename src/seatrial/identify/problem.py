@@ -204,7 +204,7 @@ class Problem:
         columns = [*coefficients, self.size, self.size + 1, self.size + 2]
         q = np.ascontiguousarray(theta[self.size : self.size + self.constants])
 
-        def one(i: int) -> _core.FilterPass:
+        def one(i: int) -> _core.FilterRun:
             trace = thrust_trace(
                 self.vehicle, q, self.recordings[i],
                 initial=True, coefficients=columns, tangents=constants,
@@ -229,7 +229,7 @@ class Passes:
 
     problem: Problem
     theta: Array
-    each: tuple[_core.FilterPass, ...]
+    each: tuple[_core.FilterRun, ...]
 
     @cached_property
     def cost(self) -> float:
@@ -270,7 +270,7 @@ class Passes:
     def forget_ways(self) -> None:
         """Lets the ways go, half of what a pass keeps."""
         for each in self.each:
-            each.forget_way()
+            each.forget_transitions()
         self._give_back()
 
     def forget_poses(self) -> None:

@@ -62,7 +62,7 @@ struct CostedInnovation : Innovation {
 
 /// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
 /// all effects where they are asked for.
-struct FilterPass {
+struct FilterRun {
   int parameters = 0;
   bool good = true;
   Effects effects;

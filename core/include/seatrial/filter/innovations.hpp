@@ -18,7 +18,7 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 namespace detail {
 
 /// What is kept of a pose beside its prediction.
-inline void keep(const Innovation& seen, int k, FilterPass& pass) {
+inline void keep(const Innovation& seen, int k, FilterRun& pass) {
   const auto at = static_cast<std::size_t>(k);
   std::copy(seen.e, seen.e + kPose, &pass.innovation[at * kPose]);
   float* to = &pass.spread[at * 6];
@@ -30,7 +30,7 @@ inline void keep(const Innovation& seen, int k, FilterPass& pass) {
 
 /// What is kept of the filter once it has used a pose.
 template <int N>
-void keep(const LikelihoodFilter<N>& filter, int k, FilterPass& pass) {
+void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& pass) {
   const auto at = static_cast<std::size_t>(k);
   std::copy(filter.state(), filter.state() + kFilterStates, &pass.state[at * kFilterStates]);
   for (int i = 0; i < kAxes; ++i) {
@@ -63,7 +63,7 @@ inline void mirror(double* matrix, int p) {
 }
 
 /// The information up to here, as that up to the block's end.
-inline void take_share(int block, FilterPass& pass) {
+inline void take_share(int block, FilterRun& pass) {
   const std::size_t size = pass.information.size();
   pass.share.resize((static_cast<std::size_t>(block) + 1) * size);
   std::copy(pass.information.begin(), pass.information.end(),
@@ -71,7 +71,7 @@ inline void take_share(int block, FilterPass& pass) {
 }
 
 /// What was taken up to each block's end, less what was before it.
-inline void part_shares(FilterPass& pass) {
+inline void part_shares(FilterRun& pass) {
   const std::size_t size = pass.information.size();
   for (std::size_t i = pass.share.size(); i-- > size;) pass.share[i] -= pass.share[i - size];
   for (std::size_t i = 0; i < pass.share.size(); i += size) {
@@ -80,14 +80,14 @@ inline void part_shares(FilterPass& pass) {
 }
 
 template <int N>
-FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
-                       const NoiseParameters& noise, double outlier, const FilterStart& start,
-                       const Effects& effects, bool slopes, const double* counts, const int* block,
-                       bool repeatable, bool shares) {
+FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& poses,
+                      const NoiseParameters& noise, double outlier, const FilterStart& start,
+                      const Effects& effects, bool slopes, const double* counts, const int* block,
+                      bool repeatable, bool shares) {
   LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
-  FilterPass pass;
+  FilterRun pass;
   pass.parameters = p;
   pass.effects = effects;
   pass.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
@@ -103,7 +103,7 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
   Transition unkept;
   for (int first = 0; first < poses.n; first += kFilterChunk) {
     const int last = std::min(poses.n - 1, first + kFilterChunk);
-    const Schedule schedule(boat, trace, poses.time, first, last, true);
+    const StepSchedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
       if (poses.use[k] != kNotMeasured) {
         allow_jump(filter, poses, k);
@@ -139,12 +139,11 @@ FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
 /// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
 /// `repeatable`: the way is kept, for other noise to be tried on it. `shares`: what each block has
 /// of the information is kept, too.
-inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSeries& poses,
-                              const NoiseParameters& noise, double outlier,
-                              const FilterStart& start, const Effects& effects = {},
-                              bool slopes = false, const double* counts = nullptr,
-                              const int* block = nullptr, bool repeatable = true,
-                              bool shares = false) {
+inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const PoseSeries& poses,
+                             const NoiseParameters& noise, double outlier, const FilterStart& start,
+                             const Effects& effects = {}, bool slopes = false,
+                             const double* counts = nullptr, const int* block = nullptr,
+                             bool repeatable = true, bool shares = false) {
   const auto run = noise.oscillating() ? detail::innovations<kOscillatingStates>
                    : noise.coloured()  ? detail::innovations<kColouredStates>
                                        : detail::innovations<kFilterStates>;
@@ -172,7 +171,7 @@ CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, 
 /// From pose k to the next, if there is one, as the first pass went, linearised about it.
 template <int N>
 void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
-            const FilterPass& first, const PoseSeries& poses, int k) {
+            const FilterRun& first, const PoseSeries& poses, int k) {
   if (k == poses.n - 1) return;
   const auto at = static_cast<std::size_t>(k);
   const double* from = &first.state[at * kFilterStates];
@@ -186,7 +185,7 @@ void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParamet
 namespace detail {
 
 template <int N>
-double repeated(const FilterPass& first, const PoseSeries& poses, const NoiseParameters& noise,
+double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
                 double outlier, const FilterStart& start) {
   const Columns none = no_parameters();
   LikelihoodFilter<N> again(none, noise, outlier, start, first.effects, false);
@@ -201,7 +200,7 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const NoisePar
 }  // namespace detail
 
 /// The cost of a pass that is repeated with other noise, linearised about the first.
-inline double repeated(const FilterPass& first, const PoseSeries& poses,
+inline double repeated(const FilterRun& first, const PoseSeries& poses,
                        const NoiseParameters& noise, double outlier, const FilterStart& start) {
   const auto run = noise.oscillating() ? detail::repeated<kOscillatingStates>
                    : noise.coloured()  ? detail::repeated<kColouredStates>
@@ -210,7 +209,7 @@ inline double repeated(const FilterPass& first, const PoseSeries& poses,
 }
 
 /// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
-struct NoisePass {
+struct NoiseDerivatives {
   double cost = 0.0;
   double gradient[kNoiseParameters] = {};
   double information[kNoiseParameters][kNoiseParameters] = {};
@@ -257,14 +256,14 @@ struct Changes {
 };
 
 template <int N>
-NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                       const NoiseParameters& noise, double outlier, const FilterStart& start,
-                       unsigned active) {
+NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
+                              const NoiseParameters& noise, double outlier,
+                              const FilterStart& start, unsigned active) {
   constexpr double kStep = 0.05;       // of a logarithm
   const auto step = [&noise](int i) {  // a resonance is sharp
     return i == kTurnParameter ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
   };
-  NoisePass out;
+  NoiseDerivatives out;
   const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
   int place[kNoiseParameters];
   int m = 0;
@@ -313,9 +312,9 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
 
 /// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
 /// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
-inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                              const NoiseParameters& noise, double outlier,
-                              const FilterStart& start, unsigned active = ~0U) {
+inline NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
+                                     const NoiseParameters& noise, double outlier,
+                                     const FilterStart& start, unsigned active = ~0U) {
   const auto run = noise.oscillating() ? detail::noise_slopes<kOscillatingStates>
                    : noise.coloured()  ? detail::noise_slopes<kColouredStates>
                                        : detail::noise_slopes<kFilterStates>;

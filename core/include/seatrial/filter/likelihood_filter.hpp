@@ -52,13 +52,13 @@ class LikelihoodFilter {
   int parameters() const { return parameters_; }
 
   /// To the next pose. False where the boat diverged.
-  bool predict(const Schedule& schedule, int interval, Boat& boat, double length,
+  bool predict(const StepSchedule& schedule, int interval, Boat& boat, double length,
                Transition& kept) {
     const Interval passed(noise_, std::cos(s_.x[2]), std::sin(s_.x[2]), length);
     const Disturbing disturbing(s_.x, length, effects_.bias, effects_.wind, effects_.earth_fixed);
     const int first = boat.structure.n_coefficients - kAxes;
     std::copy(disturbing.total, disturbing.total + kAxes, boat.coefficient + first);
-    const auto move = [&schedule, interval](double* x, StateTangent& dx) {
+    const auto move = [&schedule, interval](double* x, StateSensitivities& dx) {
       return schedule.run(interval, x, dx);
     };
     MotionSlopes f;
@@ -116,7 +116,7 @@ class LikelihoodFilter {
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
   /// score of its block; null where none are needed. `counts`: how often it counts.
   CostedInnovation update(const double* eta, double t, double counts = 1.0,
-                          FilterPass* terms = nullptr, int block = 0) {
+                          FilterRun* terms = nullptr, int block = 0) {
     // the pose as the sensor measures it
     const double* l = effects_.lever;
     const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else it needs no angle
@@ -145,7 +145,7 @@ class LikelihoodFilter {
 
   /// D <- F D + G: what the parameters do over a step. Of ekf_predict.
   template <int, class State>
-  void columns(const StateTangent& dx, int force, const Disturbing& at, const MotionSlopes& f,
+  void columns(const StateSensitivities& dx, int force, const Disturbing& at, const MotionSlopes& f,
                const GaussMarkov<N>& others, State& s) const {
     const auto gain = [&](int i, double* row) {
       std::fill(row, row + parameters_, 0.0);
@@ -214,7 +214,7 @@ class LikelihoodFilter {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }
 
-  /// Column of the tangents that is parameter c.
+  /// Column of the sensitivities that is parameter c.
   int column(int c) const {
     const int own = columns_.n_coefficients - kAxes;  // the disturbance's are the last
     return kStates + (c < own ? c : c + kAxes);
@@ -238,7 +238,7 @@ class LikelihoodFilter {
   }
 
   void accumulate(const Innovation& seen, const double slope[kPose][kMostSlopes], double weight,
-                  int block, FilterPass& pass) const {
+                  int block, FilterRun& pass) const {
     const double(&inverse)[kPose][kPose] = seen.inverse;
     const double* z = seen.z;
     double scaled[kPose][kMostSlopes];

@@ -31,7 +31,7 @@ inline void inverse(const double* a, double* out) {
 /// velocity's covariance of the moment, w of unit covariance, each component forgetting with a time
 /// constant. Kept are the covariance P of the way and D = cov(way, w); as one matrix with I they
 /// stay positive semidefinite whatever L does.
-class Way {
+class OdomIntegrator {
  public:
   const double* pose() const { return pose_; }
   const double (&covariance() const)[kPose][kPose] { return p_; }

@@ -25,8 +25,8 @@ enum class Source : std::uint8_t { kCommand, kScale, kPose };
 inline constexpr int kSources = 3;
 inline constexpr int kOutcomes = 6;  // of Taken
 
-/// kMarks, kRows: as of the predictor. kRecent: inputs that are kept for another model.
-template <int kMarks, int kRows, int kRecent>
+/// kCheckpoints, kRows: as of the predictor. kRecent: inputs that are kept for another model.
+template <int kCheckpoints, int kRows, int kRecent>
 class BasicOdometer {
  public:
   static constexpr double kLongestStep = 0.05;  // [s] of the way
@@ -70,9 +70,9 @@ class BasicOdometer {
     const bool rises = !moved_ || stamp > last_stamp_ || stamp < last_stamp_ - kSetBack;
     if (rises && usable(stamp)) remember(stamp, out.motion);
     out.known = known_;
-    std::copy(way_.pose(), way_.pose() + kPose, out.pose);
+    std::copy(odom_.pose(), odom_.pose() + kPose, out.pose);
     for (int i = 0; i < kPose; ++i) {
-      std::copy(way_.covariance()[i], way_.covariance()[i] + kPose, out.covariance[i]);
+      std::copy(odom_.covariance()[i], odom_.covariance()[i] + kPose, out.covariance[i]);
     }
     double back[kPose];
     inverse(out.pose, back);
@@ -83,7 +83,8 @@ class BasicOdometer {
   /// From now on by another model of the same inputs: what came lately is taken again. The way goes
   /// on where it is.
   void reload(const OnboardModel& model, const double* lever) {
-    new (&predictor_) BasicPredictor<kMarks, kRows>(model);  // in its place: too large for a stack
+    new (&predictor_)
+        BasicPredictor<kCheckpoints, kRows>(model);  // in its place: too large for a stack
     std::copy(lever, lever + 2, lever_);
     for (int i = 0; i < recents_; ++i) give(recent_[(first_ + i) % kRecent]);
   }
@@ -193,7 +194,7 @@ class BasicOdometer {
     if (stamp <= last_stamp_) return;
     const double from = seconds(last_stamp_);
     const double length = seconds(stamp) - from;
-    if (!(length <= BasicPredictor<kMarks, kRows>::kReach)) return;
+    if (!(length <= BasicPredictor<kCheckpoints, kRows>::kReach)) return;
     const int n = steps_for(length, kLongestStep);
     const double h = length / n;
     double memory[kAxes];
@@ -207,7 +208,7 @@ class BasicOdometer {
         nu[a] = 0.5 * (before.velocity[a] + after.velocity[a]);
         std::copy(after.covariance[3 + a] + 3, after.covariance[3 + a] + kStates, spread[a]);
       }
-      way_.advance(h, nu, spread, memory);
+      odom_.advance(h, nu, spread, memory);
       before = after;
     }
   }
@@ -231,8 +232,8 @@ class BasicOdometer {
     moved_ = true;
   }
 
-  BasicPredictor<kMarks, kRows> predictor_;
-  Way way_;
+  BasicPredictor<kCheckpoints, kRows> predictor_;
+  OdomIntegrator odom_;
   double lever_[2] = {};  // [m]
   bool begun_ = false;
   bool known_ = false;

@@ -53,20 +53,20 @@ inline UncertainModel part_of(const UncertainModel& m, bool timing) {
 }
 
 /// The boat at one instant of a drive.
-struct Glance {
+struct DriveSample {
   AccelerationJacobian j;
   double slope[kAxes][kMaxColumns] = {};  // d nu_dot / d parameters
   bool good = false;
 
-  Glance(const UncertainModel& m, const Trace& trace, double t, const double* nu) {
+  DriveSample(const UncertainModel& m, const ThrustTrace& trace, double t, const double* nu) {
     const double still[kMaxConstants] = {0.0};
     const Columns& columns = trace.columns();
     Thrust f;
-    ThrustTangent df;
+    ThrustSensitivities df;
     StepForces forces;
     double nu_dot[kAxes];
     trace.at(trace.find(t), t, nullptr, f, df);
-    step_forces_tangent(m.chain, m.q, columns, 0.0, still, f, df, forces);
+    step_forces_sensitivities(m.chain, m.q, columns, 0.0, still, f, df, forces);
     good = acceleration_with_jacobian(m.boat.structure, m.boat.coefficient, nu, forces.force[0],
                                       nu_dot, j);
     for (int a = 0; a < kAxes && good; ++a) {
@@ -88,7 +88,7 @@ struct PowerSums {
 };
 
 /// add[a] += power of the noise that would make the velocity as wrong.
-inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
+inline bool add_power(const AccelerationJacobian& j, const StateSensitivities& dx,
                       const UncertainModel& m, double* add) {
   double p[kAxes][kAxes];
   covariance_of(dx.row + 3, m.covariance, m.n_parameters(), p);
@@ -101,21 +101,22 @@ inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
 }  // namespace detail
 
 /// What the errors of a model do as it is driven.
-struct Doubt {
+struct ErrorNoise {
   double disturbance[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2] standard deviations
   double memory[kAxes] = {};       // [s]
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
 /// The doubt about a model as noise; none where there is no drive.
-inline Doubt doubt(const UncertainModel& m) {
-  Doubt out;
+inline ErrorNoise error_noise(const UncertainModel& m) {
+  ErrorNoise out;
   const UncertainModel lasting = detail::part_of(m, false);
   const UncertainModel timing = detail::part_of(m, true);
-  strongest(m, [&](double most) {
+  with_strongest_commands(m, [&](double most) {
     detail::PowerSums sum;
-    const auto look = [&](const Trace& trace, double t, const double* x, const StateTangent& dx) {
-      const detail::Glance now(m, trace, t, x + 3);
+    const auto look = [&](const ThrustTrace& trace, double t, const double* x,
+                          const StateSensitivities& dx) {
+      const detail::DriveSample now(m, trace, t, x + 3);
       detail::PowerSums next = sum;
       if (!now.good || !detail::add_power(now.j, dx, lasting, next.pushed) ||
           !detail::add_power(now.j, dx, timing, next.kicked)) {
@@ -144,11 +145,11 @@ inline Doubt doubt(const UncertainModel& m) {
 namespace detail {
 
 /// Disturbances of two causes as one: their variances and their powers add up.
-struct Together {
+struct SumOfDisturbances {
   double spread = 0.0;  // standard deviation
   double memory = 0.0;  // [s]
 
-  Together(double own, double own_memory, double more, double more_memory)
+  SumOfDisturbances(double own, double own_memory, double more, double more_memory)
       : spread(std::hypot(own, more)) {
     const double share = more > 0.0 ? (more / spread) * (more / spread) : 0.0;
     memory = own_memory + share * (more_memory - own_memory);
@@ -164,13 +165,14 @@ inline double root_mean_square(const double* axes) {
 
 /// The noise that the on-board filter believes: the model's own, and what its errors do. All
 /// disturbances have one memory, the mean; with it each keeps its power at low frequencies.
-inline NoiseParameters believed_noise(const NoiseParameters& own, const Doubt& d) {
+inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNoise& d) {
   const double linear = detail::root_mean_square(d.disturbance);
   const double power[2] = {d.disturbance[0] * std::sqrt(d.memory[0]),
                            d.disturbance[1] * std::sqrt(d.memory[1])};
   const double ratio = linear > 0.0 ? detail::root_mean_square(power) / linear : 0.0;
-  const detail::Together ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
-  const detail::Together turning(own.disturbance_yaw, own.memory, d.disturbance[2], d.memory[2]);
+  const detail::SumOfDisturbances ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
+  const detail::SumOfDisturbances turning(own.disturbance_yaw, own.memory, d.disturbance[2],
+                                          d.memory[2]);
   const NoiseParameters& least = detail::kLeastNoise;
   NoiseParameters n = own;
   n.position = std::max(own.position, least.position);
@@ -192,10 +194,10 @@ inline NoiseParameters believed_noise(const NoiseParameters& own, const Doubt& d
 
 /// What is believed of a boat whose own noise is `own`. explained: by structure and noise, see
 /// above.
-inline void believe(const UncertainModel& m, const NoiseParameters& own, bool explained,
-                    OnboardBoat& boat) {
-  boat.noise = believed_noise(own, explained ? Doubt{} : doubt(m));
-  boat.considered = explained ? causes(m) : Considered{};
+inline void set_uncertainty(const UncertainModel& m, const NoiseParameters& own, bool explained,
+                            OnboardBoat& boat) {
+  boat.noise = onboard_noise(own, explained ? ErrorNoise{} : error_noise(m));
+  boat.considered = explained ? principal_errors(m) : PrincipalErrors{};
 }
 
 }  // namespace seatrial

@@ -6,9 +6,9 @@
 
 namespace seatrial {
 
-/// kMarks: instants that are kept within the window, one a pose and eight a second. kRows: commands
-/// that are kept within window and latency.
-template <int kMarks, int kRows>
+/// kCheckpoints: instants that are kept within the window, one a pose and eight a second. kRows:
+/// commands that are kept within window and latency.
+template <int kCheckpoints, int kRows>
 class BasicPredictor {
  public:
   static constexpr double kReach = 60.0;    // [s] it looks ahead at most; after a gap so long: anew
@@ -45,8 +45,8 @@ class BasicPredictor {
   /// Motion at t [s], by all inputs up to then; ahead of them by the commands in force.
   Estimate at(double t) {
     const bool begun = line_.begun();
-    Instant now;
-    detail::know_nothing(model(), now.belief);
+    PredictorState now;
+    detail::reset_to_unknown(model(), now.state);
     now.time = std::isfinite(t) ? t : newest();
     if (begun) {
       const double back = std::max(now.time, line_.oldest());
@@ -56,8 +56,8 @@ class BasicPredictor {
     const auto flag = [&out](bool raised, Health which) { out.health |= raised ? which : 0U; };
     flag(!begun || line_.silent(now.time), kCommandSilence);
     flag(now.time != t, kBeyondReach);
-    flag(bad_ != kLongAgo && newest() - bad_ <= model().lately, kBadInput);
-    flag(newest() - restarted_ <= model().lately, kDiverged);
+    flag(bad_ != kLongAgo && newest() - bad_ <= model().flag_for, kBadInput);
+    flag(newest() - restarted_ <= model().flag_for, kDiverged);
     return out;
   }
 
@@ -105,7 +105,7 @@ class BasicPredictor {
     double root[kPose][kPose];
     if (!numbers(&noise[0][0], kPose * kPose, kFarthest)) return false;
     if (!detail::lower_root(noise, root)) return false;
-    if (covariance != nullptr) detail::leave_white(n, noise);
+    if (covariance != nullptr) detail::keep_white_part(n, noise);
     return true;
   }
 
@@ -188,7 +188,7 @@ class BasicPredictor {
     return kept ? Taken::kUsed : refuse(Taken::kNoRoom);
   }
 
-  Timeline<kMarks, kRows> line_;
+  OutOfSequenceBuffer<kCheckpoints, kRows> line_;
   double bad_ = kLongAgo;        // [s] when an input was refused last
   double restarted_ = kLongAgo;  // [s] when stamps leapt
   double stale_time_ = 0.0;      // [s]

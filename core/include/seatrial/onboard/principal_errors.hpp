@@ -74,7 +74,7 @@ struct DriveSums {
   explicit DriveSums(int n) : slopes(kStates, Square(n)) {}
 
   /// False where the numbers are none.
-  bool add(const StateTangent& dx, int n) {
+  bool add(const StateSensitivities& dx, int n) {
     double size = 0.0;
     for (const auto& row : dx.row) {
       for (int i = 0; i < n; ++i) size += std::abs(row[i]);
@@ -135,7 +135,7 @@ inline Square effects(const DriveSums& sum, const Square& root) {
 }
 
 /// R U of the largest eigenvalues.
-inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
+inline PrincipalErrors principal(const UncertainModel& m, const DriveSums& sum) {
   const int n = m.n_parameters();
   const int own = m.boat.structure.n_coefficients;
   const Square root = root_of(m.covariance, n);
@@ -146,7 +146,7 @@ inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](int i, int j) { return values(i, i) > values(j, j); });
-  Considered out;
+  PrincipalErrors out;
   for (const int k : order) {
     if (out.n == kMostConsidered || !(values(k, k) > 0.0)) break;
     for (int i = 0; i < n; ++i) {
@@ -161,12 +161,12 @@ inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
 }  // namespace detail
 
 /// The causes that matter most along a random drive; none where there is no such drive.
-inline Considered causes(const UncertainModel& m) {
-  Considered out;
-  strongest(m, [&m, &out](double most) {
+inline PrincipalErrors principal_errors(const UncertainModel& m) {
+  PrincipalErrors out;
+  with_strongest_commands(m, [&m, &out](double most) {
     detail::DriveSums sum(m.n_parameters());
     const int instants = detail::random_drive(
-        m, most, [&](const Trace&, double, const double*, const StateTangent& dx) {
+        m, most, [&](const ThrustTrace&, double, const double*, const StateSensitivities& dx) {
           return sum.add(dx, m.n_parameters());
         });
     if (instants < detail::kEnough) return false;

@@ -37,7 +37,7 @@ inline constexpr double kGentlest = 1.0 / 64;     // share of full commands
 inline constexpr double kScaled[2] = {0.7, 1.3};  // of its reference that a scale signal is
 
 /// Splitmix64: the same numbers on every machine.
-class Dice {
+class SplitMix {
  public:
   double operator()(double low, double high) {
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15U;
@@ -52,16 +52,17 @@ class Dice {
 };
 
 /// Commands and scale signals of a drive, each to any other.
-struct Sticks {
+struct RandomCommands {
   int n_commands;
   int n_scales;
   std::vector<double> time;   // [s]
   std::vector<double> value;  // rows of commands
   std::vector<double> scale;  // rows of scales
 
-  Sticks(const Chain& c, double most) : n_commands(c.allocation.n_commands), n_scales(c.n_scales) {
-    Dice dice;
-    Dice other;
+  RandomCommands(const Chain& c, double most)
+      : n_commands(c.allocation.n_commands), n_scales(c.n_scales) {
+    SplitMix dice;
+    SplitMix other;
     double t = 0.0;
     while (t < kTick * kTicks) {
       time.push_back(t);
@@ -97,8 +98,8 @@ inline Columns all_columns(const UncertainModel& m) {
 template <class Look>
 inline int random_drive(const UncertainModel& m, double most, Look look) {
   const Columns columns = all_columns(m);
-  const Sticks sticks(m.chain, most);
-  const Trace trace(m.chain, m.q, sticks.commands(), sticks.scales(), columns);
+  const RandomCommands sticks(m.chain, most);
+  const ThrustTrace trace(m.chain, m.q, sticks.commands(), sticks.scales(), columns);
   Boat boat = m.boat;
   boat.integrator = Integrator::kRungeKutta;
   boat.longest_step = kTick;
@@ -106,11 +107,11 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
   for (int i = 0; i <= kTicks; ++i) time.push_back(kTick * i);
   int instants = 0;
   double x[kStates] = {};
-  StateTangent dx;
+  StateSensitivities dx;
   seed(columns, dx);
   for (int i = 0; i < kTicks; i += kPiece) {
     for (int a = 0; a < kAxes; ++a) std::fill(dx.row[a], dx.row[a] + columns.size(), 0.0);
-    const Schedule schedule(boat, trace, time.data(), i, i + kPiece, true);
+    const StepSchedule schedule(boat, trace, time.data(), i, i + kPiece, true);
     for (int k = i; k < i + kPiece; ++k) {
       bool good = schedule.run(k, x, dx);
       if (good && !Envelope::outside(x + 3, m.speed, kAxes)) {
@@ -131,7 +132,7 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
 /// envelope for a tenth of the time. `sum(most)`: whether that was so. False: no such command, or
 /// no doubt.
 template <class Sum>
-inline bool strongest(const UncertainModel& m, Sum sum) {
+inline bool with_strongest_commands(const UncertainModel& m, Sum sum) {
   bool doubted = false;
   for (int i = 0; i < m.n_parameters(); ++i) doubted = doubted || m.covariance[i][i] > 0.0;
   for (double most = 1.0; doubted && most >= detail::kGentlest; most *= 0.5) {
