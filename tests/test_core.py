@@ -159,7 +159,7 @@ def test_sensitivities_equal_finite_differences(mp, scheme):
         trace = thrust_trace(
             vehicle, p[17:], record, initial=True, coefficients=range(11), tangents=range(len(q))
         )
-        return _core.simulate(boat, trace, p[:6], record.t[10:60], tangents=tangents)
+        return _core.simulate(boat, trace, p[:6], record.t[10:60], sensitivities=tangents)
 
     p = np.concatenate([x0, values, q])
     states, slopes = run(p, tangents=True)

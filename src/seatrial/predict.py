@@ -167,7 +167,7 @@ class Lookahead:
         return _core.predict(
             self.model.boat, self.model.trace(self.recording, initial=tangents), self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=cores(), tangents=tangents,
+            threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
     def _foreseen(
