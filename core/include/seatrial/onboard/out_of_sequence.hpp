@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-// The on-board predictor's last half second: inputs put in their place by stamp, and what follows
-// from them done again. No heap, no exceptions.
+// Out-of-sequence measurements on board: the inputs of the last half second, sorted by stamp, and
+// the states that follow from them. No heap, no exceptions.
 //
-// The state at any time is a function of the inputs in the order of their stamps, not of how they
-// arrived, to the last bit: integration breaks where an input takes effect, at poses and at
-// multiples of kGrid, whoever asks for what and when. Instants are kept at poses and on the grid;
-// what comes late is put in, and all after it is done again from the instant before.
+// The state at any time is a function of the inputs in the order of their stamps, not of their
+// arrival, to the last bit: integration breaks where an input takes effect, at poses and at
+// multiples of kGrid, whatever the queries. Checkpoints keep the state at poses and on the grid. A
+// late input is inserted, and all checkpoints after it are computed again from the one before.
 #pragma once
 #include "seatrial/onboard/history.hpp"
 #include "seatrial/onboard/predictor_state.hpp"
 
 namespace seatrial {
 
-/// kCheckpoints: instants that are kept. kRows: commands that are kept, and as many scales.
+/// kCheckpoints: states that are kept. kRows: commands that are kept, and as many scales.
 template <int kCheckpoints, int kRows>
 class OutOfSequenceBuffer {
  public:
@@ -27,14 +27,14 @@ class OutOfSequenceBuffer {
 
   const OnboardModel& model() const { return m_; }
   bool begun() const { return checkpoints_ > 0; }
-  double newest() const { return newest_; }  // [s] what time it is at least
+  double newest() const { return newest_; }  // [s] the present at the earliest
   double oldest() const { return checkpoint(0).time; }
   double last() const { return checkpoint(checkpoints_ - 1).time; }
   double shortest() const { return shortest_; }  // [s] latency
-  /// How old an effect may be [s]; a latency below zero reaches back further.
+  /// Oldest effect of an input [s]; a negative latency reaches back further.
   double window() const { return m_.window * (1.0 + 1e-9) - std::min(0.0, shortest_); }
 
-  /// As at the start.
+  /// Resets to the start.
   void forget() {
     checkpoints_ = 0;
     tip_valid_ = false;
@@ -42,8 +42,8 @@ class OutOfSequenceBuffer {
     scales_.clear();
   }
 
-  /// The first instant, well before t [s]: thrusters settled at what is in force, else nothing
-  /// known.
+  /// The first checkpoint, well before t [s]: thrusters settled at the commands in force, else
+  /// unknown.
   void begin(double t) {
     checkpoints_ = 1;
     newest_ = t;
@@ -59,8 +59,8 @@ class OutOfSequenceBuffer {
     checkpoint(0) = Checkpoint{now.time, false, {}};
   }
 
-  /// It is now t [s], if not later: instants on the grid up to it; those that nothing can reach any
-  /// more are forgotten.
+  /// The present is t [s] or later: checkpoints on the grid up to it. Those that no input can reach
+  /// any more are dropped.
   void extend(double t) {
     newest_ = std::max(newest_, t);
     double next = grid_after(last());
@@ -90,16 +90,19 @@ class OutOfSequenceBuffer {
 
   /// A pose of time t [s].
   Taken put_pose(double t, const PoseSample& pose) {
+    // its place among the checkpoints; a duplicate is not used twice
     int i = checkpoints_;
     while (i > 0 && checkpoint(i - 1).time > t) --i;
     for (int k = i - 1; k >= 0 && checkpoint(k).time == t; --k) {
       if (checkpoint(k).posed && same(checkpoint(k).pose, pose)) return Taken::kTwice;
     }
+    // where all places are taken the oldest checkpoint goes
     if (checkpoints_ == kCheckpoints && i > 1) {
       drop();
       --i;
     }
     if (i < 1 || checkpoints_ == kCheckpoints) return i < 1 ? Taken::kStale : Taken::kNoRoom;
+    // the checkpoint, and all after it again
     const PredictorState from = i == checkpoints_ ? latest(t) : state(i - 1);
     for (int k = checkpoints_++; k > i; --k) checkpoint(k) = checkpoint(k - 1);
     checkpoint(i) = Checkpoint{t, true, pose};
@@ -109,8 +112,8 @@ class OutOfSequenceBuffer {
     return Taken::kUsed;
   }
 
-  /// The instant t >= oldest() [s].
-  PredictorState look(double t) {
+  /// The state at t >= oldest() [s].
+  PredictorState at(double t) {
     PredictorState now = latest(t);
     run(now, t, true);
     return now;
@@ -124,7 +127,7 @@ class OutOfSequenceBuffer {
   }
 
  private:
-  /// A place where the state is kept: after the pose, if there is one.
+  /// A time at which the state is kept: after the pose, if there is one.
   struct Checkpoint {
     double time = 0.0;
     bool posed = false;
@@ -144,7 +147,7 @@ class OutOfSequenceBuffer {
     --checkpoints_;
   }
 
-  /// From t [s] on all is different.
+  /// An input changed the state from t [s] on.
   bool changed(double t) {
     if (tip_valid_ && tip_.time >= t) tip_valid_ = false;
     int i = checkpoints_;
@@ -153,7 +156,7 @@ class OutOfSequenceBuffer {
     return true;
   }
 
-  /// The i-th instant again, from one before it.
+  /// The state of checkpoint i again, from one before it.
   void renew(int i, const PredictorState& from) {
     PredictorState& to = state(i);
     to = from;
@@ -161,7 +164,7 @@ class OutOfSequenceBuffer {
     if (checkpoint(i).posed) update_by_pose(m_, checkpoint(i).pose, to);
   }
 
-  /// The latest instant that is known at or before t.
+  /// The latest known state at or before t.
   const PredictorState& latest(double t) const {
     int i = checkpoints_ - 1;
     while (i > 0 && checkpoint(i).time > t) --i;
@@ -170,9 +173,10 @@ class OutOfSequenceBuffer {
     return tip ? tip_ : state(i);
   }
 
-  /// To time t [s]. `keep`: the next look begins at the last break before it.
+  /// Prediction to t [s]. `keep`: the next query begins at the last break before it.
   void run(PredictorState& now, double t, bool keep) {
     while (now.time < t) {
+      // the next break: the grid, a command that takes effect or expires, a scale
       double changes[kMaxActuators];
       const double scaled = scales_.next(now.time, 0.0);
       double next = std::min(grid_after(now.time), scaled);
@@ -187,6 +191,7 @@ class OutOfSequenceBuffer {
         }
         next = t;
       }
+      // the boat up to there, then the thrusters' new targets
       propagate(m_, next - now.time, now);
       now.time = next;
       for (int g = 0; g < groups_; ++g) {
@@ -196,7 +201,7 @@ class OutOfSequenceBuffer {
     }
   }
 
-  /// Targets of a group's actuators by what is in force; nothing in force is zero.
+  /// Targets of a group's actuators by the command in force; without one they are zero.
   void aim(int g, PredictorState& now) const {
     const double zero[kMaxCommands] = {};
     const double* values = commands_.values(now.time, latency_[g]);
@@ -231,7 +236,7 @@ class OutOfSequenceBuffer {
 
   const PrincipalErrors& considered() const { return m_.boat.considered; }
 
-  /// Actuators of one latency are aimed together.
+  /// Groups the actuators by latency.
   void list_latencies() {
     for (int k = 0; k < m_.chain.n_actuators(); ++k) {
       const double own = detail::constant(m_.q, m_.chain.actuators[k].latency, 0.0);
@@ -257,7 +262,7 @@ class OutOfSequenceBuffer {
   double shortest_ = 0.0;               // [s]
   double longest_ = 0.0;                // [s]
   double newest_ = 0.0;                 // [s]
-  PredictorState tip_;                  // the last break that a look came to
+  PredictorState tip_;                  // the state at the last break of a query
   bool tip_valid_ = false;
   int first_ = 0;
   int checkpoints_ = 0;

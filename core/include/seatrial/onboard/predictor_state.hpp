@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One instant of the on-board predictor: thrusters, state, and the second state that poses are
-// held against which the first one does not believe. No heap, no exceptions.
+// State of the on-board predictor at one instant: thrusters, state estimate, and an alternative
+// estimate that starts at a rejected pose. No heap, no exceptions.
 #pragma once
 #include "seatrial/onboard/health.hpp"
 #include "seatrial/onboard/onboard_filter.hpp"
@@ -9,31 +9,29 @@ namespace seatrial {
 
 inline constexpr double kLongAgo = -1e300;  // [s]
 
-/// All that the predictor is told beforehand.
+/// The model and the settings of the predictor.
 struct OnboardModel {
   OnboardBoat boat;
   Chain chain;
   double q[kMaxConstants] = {};
   Envelope envelope;
-  double command_timeout = std::numeric_limits<double>::infinity();  // [s] then none is in force
+  double command_timeout = std::numeric_limits<double>::infinity();  // [s] validity of a command
 
-  double window = 0.5;  // [s] that an input may be late
-  double gate = 25.0;   // of e' S^-1 e, three degrees of freedom: one in 65 000 by chance
-  double always_accepted[2] = {
-      0.02, 0.05};         // [m], [rad] a pose so near to its prediction is no false match
-  double outlier = 4.0;    // [sigma] from where on a pose's error counts linearly
-  int votes = 10;          // agreeing poses that overrule the filter ...
-  double votes_for = 0.5;  // [s] ... and at least so long
-  double velocity_spread[kAxes] = {0.5, 0.3, 0.6};  // [m/s, m/s, rad/s] at the first pose
-  double alternative_velocity_spread[kAxes] = {
-      0.1, 0.1, 0.2};                 // [m/s, m/s, rad/s] where the filter was wrong
-  double overruled_within = 60.0;     // [s] overruled twice within these ...
-  double cautious_for = 600.0;        // [s] ... it is wary of the model for so long
-  double flag_for = 1.0;              // [s] that a flag stays
-  double dead_reckoning_after = 0.5;  // [s] without a used pose after which it is dead reckoning
+  double window = 0.5;  // [s] by which an input may be late
+  double gate = 25.0;   // of the NIS, 3 degrees of freedom: false alarm rate 1 in 65 000
+  double always_accepted[2] = {0.02, 0.05};  // [m], [rad] innovation that is no false match
+  double outlier = 4.0;    // [sigma] innovation from which the cost grows linearly (Huber)
+  int votes = 10;          // rejected poses that agree and reset the filter ...
+  double votes_for = 0.5;  // [s] ... over at least this time
+  double velocity_spread[kAxes] = {0.5, 0.3, 0.6};     // [m/s, m/s, rad/s] at the first pose
+  double alternative_spread[kAxes] = {0.1, 0.1, 0.2};  // [m/s, m/s, rad/s] added where it starts
+  double overruled_within = 60.0;                      // [s] after two resets within this time ...
+  double cautious_for = 600.0;        // [s] ... process noise is increased for this time
+  double flag_for = 1.0;              // [s] duration of a flag
+  double dead_reckoning_after = 0.5;  // [s] without a used pose
 };
 
-/// A pose as it is used, with the covariance of its white error.
+/// A pose with the covariance of its white noise.
 struct PoseSample {
   double eta[kPose] = {};
   double noise[kPose][kPose] = {};
@@ -45,15 +43,15 @@ struct PredictorState {
   Thrust thrust;
   ThrustErrors thrust_errors;
   StateEstimate state;
-  StateEstimate alternative;  // begun at a pose that was rejected; counts while votes > 0
+  StateEstimate alternative;  // from a rejected pose on; valid while votes > 0
   int votes = 0;
-  double alternative_since = 0.0;  // [s]
-  int rejected = 0;                // poses in a row
-  bool initialised = false;        // a pose was used, and the model has not run away since
-  double last_pose = kLongAgo;
-  double reinitialised = kLongAgo;
-  double overruled = kLongAgo;  // by poses
-  double doubted = kLongAgo;    // overruled again
+  double alternative_since = 0.0;   // [s]
+  int rejected = 0;                 // consecutive poses
+  bool initialised = false;         // a pose was used, and no divergence since
+  double last_pose = kLongAgo;      // [s] of the last used pose; of the last event, as what follows
+  double reinitialised = kLongAgo;  // reset to poses
+  double overruled = kLongAgo;      // reset to poses that contradicted the filter
+  double doubted = kLongAgo;        // the same again within overruled_within
   double diverged = kLongAgo;
 };
 
@@ -62,9 +60,10 @@ namespace detail {
 inline constexpr double kFirstSpread = 3.0;        // of a first pose, in standard deviations of one
 inline constexpr double kUnknownPosition = 100.0;  // [m]
 inline constexpr double kUnknownHeading = 3.0;     // [rad]
-inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
+inline constexpr double kLostHeading =
+    1.0;  // [rad] standard deviation beyond which the EKF is not linear enough
 
-/// Begins the correlated errors of the poses anew: as large as they ever are.
+/// Coloured pose noise at its stationary variance, uncorrelated with all else.
 inline void reset_coloured_noise(const NoiseParameters& n, StateEstimate& b) {
   if (!b.coloured()) return;
   for (int c = kFilterStates; c < b.n; ++c) {
@@ -75,7 +74,7 @@ inline void reset_coloured_noise(const NoiseParameters& n, StateEstimate& b) {
   }
 }
 
-/// Pose out of nothing but the sample; what else is believed stays, its links to the pose do not.
+/// The pose from the sample alone. The other states stay; their correlations with it go.
 inline void reset_pose(const NoiseParameters& n, const PoseSample& pose, StateEstimate& b) {
   for (int i = 0; i < kPose; ++i) {
     b.x[i] = pose.eta[i];
@@ -88,15 +87,14 @@ inline void reset_pose(const NoiseParameters& n, const PoseSample& pose, StateEs
       b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
     }
     if (!b.coloured()) continue;
-    const double colour = n.colour_variance(i);  // the pose is eta less it
+    const double colour = n.colour_variance(i);  // the pose is eta less this noise
     b.p[i][i] += kFirstSpread * kFirstSpread * colour;
     b.p[i][kFilterStates + i] = b.p[kFilterStates + i][i] = -colour;
   }
 }
 
-/// A pose's own covariance is of all its error: its white part is what the correlated errors
-/// leave of it, no less than the model's white noise, or all of it where it is smaller
-/// than that. Correlations stay.
+/// A pose's own covariance is of its total noise. Its white part is what the coloured noise leaves,
+/// at least the model's white noise, or all of it where it is smaller than that. Correlations stay.
 inline void keep_white_part(const NoiseParameters& n, double noise[kPose][kPose]) {
   if (!n.coloured()) return;
   double share[kPose];
@@ -110,7 +108,7 @@ inline void keep_white_part(const NoiseParameters& n, double noise[kPose][kPose]
   }
 }
 
-/// Nothing known but that a boat is slow.
+/// Unknown pose, a slow boat.
 inline void reset_to_unknown(const OnboardModel& m, StateEstimate& b) {
   const NoiseParameters& n = m.boat.noise;
   const double spread[kFilterStates] = {
@@ -118,12 +116,12 @@ inline void reset_to_unknown(const OnboardModel& m, StateEstimate& b) {
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
       n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
   b = StateEstimate{};
-  b.n = n.oscillating() ? kOscillatingStates : n.coloured() ? kColouredStates : kFilterStates;
+  b.n = states_for(n);
   for (int i = 0; i < kFilterStates; ++i) b.p[i][i] = spread[i] * spread[i];
   reset_coloured_noise(n, b);
 }
 
-/// Whether a pose may be of this boat.
+/// The innovation gate.
 inline bool passes_gate(const OnboardModel& m, const Innovation& found) {
   if (!std::isfinite(found.nis)) return false;
   const bool near = std::hypot(found.e[0], found.e[1]) <= m.always_accepted[0] &&
@@ -131,19 +129,19 @@ inline bool passes_gate(const OnboardModel& m, const Innovation& found) {
   return near || found.nis <= m.gate;
 }
 
-/// A second state: at the pose, with the first one's velocity, which may be wrong.
+/// The alternative: at the rejected pose, with the filter's velocity, which is less certain.
 inline void begin_alternative(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
   now.alternative = now.state;
   reset_pose(m.boat.noise, pose, now.alternative);
-  for (int a = 0; a < kAxes; ++a)
-    now.alternative.p[3 + a][3 + a] +=
-        m.alternative_velocity_spread[a] * m.alternative_velocity_spread[a];
+  for (int a = 0; a < kAxes; ++a) {
+    now.alternative.p[3 + a][3 + a] += m.alternative_spread[a] * m.alternative_spread[a];
+  }
   now.votes = 1;
   now.alternative_since = now.time;
 }
 
-/// Poses that the filter rejects vote for the second state, or against it: the majority of them,
-/// by Boyer and Moore. True once it has won.
+/// A rejected pose votes for the alternative or against it (majority vote of Boyer and Moore). True
+/// once the alternative has won.
 inline bool alternative_wins(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
   if (now.votes == 0) {
     begin_alternative(m, pose, now);
@@ -160,7 +158,7 @@ inline bool alternative_wins(const OnboardModel& m, const PoseSample& pose, Pred
 
 }  // namespace detail
 
-/// The model ran away: its pose is the last one, and nothing is known until the next.
+/// After a divergence: the last pose, all else unknown until the next pose.
 inline void reset_diverged(const OnboardModel& m, const StateEstimate& last, PredictorState& now) {
   const double pose[kPose] = {last.x[0], last.x[1], last.x[2]};
   detail::reset_to_unknown(m, now.state);
@@ -170,22 +168,22 @@ inline void reset_diverged(const OnboardModel& m, const StateEstimate& last, Pre
   now.diverged = now.time;
 }
 
-/// Gate, correction and recovery at the time of a pose.
+/// Use of a pose at its time: start, gate and update, or reset to what the poses agree on.
 inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
   const double heading = now.state.p[2][2];
   const bool lost = now.initialised && heading > detail::kLostHeading * detail::kLostHeading;
   const StateEstimate before = now.state;
   bool used = true;
-  if (!now.initialised || lost) {
+  if (!now.initialised || lost) {  // the first pose, or the heading is lost
     detail::reset_pose(m.boat.noise, pose, now.state);
     now.initialised = true;
     if (lost) now.reinitialised = now.time;
   } else {
     const Innovation found = innovation(now.state, pose.eta, pose.noise, m.outlier);
     used = detail::passes_gate(m, found);
-    if (used) {
+    if (used) {  // the usual case
       update(found, pose.noise, now.state);
-    } else if (detail::alternative_wins(m, pose, now)) {
+    } else if (detail::alternative_wins(m, pose, now)) {  // rejected poses agree with each other
       now.state = now.alternative;
       now.reinitialised = now.time;
       if (now.time - now.overruled <= m.overruled_within) now.doubted = now.time;
@@ -202,29 +200,32 @@ inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, Predic
   if (!plausible(now.state)) reset_diverged(m, before, now);
 }
 
-/// Over `length` [s] without a break of the input; does not move the time.
+/// Prediction over `length` [s] in which no input changes. It leaves `time` to the caller.
 inline void propagate(const OnboardModel& m, double length, PredictorState& now) {
   const Chain& c = m.chain;
-  Thrust& f = now.thrust;
+  const PrincipalErrors& considered = m.boat.considered;
+  // after repeated resets the process noise is larger
+  const bool doubted = now.time - now.doubted <= m.cautious_for;
+  const NoiseParameters noise = doubted ? with_default_process_noise(m.boat.noise) : m.boat.noise;
+  // equal steps, each with the same decay of the lags
   const int n = steps_for(length, m.boat.longest_step);
   const double h = length / n;
   LagDecay decays[kMaxActuators];
-  ErrorDecay errors[kMaxActuators];
-  double force[3][kMaxForces];
-  Loadings force_error[kMaxForces] = {};
-  const PrincipalErrors& considered = m.boat.considered;
-  const bool doubted = now.time - now.doubted <= m.cautious_for;
-  const NoiseParameters noise = doubted ? with_default_process_noise(m.boat.noise) : m.boat.noise;
+  ErrorDecay error_decay[kMaxActuators];
   if (considered.n > 0) {
-    error_decays(c, m.q, h, decays, errors);
+    error_decays(c, m.q, h, decays, error_decay);
   } else {
     lag_decays(c, m.q, h, decays);
   }
+  double force[3][kMaxForces];
+  Loadings force_error[kMaxForces] = {};
   for (int i = 0; i < n; ++i) {
+    // thrusters and their errors
     if (considered.n > 0) {
-      force_errors(c, considered, decays, errors, f, now.thrust_errors, force_error);
+      force_errors(c, considered, decays, error_decay, now.thrust, now.thrust_errors, force_error);
     }
-    step_forces(c, decays, f, force);
+    step_forces(c, decays, now.thrust, force);
+    // boat, in both estimates
     if (!now.initialised) continue;
     const StateEstimate before = now.state;
     if (!predict(m.boat, noise, h, force, force_error, now.state)) {
@@ -235,7 +236,7 @@ inline void propagate(const OnboardModel& m, double length, PredictorState& now)
   }
 }
 
-/// What is published.
+/// An estimate as it is published.
 struct Estimate {
   double time = 0.0;                         // [s]
   double pose[kPose] = {};                   // x, y [m], psi [rad] in (-pi, pi], earth-fixed
@@ -248,7 +249,7 @@ struct Estimate {
 
 namespace detail {
 
-/// Velocity over ground: that in the water plus R' c. Its covariance with what the heading makes.
+/// Velocity over ground: that through the water plus R' c; with the heading's share of covariance.
 inline void add_current(const OnboardBoat& boat, Estimate& out) {
   const double* w = boat.current;
   if (w[0] == 0.0 && w[1] == 0.0) return;
@@ -270,7 +271,7 @@ inline void add_current(const OnboardBoat& boat, Estimate& out) {
 
 }  // namespace detail
 
-/// The estimate of an instant, with the flags that it knows of itself.
+/// The estimate of a predictor state, with the flags that follow from it.
 inline Estimate estimate(const OnboardModel& m, const PredictorState& now) {
   Estimate out;
   out.time = now.time;
