@@ -116,7 +116,7 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
-  require(first.way.size() + 1 == series.time.size(),
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
   const NoiseParameters believed = make_noise(noise);
   NoiseDerivatives pass;
@@ -131,7 +131,7 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Se
 }
 
 double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier) {
-  require(first.way.size() + 1 == series.time.size(),
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
   const NoiseParameters believed = make_noise(noise);
   nb::gil_scoped_release released;
@@ -140,7 +140,7 @@ double run_repeated(const FilterRun& first, const Series& series, Vector noise, 
 
 /// All that was kept pose by pose; sums stay.
 void forget_poses(FilterRun& p) {
-  std::vector<Transition>().swap(p.way);
+  std::vector<Transition>().swap(p.transition);
   for (auto* own : {&p.spread, &p.deviation, &p.weight}) std::vector<float>().swap(*own);
   for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
@@ -157,8 +157,8 @@ void bind_filter(nb::module_& m) {
   nb::class_<FilterRun>(m, "FilterRun")
       .def_ro("good", &FilterRun::good)
       .def_ro("cost", &FilterRun::cost)
-      .def_prop_ro("repeatable", [](const FilterRun& p) { return !p.way.empty(); })
-      .def("forget_transitions", [](FilterRun& p) { std::vector<Transition>().swap(p.way); })
+      .def_prop_ro("repeatable", [](const FilterRun& p) { return !p.transition.empty(); })
+      .def("forget_transitions", [](FilterRun& p) { std::vector<Transition>().swap(p.transition); })
       .def("forget_poses", &forget_poses)
       .def_prop_ro(
           "information",

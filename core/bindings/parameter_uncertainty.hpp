@@ -14,8 +14,9 @@ namespace {
 using namespace seatrial;
 
 /// Noise (11,) in the order of NoiseParameters; errors (coefficients and constants, causes).
-std::pair<Out1, Out2> run_onboard_uncertainty(const Boat& boat, const Chain& chain, Vector q, Matrix speeds,
-                                  Matrix covariance, Vector noise, bool explained) {
+std::pair<Out1, Out2> run_onboard_uncertainty(const Boat& boat, const Chain& chain, Vector q,
+                                              Matrix speeds, Matrix covariance, Vector noise,
+                                              bool explained) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   UncertainModel m;
@@ -48,8 +49,8 @@ std::pair<Out1, Out2> run_onboard_uncertainty(const Boat& boat, const Chain& cha
 
 void bind_parameter_uncertainty(nb::module_& m) {
   using namespace nb::literals;
-  m.def("onboard_uncertainty", &run_onboard_uncertainty, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a, "noise"_a,
-        "explained"_a);
+  m.def("onboard_uncertainty", &run_onboard_uncertainty, "boat"_a, "chain"_a, "q"_a, "speeds"_a,
+        "covariance"_a, "noise"_a, "explained"_a);
 }
 
 }  // namespace

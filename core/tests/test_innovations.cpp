@@ -96,7 +96,7 @@ TEST_CASE("the score of a block is the sum of its poses'") {
   const FilterRun each = run.pass(kWhite);
   const FilterRun sums = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
                                      false, nullptr, block.data(), false);
-  CHECK(sums.way.empty());
+  CHECK(sums.transition.empty());
   const auto wide = static_cast<std::size_t>(each.parameters);
   REQUIRE(sums.score.size() == (static_cast<std::size_t>(block.back()) + 1) * wide);
   std::vector<double> want(sums.score.size(), 0.0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Errors of the model's parameters that the on-board filter considers but does not estimate
-// (Schmidt, "Application of state-space methods to navigation problems", 1966): what they do to
-// thrusters and boat. No heap, no exceptions.
+// Schmidt-Kalman filter: errors of the model's parameters that the filter considers but does not
+// estimate (Schmidt, "Application of state-space methods to navigation problems", 1966), and their
+// effect on thrusters and boat. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 
@@ -11,17 +11,17 @@ namespace seatrial {
 
 inline constexpr int kMostConsidered = 12;
 
-/// What independent causes of unit variance do.
+/// Loadings: effects of independent errors of unit variance, the principal errors.
 using Loadings = double[kMostConsidered];
 
-/// Error (truth less model) of each parameter by each cause; those beyond n are zero.
+/// Error (truth less model) of each parameter by each of n principal errors; the rest are zero.
 struct PrincipalErrors {
   int n = 0;
   Loadings coefficient[kMaxCoefficients] = {};
   Loadings constant[kMaxConstants] = {};
 };
 
-/// Errors of the thrusters: `Thrust` differentiated to the causes.
+/// Errors of the thrusters: `Thrust` differentiated to the principal errors.
 struct ThrustErrors {
   Loadings target[kMaxActuators] = {};
   Loadings away[kMaxActuators] = {};  // of level less target
@@ -30,7 +30,8 @@ struct ThrustErrors {
 
 namespace detail {
 
-inline constexpr double kImpulse = 0.02;  // [s] over which a jump at the wrong time acts
+inline constexpr double kImpulse =
+    0.02;  // [s] over which the error of a jump's time acts without a lag
 
 inline void add_loadings(double share, const Loadings& from, Loadings& to) {
   for (int i = 0; i < kMostConsidered; ++i) to[i] += share * from[i];
@@ -45,8 +46,8 @@ inline void add_constants(const PrincipalErrors& d, const double* slope, int n, 
 
 }  // namespace detail
 
-/// Actuator k gets a new target, of slopes (n_constants) to the constants, in the place of `old`:
-/// the level goes on, but for the time that the change comes earlier or later.
+/// Actuator k gets a new target in place of `old`; `slope` (n_constants): its derivatives to the
+/// constants. The level is continuous but for the error of the time of the change.
 inline void retarget(const Chain& c, const double* q, const PrincipalErrors& d, int k, double old,
                      double target, const double* slope, ThrustErrors& e) {
   const Actuator& a = c.actuators[k];
@@ -63,7 +64,7 @@ inline void retarget(const Chain& c, const double* q, const PrincipalErrors& d, 
                        e.away[k]);
 }
 
-/// `lag_decays` with what the errors need: their own lag_decay, and slopes to the lag.
+/// `lag_decays` with the decay of errors and derivatives to the lag.
 struct ErrorDecay {
   LagDecay left;            // of an error of the level
   double mean = 0.0;        // of `left` over the step
@@ -120,7 +121,7 @@ inline void force_errors(const Chain& c, const PrincipalErrors& d, const LagDeca
   }
 }
 
-/// Accelerations by the causes in a step's middle, the velocity given.
+/// Accelerations by the principal errors in a step's middle, at a given velocity.
 inline bool acceleration_errors(const Structure& s, const double* coefficient,
                                 const PrincipalErrors& d, const double* nu, const double* force,
                                 const Loadings force_error[kMaxForces], Loadings out[kAxes]) {
@@ -139,8 +140,8 @@ inline bool acceleration_errors(const Structure& s, const double* coefficient,
   return true;
 }
 
-/// PrincipalErrors errors of unit covariance in the filter, whose columns are D = cov(x, errors).
-/// Over a step the errors add G to the state, so D <- F D + G, and P gains F D G' + G D' F' + G G'.
+/// The errors in the filter, whose columns are D = cov(x, principal errors). Over a step the errors
+/// add G to the state: D <- F D + G, and P gains F D G' + G D' F' + G G'.
 class ConsideredErrors {
  public:
   /// For a step of h [s] at a heading of cosine c and sine s.
@@ -189,7 +190,7 @@ class ConsideredErrors {
   void step_errors(const MotionSlopes& f, Loadings push[kStates]) const {
     for (int i = 0; i < kMostConsidered; ++i) {
       const double gained[kAxes] = {h_ * rate_[0][i], h_ * rate_[1][i], h_ * rate_[2][i]};
-      for (int a = 0; a < kAxes; ++a) {  // an error at the begin is damped for all of the step
+      for (int a = 0; a < kAxes; ++a) {  // an acceleration in the step is damped by half of it
         push[3 + a][i] = gained[a];
         for (int b = 0; b < kAxes; ++b) push[3 + a][i] += 0.5 * f[3 + a][1 + b] * gained[b];
       }

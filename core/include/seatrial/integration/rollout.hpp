@@ -14,7 +14,7 @@ inline constexpr int kChunk = 512;  // intervals that are scheduled at once: bou
 
 namespace detail {
 
-/// A state on its way, with sensitivities where they are wanted. After a divergence all is NaN.
+/// A state along a roll-out, with optional sensitivities. After a divergence all is NaN.
 struct Traveller {
   double x[kStates];
   StateSensitivities dx;
@@ -69,7 +69,7 @@ inline int simulate(const Boat& boat, const ThrustTrace& trace, const double* x0
 }
 
 /// From j in [begin, end): state x0[j] at time[start[j]], carried to time[stop[j]]. Returns the
-/// state there (out, m rows of 6) and, where asked, its sensitivities.
+/// state there (out, m rows of 6) and, optionally, its sensitivities.
 inline void predict_range(const Boat& boat, const ThrustTrace& trace, const double* time,
                           const int* start, const int* stop, const double* x0, int begin, int end,
                           double* out, double* sensitivities) {

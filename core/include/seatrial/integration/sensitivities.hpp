@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The step once more, with its exact derivatives to initial state, coefficients and constants.
+// The step with its exact derivatives (sensitivities) to initial state, coefficients and constants.
 #pragma once
 #include "seatrial/integration/step.hpp"
 
 namespace seatrial {
 
-/// Columns of a sensitivities matrix: initial state (6 or 0), chosen coefficients, chosen
+/// Columns of the sensitivities: initial state (6 or 0), chosen coefficients, chosen
 /// constants.
 struct Columns {
   int n_initial = 0;
@@ -174,7 +174,7 @@ inline void mix_node(const Chain& c, const Columns& columns, const double* outpu
   }
 }
 
-/// What is left of the distance to the target after `h`, and its derivatives.
+/// The remaining distance to the target after `h`, and its derivatives.
 inline double decay_sensitivities(const Chain& c, const double* q, const Columns& columns, int k,
                                   double h, const double* dh, double* dremains) {
   const double remains = decay(c, q, k, h);

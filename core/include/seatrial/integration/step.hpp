@@ -56,7 +56,7 @@ inline bool runge_kutta_step(const Structure& s, const T* coefficient, const T& 
   return solved;
 }
 
-/// Whether the boat is still anywhere: false where it diverged.
+/// Whether the state is bounded: false where it diverged.
 inline bool bounded(const double* x) {
   return std::all_of(x, x + kStates, [](double value) { return std::abs(value) < 1e9; });
 }
@@ -66,7 +66,7 @@ inline int steps_for(double length, double longest) {
   return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
 }
 
-/// The lag_decay of each actuator over a step of h [s]; none is left of a distance without a lag.
+/// Decay of each actuator's lag over a step of h [s]; at once where it has none.
 inline void lag_decays(const Chain& c, const double* q, double h, LagDecay* decays) {
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double lag = detail::constant(q, c.actuators[k].lag, 0.0);

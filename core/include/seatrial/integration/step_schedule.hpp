@@ -9,7 +9,7 @@
 
 namespace seatrial {
 
-/// A model and the way it is integrated.
+/// A model and its integrator.
 struct Boat {
   Structure structure;
   double coefficient[kMaxCoefficients] = {};
@@ -199,7 +199,7 @@ class StepSchedule {
   const ThrustTrace& trace_;
   int first_;
   bool sensitivities_;
-  ThrustSensitivities moving_;  // loaded anew for every interval
+  ThrustSensitivities moving_;  // of the interval
   std::vector<std::size_t> begin_;
   std::vector<Step> steps_;
   std::vector<double> slopes_;

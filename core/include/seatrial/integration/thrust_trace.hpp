@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the thrusters do along a whole recording. It depends on commands and constants only,
-// never on the boat, so it is computed once and shared by all roll-outs. Host side: uses heap.
+// Thrust along a whole recording. It depends on commands and constants only, not on the boat, so it
+// is computed once and shared by all roll-outs. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <limits>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What the on-board filter believes of a model: its noise, and the errors of its parameters. Host
+// Uncertainty of a model's parameters on board: its process noise and the considered errors. Host
 // side: uses heap.
 //
-// Where structure and noise explain what was recorded, the parameters are constants, and their
-// errors are considered as such (causes.hpp). Else they are averages over what the structure lacks,
-// and their errors change with what the boat does: then they are taken for noise. Along a drive
-// errors of covariance C make the velocity wrong by S e, S = d nu / d parameters, with covariance
-// P = S C S'. A walk of power Q has dP/dt = J P + P J' + Q, J = d nu_dot / d nu. On average P
-// neither grows nor shrinks, so that Q = -(J P + P J'), averaged over the drive, is the walk which
-// makes the velocity as wrong.
+// Where structure and noise explain the data, the parameters are constants and their errors are
+// considered (principal_errors.hpp, schmidt_kalman.hpp). Under model mismatch the parameters are
+// averages over what the structure lacks, and their errors vary with the motion: then they are
+// process noise. Along a drive errors of covariance C give the velocity an error S e, S = d nu /
+// d parameters, of covariance P = S C S'. A random walk of power Q has dP/dt = J P + P J' + Q,
+// J = d nu_dot / d nu. On average P neither grows nor shrinks, so that Q = -(J P + P J'), averaged
+// over the drive, is the random walk of the same velocity error.
 #pragma once
 #include "seatrial/onboard/onboard_filter.hpp"
 #include "seatrial/onboard/principal_errors.hpp"
@@ -16,7 +16,8 @@
 namespace seatrial {
 namespace detail {
 
-/// Less is not believed, so that the covariance keeps its digits.
+/// Least noise of the filter on board, so that the covariance keeps its digits over days. The
+/// estimator's floors (NOISE_LEAST of Python) are lower: they end the search of a logarithm.
 inline constexpr NoiseParameters kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5,
                                              1e-5, 0.3,  1e-5, 1e-5, 0.02};
 
@@ -52,7 +53,7 @@ inline UncertainModel part_of(const UncertainModel& m, bool timing) {
   return part;
 }
 
-/// The boat at one instant of a drive.
+/// Jacobian and slopes at one instant of a drive.
 struct DriveSample {
   AccelerationJacobian j;
   double slope[kAxes][kMaxColumns] = {};  // d nu_dot / d parameters
@@ -83,11 +84,11 @@ struct DriveSample {
 /// Sums over a drive.
 struct PowerSums {
   double variance[kAxes] = {};  // of the acceleration, by all but latency and lag
-  double pushed[kAxes] = {};    // power, by the same
-  double kicked[kAxes] = {};    // power, by latency and lag
+  double steady[kAxes] = {};    // power, by the same
+  double timing[kAxes] = {};    // power, by latency and lag
 };
 
-/// add[a] += power of the noise that would make the velocity as wrong.
+/// add[a] += power of the random walk of the same velocity error.
 inline bool add_power(const AccelerationJacobian& j, const StateSensitivities& dx,
                       const UncertainModel& m, double* add) {
   double p[kAxes][kAxes];
@@ -100,14 +101,14 @@ inline bool add_power(const AccelerationJacobian& j, const StateSensitivities& d
 
 }  // namespace detail
 
-/// What the errors of a model do as it is driven.
+/// Process noise in place of parameter errors.
 struct ErrorNoise {
   double disturbance[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2] standard deviations
   double memory[kAxes] = {};       // [s]
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
-/// The doubt about a model as noise; none where there is no drive.
+/// A model's parameter errors as process noise, along a random drive; none without such a drive.
 inline ErrorNoise error_noise(const UncertainModel& m) {
   ErrorNoise out;
   const UncertainModel lasting = detail::part_of(m, false);
@@ -118,8 +119,8 @@ inline ErrorNoise error_noise(const UncertainModel& m) {
                           const StateSensitivities& dx) {
       const detail::DriveSample now(m, trace, t, x + 3);
       detail::PowerSums next = sum;
-      if (!now.good || !detail::add_power(now.j, dx, lasting, next.pushed) ||
-          !detail::add_power(now.j, dx, timing, next.kicked)) {
+      if (!now.good || !detail::add_power(now.j, dx, lasting, next.steady) ||
+          !detail::add_power(now.j, dx, timing, next.timing)) {
         return false;
       }
       double p[kAxes][kAxes];
@@ -132,10 +133,10 @@ inline ErrorNoise error_noise(const UncertainModel& m) {
     if (instants < detail::kEnough) return false;
     for (int a = 0; a < kAxes; ++a) {
       const double variance = std::max(sum.variance[a] / instants, 0.0);
-      const double power = std::max(sum.pushed[a] / instants, 0.0);
+      const double power = std::max(sum.steady[a] / instants, 0.0);
       out.disturbance[a] = std::sqrt(variance);
       if (variance > 0.0) out.memory[a] = power / (2.0 * variance);
-      out.walk[a] = std::sqrt(std::max(sum.kicked[a] / instants, 0.0));
+      out.walk[a] = std::sqrt(std::max(sum.timing[a] / instants, 0.0));
     }
     return true;
   });
@@ -144,7 +145,7 @@ inline ErrorNoise error_noise(const UncertainModel& m) {
 
 namespace detail {
 
-/// Disturbances of two causes as one: their variances and their powers add up.
+/// Sum of two disturbances: variances and powers add up.
 struct SumOfDisturbances {
   double spread = 0.0;  // standard deviation
   double memory = 0.0;  // [s]
@@ -156,15 +157,15 @@ struct SumOfDisturbances {
   }
 };
 
-/// Surge and sway share one number.
+/// One number for surge and sway.
 inline double root_mean_square(const double* axes) {
   return std::hypot(axes[0], axes[1]) / std::sqrt(2.0);
 }
 
 }  // namespace detail
 
-/// The noise that the on-board filter believes: the model's own, and what its errors do. All
-/// disturbances have one memory, the mean; with it each keeps its power at low frequencies.
+/// Noise of the filter on board: the model's own and that of its parameter errors. All disturbances
+/// share one time constant, the mean; each keeps its power at low frequencies.
 inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNoise& d) {
   const double linear = detail::root_mean_square(d.disturbance);
   const double power[2] = {d.disturbance[0] * std::sqrt(d.memory[0]),
@@ -192,8 +193,8 @@ inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNois
   return n;
 }
 
-/// What is believed of a boat whose own noise is `own`. explained: by structure and noise, see
-/// above.
+/// Noise and considered errors of a boat whose model has the noise `own`. explained: whether
+/// structure and noise explain the data, see above.
 inline void set_uncertainty(const UncertainModel& m, const NoiseParameters& own, bool explained,
                             OnboardBoat& boat) {
   boat.noise = onboard_noise(own, explained ? ErrorNoise{} : error_noise(m));

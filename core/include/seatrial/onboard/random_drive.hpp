@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model with what is known of its errors, and a simulated drive to see what these do to the
-// boat. Host side: uses heap.
+// A model with the covariance of its parameters, and a simulated drive with random commands that
+// shows the effect of parameter errors. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace seatrial {
 
 inline constexpr int kMaxParameters = kMaxCoefficients + kMaxConstants;
 
-/// A model, with what is known of its errors and where it was identified.
+/// A model with the covariance of its parameters and the range of its identification.
 struct UncertainModel {
   Boat boat;
   Chain chain;
@@ -28,13 +28,14 @@ struct UncertainModel {
 
 namespace detail {
 
-inline constexpr double kHold[2] = {1.0, 3.0};    // [s] that a command is held
-inline constexpr double kTick = 0.1;              // [s] between instants
-inline constexpr int kTicks = 6000;               // ten minutes
-inline constexpr int kEnough = kTicks / 10;       // instants that a sum is made of
-inline constexpr int kPiece = 100;                // ticks that are scheduled at once
-inline constexpr double kGentlest = 1.0 / 64;     // share of full commands
-inline constexpr double kScaled[2] = {0.7, 1.3};  // of its reference that a scale signal is
+inline constexpr double kHold[2] = {1.0, 3.0};  // [s] that a command is held
+inline constexpr double kTick = 0.1;            // [s] between instants
+inline constexpr int kTicks = 6000;             // ten minutes
+inline constexpr int kEnough = kTicks / 10;     // instants that a sum needs
+inline constexpr int kPiece = 100;              // ticks that are scheduled at once
+inline constexpr double kGentlest = 1.0 / 64;   // least share of full commands
+inline constexpr double kScaled[2] = {0.7,
+                                      1.3};  // range of a scale signal, relative to its reference
 
 /// Splitmix64: the same numbers on every machine.
 class SplitMix {
@@ -51,7 +52,7 @@ class SplitMix {
   std::uint64_t state_ = 0;
 };
 
-/// Commands and scale signals of a drive, each to any other.
+/// Random commands and scale signals of a drive.
 struct RandomCommands {
   int n_commands;
   int n_scales;
@@ -128,14 +129,14 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
 
 }  // namespace detail
 
-/// The strength of the random commands: up to the stops, or as strong as leave the boat within its
-/// envelope for a tenth of the time. `sum(most)`: whether that was so. False: no such command, or
-/// no doubt.
+/// Calls `sum(most)` with random commands up to `most`, at first full ones, until it returns true:
+/// until the boat stays within its envelope for a tenth of the time. False: there are no such
+/// commands, or the parameters have no errors.
 template <class Sum>
 inline bool with_strongest_commands(const UncertainModel& m, Sum sum) {
-  bool doubted = false;
-  for (int i = 0; i < m.n_parameters(); ++i) doubted = doubted || m.covariance[i][i] > 0.0;
-  for (double most = 1.0; doubted && most >= detail::kGentlest; most *= 0.5) {
+  bool uncertain = false;
+  for (int i = 0; i < m.n_parameters(); ++i) uncertain = uncertain || m.covariance[i][i] > 0.0;
+  for (double most = 1.0; uncertain && most >= detail::kGentlest; most *= 0.5) {
     if (sum(most)) return true;
   }
   return false;
