@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from seatrial.errors import FileError
+from seatrial.util.errors import FileError
 
 MARK = re.compile(
     r"(?P<begin><!-- (?P<name>[a-z-]+)(?:: (?P<words>[^>]+))? -->\n).*?(?P<end><!-- end -->)",

@@ -22,13 +22,13 @@ import numpy as np
 
 import seatrial
 from benchmarks.blocks import refill
-from seatrial.errors import SeatrialError
-from seatrial.frames import Array
-from seatrial.identify import METHODS
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.predict import predict
-from seatrial.simulate import Trial, plant_model, simulate
-from seatrial.vehicle import load_vehicle
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.methods import METHODS
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Array
 
 PAGE = Path(__file__).parents[1] / "docs" / "choose.md"
 FIRST = 2001  # seed

@@ -23,9 +23,9 @@ from benchmarks.predictor.drives import (
     ship,
     ship_model,
 )
-from seatrial.frames import Array
-from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
+from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
 
 SEEDS = range(41, 65)
 FEWER = SEEDS[:8]  # where each takes longer

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.recovery.scenes import ALLOCATIONS, PRESETS
 from benchmarks.recovery.work import Record
-from seatrial.frames import SYMBOLS, Array
+from seatrial.util.frames import SYMBOLS, Array
 
 LIMIT = {"still": 1.25, "pushed": 1.4}  # RMS error over bound
 BOUND = {"still": "whole", "pushed": "process"}

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.slam.drives import STICKS
 from benchmarks.slam.lidar import RATE
 from benchmarks.slam.study import DROP_OUTS, GUESSES, OFF, Case, Outcome
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 
 EVERY, MIDDLE, SLOW = 1, 3, 15  # of the scans that one is matched
 PACES = {"gentle": (EVERY, SLOW), "aggressive": (EVERY, MIDDLE, 7, SLOW)}

@@ -22,8 +22,8 @@ from benchmarks.tracking.study import (
     outcomes,
     tuned,
 )
-from seatrial.control.dead_zone import dead_zone
-from seatrial.mpc import by_thrusters
+from seatrial.control.mpc import by_thrusters
+from seatrial.control.tuning.dead_zone import dead_zone
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
