@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import METHOD as OUTPUT_ERROR
@@ -105,7 +105,7 @@ def identify(
         model = smoother(recordings, vehicle, roles=roles)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
+    axis_physics(model)
     wrong = _beyond(recordings, vehicle)
     wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
     silent = [
@@ -117,7 +117,7 @@ def identify(
         for r in recordings
         if r.usable < SPOILT
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+    return replace(model, warnings=(*silent, *spoilt, *wrong, *model_concerns(model)))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:

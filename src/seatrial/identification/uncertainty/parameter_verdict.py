@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
 from seatrial.util.frames import Array
 
@@ -65,7 +65,7 @@ def verdict_of(name: str, value: float, error: float, worth: float = 0.0) -> tup
     relative = error / size if size > 0 else np.inf
     if error == 0.0:
         return Verdict.GIVEN, 0.0
-    near_zero = abs(value) < TOLD_APART * error
+    near_zero = abs(value) < SIGNIFICANT * error
     if (near_zero and worth > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
         return Verdict.LOST, relative
     if near_zero and not typical:
@@ -87,7 +87,7 @@ def finding(model: Model, name: str, sought: Sequence[str], correlation: Array) 
     row = correlation[sought.index(name)] if name in sought else np.zeros(0)
     order = [int(i) for i in np.argsort(-np.abs(row)) if sought[i] != name]
     partners = tuple((sought[i], float(row[i])) for i in order[:PARTNERS])
-    reach = None if share is None else share * (abs(value) + TOLD_APART * error)
+    reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
     return Finding(name, value, error, unit, relative, said, partners, reach)
 
 
