@@ -15,7 +15,7 @@ import seatrial
 from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.proposal.inputs import _equalised
 from seatrial.io.bags.write import BagTopic, write_bag
@@ -318,7 +318,7 @@ def test_a_lever_of_a_boat_that_is_quick_in_yaw_does_not_hide_the_stick_for_sway
 ):
     """Turning moves such a sensor aside more than any command for sway does."""
     _, recordings = driven(MIDDLE, {"lag": 0.1}, seed=3, white=2e-3, seconds=300.0, drives=1)
-    eta, commands = of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
+    eta, commands = poses_of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
     folder = tmp_path / "quick"
     folder.mkdir()
     for name, stamps, values, head in (

@@ -72,7 +72,7 @@ def test_pose_noise_is_not_blamed_where_the_estimator_knows_of_it(mp):
     noise = NoiseEntry(1e-3, 2e-3, ProcessEntry(1e-9, 1e-9, 1e-3, 1e-3, 2.0))
     (doubt,) = implausible_coefficients(replace(model, noise=noise))
     assert "noisy velocities" not in doubt
-    assert "Drag that grows with speed in another way" in doubt
+    assert "drag that grows with speed in another way" in doubt
 
 
 def test_drag_that_is_positive_within_its_error_is_none(mp):
@@ -108,9 +108,7 @@ def test_a_thrust_gain_that_is_negative_or_not_there_is_a_doubt(mp):
 
     model = make_model(mp, TABLE_II["AF"] | {"Y_F": -0.2})
     (doubt,) = implausible_coefficients(model)
-    assert (
-        "F_v drives sway backwards. Change the sign" in doubt and "(inputs: F_v: sign)" in doubt
-    )
+    assert "F_v drives sway backwards. Change the sign" in doubt and "(inputs: F_v: sign)" in doubt
     odd = replace(make_model(mp, TABLE_II["AF"]), covariance=np.eye(11))
     assert [d.split(":")[1].split(". Check")[0] for d in implausible_coefficients(odd)] == [
         " F_u does not significantly drive surge", " F_v does not significantly drive sway",

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
 from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
@@ -167,10 +168,8 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
 
 def _told(model: Model, out: Path, say: Say) -> None:
     """What is to be said of a model."""
-    for sentence in [
-        *model.estimator.notes,
-        *(f"doubt: {doubt}" for doubt in model_concerns(model)),
-    ]:
+    findings = map(finding_text, model.estimator.findings)
+    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in model_concerns(model))]:
         say(f"  {sentence}")
     say(f"  {physics_line(model)}")
     say(f"  -> {out / 'report.html'}\n")
