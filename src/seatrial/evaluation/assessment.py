@@ -13,7 +13,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import loosened
 from seatrial.evaluation.disturbed_intervals import stretches, stretches_found
 from seatrial.evaluation.filtering import Causal, believed_noise, causal
-from seatrial.evaluation.prediction import Lookahead, Prediction
+from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
     HorizonScore,
@@ -64,8 +64,12 @@ class Assessment:
 def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Assessment]:
     """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
 
-    What fails for one recording is kept as its `failure`, and does not stop the others.
+    What fails for one recording is kept as its `failure`, and does not stop the others. Raises
+    RecordingError where there is none.
     """
+    if not recordings:
+        raise RecordingError("no recording given; pass at least one")
+    check_horizon(horizon)
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
     # predictions, and their scores
