@@ -17,7 +17,7 @@ from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import causal
 from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
-from seatrial.identification.likelihood.noise_structures import _periods
+from seatrial.identification.likelihood.noise_structures import _wave_periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.recording import Signal, make_recording
 
@@ -148,4 +148,4 @@ def live(model, recording):
 def test_poses_too_rare_for_waves_are_tried_for_none():
     for period, known in ((0.1, True), (4.0, False)):
         each = SimpleNamespace(period=period)
-        assert bool(list(_periods(SimpleNamespace(recordings=[each])))) == known
+        assert bool(list(_wave_periods(SimpleNamespace(recordings=[each])))) == known
