@@ -10,27 +10,27 @@ identified, and again without what `identify` advises to leave out.
 
 import argparse
 import os
-import shlex
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from unittest.mock import patch
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
 import numpy as np
 
-import seatrial.simulate
 from benchmarks.recovery.scenes import Scene, scenes, true_parameters, vehicle_of
-from seatrial.control.linear import linearise
-from seatrial.errors import IdentificationError
-from seatrial.identify.output_error import fit
-from seatrial.model import Model
-from seatrial.plan import Unmodelled
-from seatrial.recording import Recording, make_recording
-from seatrial.simulate import PUSH
-from seatrial.stretches import clearest, squared_errors
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
+from seatrial.boat.model import Model
+from seatrial.control.tuning.linear import linearise
+from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
+from seatrial.identification.estimator import fit
+from seatrial.recording.recording import Recording, make_recording
+from seatrial.simulation import trials
+from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.trials import PUSH
+from seatrial.util.errors import IdentificationError
 
 SCENES = ("paper-like MP", "hard MP", "hard AF", "hard MP pushed")
 FIRST = 5001  # seed
@@ -39,7 +39,7 @@ BUMP = 2.0  # times full thrust
 HELD = 12.0  # [s] at the end
 
 
-class BumpedPlant(seatrial.simulate.PushedPlant):
+class BumpedPlant(trials.PushedPlant):
     """The plant with a push from outside."""
 
     def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
@@ -59,7 +59,7 @@ class BumpedPlant(seatrial.simulate.PushedPlant):
 
 def bumped(scene: Scene, seed: int, name: str) -> Recording:
     """One of the scene's recordings with a bump."""
-    with patch.object(seatrial.simulate, "PushedPlant", BumpedPlant):
+    with patch.object(trials, "PushedPlant", BumpedPlant):
         (trial,) = scene.trials(seed, [name]).values()
     return trial.recording
 
@@ -89,26 +89,25 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     try:
         solved = fit(recordings, vehicle_of(scene.allocations[0]))
     except IdentificationError as error:
-        return Row({}, np.full(1, np.nan), advice([str(error)]), np.nan)
+        return Row({}, np.full(1, np.nan), refused(str(error)), np.nan)
     truth = true_parameters(scene.plan, solved.names)
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    squares = [squared_errors(p) for p in solved.passes.each]
-    return Row(solved.errors, off, advice(solved.notes), clearest(recordings, squares).gain)
+    squares = [squared_errors(p) for p in solved.runs.by_recording]
+    return Row(solved.errors, off, left_out(solved.findings), clearest(recordings, squares).gain)
 
 
-def advice(notes: Sequence[str]) -> tuple[tuple[str, float, float], ...]:
-    """What is to be left out."""
-    out = []
-    for note in notes:
-        words = shlex.split(note) if "--without" in note else []
-        for before, word in pairwise(words):
-            if before == "--without":
-                name, _, span = word.rstrip(".").rpartition("=")
-                begin, _, end = span.partition("-")
-                out.append((name, float(begin), float(end)))
-    return tuple(out)
+def left_out(findings: Sequence[Finding]) -> tuple[tuple[str, float, float], ...]:
+    """The disturbed intervals that are to be left out."""
+    found = of_kinds(findings, FindingKind.DISTURBED_INTERVAL)
+    return tuple((f.part("recording"), f.number("start"), f.number("end")) for f in found)
+
+
+def refused(message: str) -> tuple[tuple[str, float, float], ...]:
+    """The same of a refusal, which has them as options."""
+    options = re.findall(r"--without '?(\S+?)'?=([\d.]+)-(\d+(?:\.\d+)?)", message)
+    return tuple((name, float(begin), float(end)) for name, begin, end in options)
 
 
 def main(arguments: Sequence[str]) -> None:

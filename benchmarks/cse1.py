@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import seatrial
-from seatrial.frames import POSE_SIGNS, Array, Axes, body_velocity
-from seatrial.identify import METHODS
-from seatrial.recording import Recording
-from seatrial.vehicle import as_column
-from seatrial.velocity import UNEVEN, Motion
+from seatrial.boat.vehicle import as_column
+from seatrial.identification.methods import METHODS
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import UNEVEN, Motion
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, body_velocity
 
 SHIP = Path(__file__).parents[1] / "data" / "cse1"
 RUNS = ("run1", "random_run1", "random_run3")

@@ -50,11 +50,11 @@ def prepare(folder: Path, plan_name: str) -> None:
     import msgspec
 
     import seatrial
-    from seatrial.identify.equation_error import equation_error
+    from seatrial.boat.schema import NoiseEntry, ProcessEntry
+    from seatrial.identification.regression.equation_error import equation_error
     from seatrial.io.write import write_setting, write_trial
-    from seatrial.plan import DropOuts, Jumps, load_plan
-    from seatrial.schema import NoiseEntry, ProcessEntry
-    from seatrial.simulate import plant_model, simulate
+    from seatrial.simulation.plan import DropOuts, Jumps, load_plan
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan(plan_name)
     pose = msgspec.structs.replace(
@@ -89,8 +89,8 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
     """What the rivals get: the thrusters' forces are worked out for them."""
-    from seatrial.causal import VELOCITY_SPREAD
-    from seatrial.velocity import motion
+    from seatrial.evaluation.filtering import VELOCITY_SPREAD
+    from seatrial.recording.velocity import motion
 
     noise = truth.noise
     sigma = np.array([noise.position, noise.position, noise.heading])
@@ -134,7 +134,7 @@ def steps_between(begin: float, end: float, breaks: Array) -> Array:
 def with_seatrial(folder: Path) -> tuple[Solution, float]:
     """The output-error method at given settings: noise held, no process noise, chain stated."""
     import seatrial
-    from seatrial.identify.output_error import OutputErrorSettings, fit
+    from seatrial.identification.estimator import OutputErrorSettings, fit
 
     vehicle, recordings = read(folder)
     start = seatrial.load(folder / "start.yaml")
@@ -142,7 +142,7 @@ def with_seatrial(folder: Path) -> tuple[Solution, float]:
     begin = time.perf_counter()
     found = fit(recordings, vehicle, settings=settings, start=start)
     took = time.perf_counter() - begin
-    return Solution(found.theta[: found.problem.size], 0), took
+    return Solution(found.theta[: found.problem.n_coefficients], 0), took
 
 
 def with_rival(module: str, folder: Path) -> tuple[Solution, float]:

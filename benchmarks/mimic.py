@@ -15,11 +15,11 @@ import numpy as np
 
 import seatrial
 from benchmarks.blocks import fill
-from seatrial.frames import Array
-from seatrial.mimic import Carrier, Mimic, Motion
-from seatrial.mimic.wheels import Ground, SimulatedCarrier
-from seatrial.plan import load_plan
-from seatrial.simulate import Trial, plant_model, simulate
+from seatrial.simulation.mimic import Carrier, Mimic, Motion
+from seatrial.simulation.mimic.wheels import Ground, SimulatedCarrier
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.util.frames import Array
 
 PAGE = Path(__file__).parents[1] / "docs" / "mimic.md"
 DT = 0.02  # [s] of the carrier's velocities

@@ -20,15 +20,15 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.compare.parameters import factors, joint, pairs, views
-from seatrial.compare.prediction import ahead, verdict
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.prior import widened
-from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.recording import Recording
-from seatrial.simulate import simulate
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison.parameters import factors, joint, pairs, views
+from seatrial.evaluation.comparison.prediction import ahead, verdict
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.prior import widened
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 
 MORE = 1.2  # times mass and inertia
 OFFSET = 0.1  # [rad/m] of N_ud

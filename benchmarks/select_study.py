@@ -19,10 +19,10 @@ from typing import Any
 import msgspec
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.select import given_candidates, select
-from seatrial.simulate import simulate
+from seatrial.identification.selection.terms import given_candidates, select
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 
 TRIALS = ("S1", "S2", "S3", "S4", "S5", "S6")
 ABSENT = (

@@ -6,11 +6,11 @@ import pytest
 from test_allocate import MALLARD, SCHEMES, boat
 
 import seatrial
-from seatrial.allocate import AllocatorScheme
-from seatrial.allocate.allocator import ranks
-from seatrial.allocation import Scheme
-from seatrial.errors import AllocationError, VehicleError
-from seatrial.schema import ChainGroup, DeadZone
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.control.allocation import AllocatorScheme
+from seatrial.control.allocation.allocator import ranks
+from seatrial.util.errors import AllocationError, VehicleError
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_bad_boats_are_one_clear_line(cse1_vehicle):
     falls = boat(square, [ChainGroup(table=[(-1, -1), (0, 0), (0.5, 1.2), (1, 1)])])
     with pytest.raises(AllocationError, match="can't be inverted"):
         seatrial.Allocator(falls)
-    with pytest.raises(VehicleError, match="can't push in surge, sway and yaw independently"):
+    with pytest.raises(VehicleError, match="can't actuate surge, sway and yaw independently"):
         seatrial.Allocator(boat([(x, 0, 0) for x in (-0.2, 0, 0.2)]))
     with pytest.raises(AllocationError, match="give thrusters, or a model"):
         seatrial.Allocator(cse1_vehicle)

@@ -12,19 +12,20 @@ from scipy import stats
 
 import seatrial
 from benchmarks.fleet.boats import FREE, MIDDLE
-from seatrial.cli import main
-from seatrial.compare import compare, comparison_json, drive_of
-from seatrial.compare.parameters import Factor, Joint, factors, joint, pairs, views
-from seatrial.compare.prediction import rms_difference
-from seatrial.compare.text import _factor as factor_text
-from seatrial.compare.text import comparison_text
-from seatrial.errors import ModelError
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.model import load, save
+from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.evaluation.comparison import compare, comparison_json, drive_of
+from seatrial.evaluation.comparison.console import _factor as factor_text
+from seatrial.evaluation.comparison.console import comparison_text
+from seatrial.evaluation.comparison.parameters import Factor, Joint, factors, joint, pairs, views
+from seatrial.evaluation.comparison.prediction import rms_difference
 from seatrial.io.write import write_trial
-from seatrial.model import AT_BOUND, load, save
-from seatrial.plan import load_plan
-from seatrial.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import ModelError
 
 MORE = 1.2  # times the mass
 TRUTH = TABLE_II["AF"]
@@ -210,8 +211,8 @@ def test_a_factor_that_no_mass_makes_is_another_boat(factor):
 
 def test_what_ended_at_a_bound_is_not_tested(mp):
     a, b = estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_uu": 0.0})
-    notes = [f"X_uu: 0 {AT_BOUND}"]
-    b = replace(b, estimator=msgspec.structs.replace(b.estimator, notes=notes))
+    ended = [finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)]
+    b = replace(b, estimator=msgspec.structs.replace(b.estimator, findings=ended))
     found = compare(a, b)
     assert "X_uu" not in [pair.name for pair in found.pairs]
     assert found.joint is not None

@@ -10,16 +10,16 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 from seatrial import _core
-from seatrial.compare import compare
-from seatrial.compare.chance import luck
-from seatrial.compare.parameters import pairs, views
-from seatrial.compare.prediction import beyond_luck
-from seatrial.compare.text import comparison_text
-from seatrial.model import AT_BOUND
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
-from seatrial.simulate import plant_model, simulate
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
+from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.console import comparison_text
+from seatrial.evaluation.comparison.parameters import pairs, views
+from seatrial.evaluation.comparison.prediction import beyond_luck
+from seatrial.evaluation.comparison.significance import luck
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 TRUTH = TABLE_II["AF"]
 
@@ -93,7 +93,8 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
 def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
     a = b = estimated(mp, np.random.default_rng(1), 0.02)
     said = np.array([0.0 if name == "X_uu" else 1.0 for name in a.values])
-    entry = EstimatorEntry("output-error", notes=[f"X_uu: 0 {AT_BOUND}"])
+    ended = finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)
+    entry = EstimatorEntry("output-error", findings=[ended])
     a = replace(
         a, coefficients=np.where(said > 0, a.coefficients, 0.0), covariance=a.covariance * np.outer(said, said),
         estimator=entry,

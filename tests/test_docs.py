@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.files import read_yaml
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.write import EPOCH
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.plan import PlanFile, _merged, load_plan
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import PlanFile, _merged, load_plan
+from seatrial.util.files import read_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -135,9 +135,8 @@ def plain(page: Path) -> str:
 
 
 @pytest.mark.parametrize("method", ["equation-error", "output-error"])
-def test_the_table_of_methods_is_what_the_benchmark_prints(method, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    import methods
+def test_the_table_of_methods_is_what_the_benchmark_prints(method):
+    from benchmarks import methods
 
     printed = methods.row("paper-like", "mallard-mp", method, 4)
     head = f"| paper-like | MP | {method} |"

@@ -12,16 +12,16 @@ import seatrial
 from benchmarks.predictor import accuracy
 from benchmarks.predictor.drives import SCENES, model
 from seatrial import _core
-from seatrial.doubt import believed_on_board
-from seatrial.filter_noise import NOISE_START
-from seatrial.predictor import Predictor
-from seatrial.schema import (
+from seatrial.boat.noise_parameters import NOISE_START
+from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.schema import (
     CorrelatedEntry,
     EnvelopeEntry,
     EstimatorEntry,
     NoiseEntry,
     ProcessEntry,
 )
+from seatrial.onboard.predictor import Predictor
 
 EXACT = next(iter(SCENES))
 SILENT = NoiseEntry(1e-4, 1e-4, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.3))

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import seatrial
 from seatrial import load_vehicle
-from seatrial.errors import FileError, SeatrialError
-from seatrial.files import convert, dump_yaml, read_yaml, write_text
-from seatrial.plan import load_plan
-from seatrial.schema import VehicleFile
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import VehicleFile
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import FileError, SeatrialError
+from seatrial.util.files import convert, dump_yaml, read_yaml, write_text
 
 
 def test_numbers_are_numbers_and_words_are_words(tmp_path):
@@ -58,7 +58,7 @@ def test_a_tab_is_called_a_tab(tmp_path):
 
 @pytest.mark.parametrize(
     ("loader", "kind"),
-    [(load_vehicle, "vehicle 1"), (load_plan, "plan 1"), (seatrial.load, "model 2")],
+    [(load_vehicle, "vehicle 1"), (load_plan, "plan 1"), (seatrial.load, "model 3")],
 )
 def test_one_kind_of_file_given_for_another_says_what_it_is(tmp_path, loader, kind):
     (tmp_path / "a.yaml").write_text("seatrial: cake 1\n")

@@ -6,8 +6,8 @@ import pytest
 
 import seatrial
 from benchmarks.predictor.drives import drive, model
-from seatrial.odometer import Odometer
-from seatrial.predictor import Health, Taken
+from seatrial.onboard.odometer import Odometer
+from seatrial.onboard.predictor import Health, Taken
 
 
 @pytest.fixture(scope="module")

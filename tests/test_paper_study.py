@@ -7,8 +7,8 @@ import pytest
 from benchmarks.paper import coupling, maps, open_points, page, tables
 from benchmarks.paper.grid import Grid, draw
 from benchmarks.paper.trials import boat, changed
-from seatrial.errors import FileError
-from seatrial.plan import load_plan
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import FileError
 
 
 def cell(mp, af, edge=0.08, seed=1):

@@ -16,9 +16,9 @@ import seatrial
 from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
 from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 from seatrial import _core
-from seatrial.errors import PredictorError
-from seatrial.predictor import Health, Predictor, Taken
-from seatrial.schema import EnvelopeEntry, Integration
+from seatrial.boat.schema import EnvelopeEntry, Integration
+from seatrial.onboard.predictor import Health, Predictor, Taken
+from seatrial.util.errors import PredictorError
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES

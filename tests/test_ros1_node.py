@@ -26,8 +26,8 @@ from ros1_tools import PARTS, Ros1
 import seatrial
 from benchmarks.predictor.drives import model
 from seatrial.io.write import EPOCH, write_trial
-from seatrial.plan import TrialEntry, load_plan
-from seatrial.simulate import simulate
+from seatrial.simulation.plan import TrialEntry, load_plan
+from seatrial.simulation.trials import simulate
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
@@ -151,7 +151,7 @@ def test_odom_never_jumps_and_tf_says_the_same(recorded):
 def test_the_pose_in_the_map_is_near_the_truth_and_seatrial_reads_it(recorded, trial):
     content = trial.vehicle.to_mapping()
     content["pose"]["topic"] = "/map_pose"
-    from seatrial.vehicle import vehicle_from
+    from seatrial.boat.vehicle import vehicle_from
 
     again = seatrial.read(recorded[0], vehicle_from(content, "again"))
     late = compared(again.stamps)

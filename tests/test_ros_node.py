@@ -13,9 +13,9 @@ from board_boats import changed, skiff
 from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
-from seatrial.odometer import Odometer
-from seatrial.schema import EnvelopeEntry, NoiseEntry
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import EnvelopeEntry, NoiseEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.onboard.odometer import Odometer
 
 EPOCH = 1_700_000_000 * 10**9
 
@@ -222,7 +222,7 @@ def other_inputs(known, path):
     ("spoil", "words"),
     [
         (lambda _, path: path.unlink(), "no such file"),
-        (lambda _, path: path.write_text("seatrial: model 1\n"), "expected 'seatrial: model 2'"),
+        (lambda _, path: path.write_text("seatrial: model 1\n"), "expected 'seatrial: model 3'"),
         (other_inputs, "the new model has other inputs"),
     ],
 )

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial import _core, structure
-from seatrial.errors import StructureError
-from seatrial.structure import Force, parse
+from seatrial import _core
+from seatrial.boat import structure
+from seatrial.boat.structure import Force, parse
+from seatrial.util.errors import StructureError
 
 FORCES = (Force("F_u", 0), Force("F_v", 1), Force("F_r", 2))
 
@@ -148,7 +149,7 @@ def test_more_than_the_filter_has_room_for_is_one_line(count, words):
 
 
 def test_a_coefficient_shared_by_terms_of_different_parity_is_refused():
-    with pytest.raises(StructureError, match="name them apart"):
+    with pytest.raises(StructureError, match="give them different names"):
         parse("s", {"surge": ["X_a * u", "X_a * v"]}, FORCES)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from benchmarks.mpc.study import WALLED, at_walls, controller
 from benchmarks.mpc.tables import dead_zone
 from benchmarks.paper.figures import sheet
-from seatrial.frames import Array
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from seatrial.report.figures.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from seatrial.util.frames import Array
 
 COLOURS = (BLUE, SKY, RED, BLACK)
 

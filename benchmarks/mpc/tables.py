@@ -10,7 +10,7 @@ from benchmarks.tracking.loop import Outcome
 from benchmarks.tracking.scenes import SCHEMES, SHAPES, truth
 from benchmarks.tracking.study import SEEDS
 from benchmarks.tracking.tables import position, table
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 WEATHER = ("hard", "paper-like, current")
 

@@ -14,7 +14,7 @@ from benchmarks.paper import cost, coupling, maps, minutes, open_points, payload
 from benchmarks.paper.grid import Grid, draw
 from benchmarks.paper.trials import ALLOCATIONS
 from benchmarks.recovery.tables import table
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 PAPER, OURS = maps.METHODS
 MEASURED_RATIOS = (1.28, 1.59, 1.43)  # the paper's Table III, MP / AF

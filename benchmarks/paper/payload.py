@@ -7,13 +7,13 @@ import msgspec
 
 from benchmarks.paper.trials import TRAINING, UNSEEN
 from benchmarks.payload import AFTER, FIRST, VEHICLE, loaded, recordings
-from seatrial.compare.parameters import factors, joint, pairs, views
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import output_error
-from seatrial.identify.prior import widened
-from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan
-from seatrial.recording import Recording
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison.parameters import factors, joint, pairs, views
+from seatrial.identification.estimator import output_error
+from seatrial.identification.prior import widened
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan
+from seatrial.util.errors import SeatrialError
 
 KINDS = {"still": None, "pushed": Unmodelled(0.04, 2.0)}
 SECONDS = (10.0, 20.0, 40.0, 80.0, 160.0)  # of S7

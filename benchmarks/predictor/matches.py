@@ -7,7 +7,7 @@ import numpy as np
 
 import seatrial
 from benchmarks.predictor.drives import SCENES, SETTLED, Inputs, drive, give, model
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 
 SEED = 31
 SHARE = 0.01  # of the poses at which one begins

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.filter_noise import NOISE_LEAST
-from seatrial.frames import Array
-from seatrial.identify.output_error import OutputErrorSettings
-from seatrial.identify.problem import Problem
-from seatrial.model import thrust_trace
-from seatrial.plan import PlanFile
-from seatrial.recording import Recording
-from seatrial.simulate import Trial
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.noise_parameters import NOISE_LEAST
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile
+from seatrial.simulation.trials import Trial
+from seatrial.util.frames import Array
 
 FREE_VELOCITY = np.full(3, 10.0)  # [m/s, m/s, rad/s] a start of which nothing is known
 
@@ -53,7 +53,7 @@ def true_noise(plan: PlanFile) -> Array:
 
 def whole(problem: Problem, theta: Array, noise: Array) -> Array:
     """Information (p, p) of whole recordings."""
-    return problem.passes(theta, noise).information
+    return problem.run_filter(theta, noise).information
 
 
 def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Problem:
@@ -61,7 +61,7 @@ def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Prob
 
     A filter that believes in no process noise is to be linearised about such a path.
     """
-    n = problem.size
+    n = problem.n_coefficients
     boat = _core.Boat(
         problem.vehicle.structure.compiled,
         np.ascontiguousarray(theta[:n]),
@@ -80,7 +80,7 @@ def pieces(
     problem: Problem, theta: Array, noise: Array, trials: Sequence[Trial], length: float
 ) -> Array:
     """Information (p, p) of pieces of `length` [s] that each start anywhere at any speed."""
-    n = problem.size
+    n = problem.n_coefficients
     coefficients = np.concatenate([theta[:n], np.zeros(3)])
     boat = _core.Boat(problem.structure, coefficients, 0, problem.step)
     total = np.zeros((len(theta), len(theta)))

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.recovery.scenes import SIGMAS
 from benchmarks.recovery.tables import good, rms, stack, table
 from benchmarks.recovery.work import Record
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 WIDTH, HEIGHT = 860, 380  # [px]
 PANEL = (330, 250)  # [px] plotting area of each of the two

@@ -23,10 +23,10 @@ from benchmarks.recovery.scenes import (
 )
 from benchmarks.recovery.tables import SYMBOLS, rms, table
 from benchmarks.recovery.work import HORIZON
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.predict import predict
-from seatrial.simulate import Trial
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import predict
+from seatrial.simulation.trials import Trial
+from seatrial.util.frames import Array
 
 DRIVES = range(1001, 1201)  # seeds of what the true parameters score: those of the other tables
 FITS = range(1001, 1005)  # of the bound, which hardly depends on the seed

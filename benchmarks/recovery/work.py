@@ -19,17 +19,17 @@ from benchmarks.recovery.scenes import (
     vehicle_of,
     without_faults,
 )
-from seatrial.errors import SeatrialError
-from seatrial.filter_noise import noise_vector
-from seatrial.frames import Array
-from seatrial.identify.equation_error import equation_error
-from seatrial.identify.output_error import OutputErrorSettings
-from seatrial.model import Model
-from seatrial.predict import predict
-from seatrial.recording import Recording
-from seatrial.simulate import Trial
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.simulation.trials import Trial
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Array
 
 PIECES = (3.0, 20.0)  # [s] of the free segments that the bounds are given for
 SETTLING = 2.0  # [s] that the filter has before predictions start from it
@@ -137,7 +137,7 @@ def causal(model: Model, recording: Recording) -> Motion:
     problem = bounds.problem_of(model.vehicle, [recording])
     problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])
-    state = problem.passes(theta, _noise_of(model)).each[0].state
+    state = problem.run_filter(theta, _noise_of(model)).by_recording[0].state
     valid = recording.valid & (recording.t > SETTLING)
     return Motion(recording.t, state[:, :3], state[:, 3:6], valid)
 

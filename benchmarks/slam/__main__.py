@@ -10,7 +10,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
 
 from benchmarks.blocks import refill
-from seatrial.errors import SeatrialError
+from seatrial.util.errors import SeatrialError
 
 try:
     from benchmarks.slam.figure import draw

@@ -9,9 +9,9 @@ from benchmarks.paper.figures import sheet
 from benchmarks.slam.scene import POOL, pool_scene
 from benchmarks.slam.study import OFF, SEEDS, Case, driven, track
 from benchmarks.slam.tables import MIDDLE
-from seatrial.frames import Array
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure, figure, line
-from seatrial.sim.scene import Scene
+from seatrial.report.figures.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from seatrial.simulation.scene import Scene
+from seatrial.util.frames import Array
 
 SHOWN = ("constant pose", "constant velocity", "predictor")
 SEED = SEEDS[0]

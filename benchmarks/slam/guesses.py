@@ -9,7 +9,7 @@ import seatrial
 from benchmarks.slam.drives import Drive
 from benchmarks.slam.lidar import Poses
 from benchmarks.slam.se2 import between, compose, exponential, logarithm
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay
 WINDOW = 2.0  # [s] that a pose may be late

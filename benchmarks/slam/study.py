@@ -19,8 +19,8 @@ from benchmarks.slam.localise import Track, localise
 from benchmarks.slam.mapping import REACH
 from benchmarks.slam.scene import pool_scene
 from benchmarks.slam.se2 import between
-from seatrial.frames import Array, Mask
-from seatrial.plan import DropOuts
+from seatrial.simulation.plan import DropOuts
+from seatrial.util.frames import Array, Mask
 
 SEEDS = range(51, 56)
 GUESSES = (

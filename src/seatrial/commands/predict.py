@@ -13,56 +13,60 @@ from seatrial.commands.shared import (
     load_model,
     read_all,
 )
-from seatrial.live.lines import FORMATS as LINE_FORMATS
-from seatrial.live.stream import CLOCKS as LINE_CLOCKS
-from seatrial.live.stream import RATE as LINE_RATE
-from seatrial.progress import Progress
+from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
+from seatrial.onboard.live.line_loop import RATE as LINE_RATE
+from seatrial.onboard.live.protocol import FORMATS as LINE_FORMATS
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
-    from seatrial.live import Settings
+    from seatrial.onboard.live import Settings
 
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
     predict = add_command(
         verbs, "predict", run,
-        "velocity and odometry as on board: along a recording, or live from lines",
+        "estimate velocity and odometry as on board: along a recording, or live from lines of text",
     )  # fmt: skip
     predict.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(predict, count="*")
     predict.add_argument(
-        "-o", "--out", type=Path, metavar="FILE", help="odometry along the recording"
+        "-o", "--out", type=Path, metavar="FILE", help="file for the odometry along the recording"
     )
     predict.add_argument(
-        "--live", action="store_true", help="lines from standard input, or --udp, until it ends"
+        "--live",
+        action="store_true",
+        help="read lines from standard input, or --udp, until the stream ends",
     )
     predict.add_argument(
-        "--udp", type=int, metavar="PORT", help="live: listen there on loopback instead"
+        "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
     )
     predict.add_argument(
-        "--to", type=int, metavar="PORT", help="live: answer there (default: to whoever wrote last)"
+        "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
     )
     predict.add_argument(
-        "--format", choices=LINE_FORMATS, help="of the lines (default: json; of a .csv file: csv)"
+        "--format",
+        choices=LINE_FORMATS,
+        help="format of the lines (default: json; for a .csv file: csv)",
     )
     predict.add_argument(
         "--rate",
         type=float,
         default=LINE_RATE,
         metavar="HZ",
-        help="of the odometry (default: %(default)g)",
+        help="rate of the odometry [Hz] (default: %(default)g)",
     )
     predict.add_argument(
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
-        help="live: odometry is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+        help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Odometry along a recording, or live."""
-    from seatrial.errors import LiveError
-    from seatrial.live import Settings
+    from seatrial.onboard.live import Settings
+    from seatrial.util.errors import LiveError
 
     if args.live == bool(args.recordings):
         raise LiveError("give a recording, or --live for lines from standard input or --udp PORT")
@@ -75,9 +79,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
 
 
 def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
-    from seatrial.errors import LiveError
-    from seatrial.live import serve
-    from seatrial.live.sources import Datagrams, Pipes
+    from seatrial.onboard.live import serve
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
+    from seatrial.util.errors import LiveError
 
     if args.out is not None or args.vehicle is not None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
@@ -92,9 +96,9 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 
 def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
-    from seatrial.errors import LiveError
-    from seatrial.files import write_text
-    from seatrial.live import Writer, replay
+    from seatrial.onboard.live import Writer, replay
+    from seatrial.util.errors import LiveError
+    from seatrial.util.files import write_text
 
     if args.udp is not None or args.to is not None:
         raise LiveError("--udp and --to belong to --live")

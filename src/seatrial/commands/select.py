@@ -13,7 +13,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -21,24 +21,31 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    select = add_command(verbs, "select", run, "which terms recordings ask for, and which repeat")
+    select = add_command(verbs, "select", run, "select the terms that the recordings support")
     add_recordings(select, vehicle=None)
     select.add_argument(
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
-        help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",
+        help="candidate terms, like 'Y_r * r', or files of them (default: the usual ones)",
     )  # fmt: skip
     add_horizon(
         select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
     )
-    select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
+    select.add_argument(
+        "-o", "--out", type=Path, metavar="VEHICLE", help="vehicle file with the chosen terms"
+    )
     add_json(select)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """The table of terms, and the vehicle with the chosen ones."""
-    from seatrial.files import dump_json, dump_yaml, write_text
-    from seatrial.select import given_candidates, select, selection_json, selection_text
-    from seatrial.vehicle import load_vehicle
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.identification.selection.terms import (
+        given_candidates,
+        select,
+        selection_json,
+        selection_text,
+    )
+    from seatrial.util.files import dump_json, dump_yaml, write_text
 
     guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_command,
 )
-from seatrial.io.write_bag import FORMATS
-from seatrial.progress import Progress
+from seatrial.io.bags.write import FORMATS
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -18,26 +18,28 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    simulate = add_command(verbs, "simulate", run, "recordings like the paper's S1-S7")
-    simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
+    simulate = add_command(verbs, "simulate", run, "simulate recordings like the paper's S1-S7")
+    simulate.add_argument(
+        "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
+    )
     simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
-    simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
     simulate.add_argument(
         "--format", choices=("csv", *FORMATS), default="csv",
-        help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
+        help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Trials of a plan, written vehicle by vehicle."""
+    from seatrial.boat.model import load
+    from seatrial.boat.physics import negative_latencies
+    from seatrial.boat.vehicle import load_vehicle
     from seatrial.io.write import guard_trials, write_setting, write_trial
-    from seatrial.model import load
-    from seatrial.plan import load_plan, with_seed
-    from seatrial.sanity import early
-    from seatrial.simulate import plant_model, simulate
-    from seatrial.vehicle import load_vehicle
+    from seatrial.simulation.plan import load_plan, with_seed
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan(args.plan)
     if args.seed is not None:
@@ -49,7 +51,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         guard_trials(plan, vehicle, args.out)
     for vehicle in vehicles:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
-        for words in early(truth):
+        for words in negative_latencies(truth):
             print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):

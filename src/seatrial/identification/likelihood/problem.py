@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: MIT
+"""The cost that the prediction-error estimator minimises: -2 log likelihood of the innovations.
+
+The parameter vector theta has the structure's coefficients, then the constants of the actuator chain,
+then the effects: the lever arm, and current, trim and wind of every recording.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.structure import Structure
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.filtering import disturbed, series
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.parallel import spread
+
+LEVER_NAMES = ("lever_x", "lever_y")  # [m] the measured point from the origin
+EFFECT_NAMES = (  # of one recording, in the order of the core's Effects after the lever arm
+    "current_x", "current_y",  # [m/s] earth-fixed
+    "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
+    "wind_x", "wind_y",  # [m/s^2] earth-fixed
+)  # fmt: skip
+EFFECT_KINDS = ("lever", "current", "trim", "wind")
+MANY_POSES = 100_000  # poses of all recordings: from here on, freed memory goes back to the system
+CHAIN_BOUNDS = {  # lowest and highest value of the estimated constants of the chain
+    "latency": (-1.0, 2.0),  # [s]
+    "lag": (0.002, 3.0),  # [s]
+    "edge_forward": (0.0, 0.6),
+    "edge_reverse": (0.0, 0.6),
+    "reverse_ratio": (0.1, 10.0),
+    "power": (0.3, 4.0),
+    "scale_power": (-1.0, 5.0),
+    "gain": (0.1, 10.0),
+    "pair_offset_along": (-0.5, 0.5),
+    "pair_offset_across": (-0.5, 0.5),
+    "pair_dead_zone": (0.0, 0.6),
+}
+CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is far from linear
+    "latency": 0.1,  # [s]
+    "lag": 0.1,  # [s]
+    "edge_forward": 0.1,
+    "edge_reverse": 0.1,
+    "reverse_ratio": 0.5,
+    "power": 0.5,
+    "scale_power": 0.5,
+    "gain": 0.5,
+}
+
+
+def quadratic_drag(structure: Structure) -> set[str]:
+    """Coefficients of |u| u in surge, |v| v in sway, |r| r in yaw: a positive one makes the boat unstable,
+    as no other term of the axis outgrows it."""
+    terms = [t for t in structure.terms if t.coefficient is not None]
+    used = Counter(t.coefficient for t in terms)
+    return {
+        t.coefficient
+        for t in terms
+        if t.coefficient is not None
+        and used[t.coefficient] == 1
+        and t.number > 0.0
+        and t.acceleration is None
+        and sorted(t.factors) == sorted([f"|{SYMBOLS[t.axis]}|", SYMBOLS[t.axis]])
+    }
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A normal prior distribution of some parameters."""
+
+    mean: Array  # (p,)
+    precision: Array  # (p, p), 0 for parameters without a prior
+
+    def cost(self, theta: Array) -> float:
+        """-2 log density, up to a constant."""
+        off = theta - self.mean
+        return float(off @ self.precision @ off)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything that stays constant during the search."""
+
+    vehicle: Vehicle
+    recordings: tuple[Recording, ...]
+    free: tuple[int, ...]  # indices of the parameters that are estimated
+    step: float  # [s] longest step of the integration
+    outlier: float  # [sigma] innovations beyond it count linearly (Huber)
+    block: float  # [s] length of a block; scores of two blocks count as independent
+    prior: Prior | None = None
+    earth_fixed: bool = (
+        False  # whether the disturbance force keeps its direction in the world, as wind does
+    )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of all parameters."""
+        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names, *LEVER_NAMES)
+        return (*own, *(f"{name}.{r.name}" for r in self.recordings for name in EFFECT_NAMES))
+
+    @property
+    def n_coefficients(self) -> int:
+        """Number of coefficients."""
+        return len(self.vehicle.structure.coefficients)
+
+    @property
+    def n_constants(self) -> int:
+        """Number of constants."""
+        return len(self.vehicle.constants.names)
+
+    @cached_property
+    def structure(self) -> _core.Structure:
+        """The structure with a disturbance in every axis, its last three coefficients."""
+        return disturbed(self.vehicle)
+
+    @cached_property
+    def series(self) -> list[_core.Series]:
+        """The poses of every recording, as the core takes them."""
+        return [series(recording) for recording in self.recordings]
+
+    @cached_property
+    def blocks(self) -> list[NDArray[np.int32]]:
+        """Of every recording, the number of the block of each pose (n,); blocks without poses get no number."""
+        numbers = [(r.t // self.block).astype(np.int32) for r in self.recordings]
+        return [np.cumsum(np.diff(n, prepend=n[:1]) > 0, dtype=np.int32) for n in numbers]
+
+    @cached_property
+    def free_of_model(self) -> tuple[list[int], list[int]]:
+        """Indices of the free coefficients, and of the free constants among the constants."""
+        n, m = self.n_coefficients, self.n_constants
+        return [i for i in self.free if i < n], [i - n for i in self.free if n <= i < n + m]
+
+    @cached_property
+    def free_effects(self) -> tuple[int, ...]:
+        """Indices of the free effects among all parameters."""
+        return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
+
+    @property
+    def has_effects(self) -> bool:
+        """Whether any effect is estimated."""
+        return bool(self.free_effects)
+
+    def effects(self, recording: int) -> NDArray[np.int64]:
+        """Indices of a recording's effects among all parameters."""
+        lever = self.n_coefficients + self.n_constants
+        own = lever + len(LEVER_NAMES) + recording * len(EFFECT_NAMES)
+        return np.array(
+            [*range(lever, lever + len(LEVER_NAMES)), *range(own, own + len(EFFECT_NAMES))]
+        )
+
+    def free_columns(self, recording: int) -> NDArray[np.int64]:
+        """For every parameter of a recording's filter run its index among the free ones; -1: not free."""
+        coefficients, constants = self.free_of_model
+        own = [*coefficients, *(self.n_coefficients + c for c in constants)]
+        own += [int(i) for i in self.effects(recording)] if self.has_effects else []
+        free = {parameter: i for i, parameter in enumerate(self.free)}
+        return np.array([free.get(i, -1) for i in own])
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest values (p,) of the free parameters."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        is_constant = [
+            self.n_coefficients <= i < self.n_coefficients + self.n_constants for i in self.free
+        ]
+        drag = quadratic_drag(self.vehicle.structure)
+        found = [
+            CHAIN_BOUNDS[kind] if own else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
+            for i, kind, own in zip(self.free, kinds, is_constant, strict=True)
+        ]
+        low, high = np.array(found).reshape(-1, 2).T
+        return low, high
+
+    @cached_property
+    def step_limits(self) -> Array:
+        """Largest change (p,) of the free parameters in one step."""
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        return np.array([CHAIN_STEP_LIMITS.get(kind, np.inf) for kind in kinds])
+
+    def clipped(self, theta: Array) -> Array:
+        """The nearest parameters within the bounds."""
+        out, free = theta.copy(), list(self.free)
+        out[free] = np.clip(theta[free], *self.bounds)
+        return out
+
+    def run_filter(
+        self,
+        theta: Array,
+        noise: Array,
+        counts: list[Array] | None = None,
+        *,
+        repeatable: bool = True,
+        shares: bool = False,
+    ) -> "FilterRuns":
+        """The extended Kalman filter along all recordings, with sensitivities to the free parameters.
+
+        `counts`: weight of each pose. `repeatable`: the linearised trajectory is kept, to evaluate other noise
+        without integration. `shares`: the information of each block is kept as well.
+        """
+        coefficients, constants = self.free_of_model
+        boat = _core.Boat(
+            self.structure,
+            np.concatenate([theta[: self.n_coefficients], np.zeros(3)]),
+            0,
+            self.step,
+        )
+        columns = [
+            *coefficients,
+            self.n_coefficients,
+            self.n_coefficients + 1,
+            self.n_coefficients + 2,
+        ]
+        q = np.ascontiguousarray(
+            theta[self.n_coefficients : self.n_coefficients + self.n_constants]
+        )
+
+        def one(i: int) -> _core.FilterRun:
+            trace = thrust_trace(
+                self.vehicle, q, self.recordings[i],
+                initial=True, coefficients=columns, tangents=constants,
+            )  # fmt: skip
+            return _core.innovations(
+                boat, trace, self.series[i], noise, self.outlier,
+                np.ascontiguousarray(theta[self.effects(i)]) if self.has_effects else None,
+                None if counts is None else counts[i],
+                self.blocks[i],
+                repeatable,
+                shares,
+                self.earth_fixed,
+            )  # fmt: skip
+
+        return FilterRuns(self, theta, tuple(spread(one, range(len(self.recordings)))))
+
+
+@dataclass(frozen=True)
+class FilterRuns:
+    """The filter's results along all recordings; cost, information and gradient include the prior."""
+
+    problem: Problem
+    theta: Array
+    by_recording: tuple[_core.FilterRun, ...]
+
+    @cached_property
+    def cost(self) -> float:
+        """-2 log likelihood, up to a constant; infinite where the model diverges or the filter loses precision."""
+        if not all(
+            p.good and np.diag(p.information).min(initial=0.0) >= 0.0 for p in self.by_recording
+        ):
+            return np.inf
+        prior = self.problem.prior
+        return sum(p.cost for p in self.by_recording) + (prior.cost(self.theta) if prior else 0.0)
+
+    @cached_property
+    def information(self) -> Array:
+        """Fisher information (p, p) of the free parameters."""
+        free = list(self.problem.free)
+        out = np.zeros((len(free), len(free)))
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            use = to >= 0
+            out[np.ix_(to[use], to[use])] += run.information[np.ix_(use, use)]
+        prior = self.problem.prior
+        return out if prior is None else out + prior.precision[np.ix_(free, free)]
+
+    @cached_property
+    def gradient(self) -> Array:
+        """Gradient (p,) of the log likelihood."""
+        free = list(self.problem.free)
+        out = np.zeros(len(free))
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            out[to[to >= 0]] += run.gradient[to >= 0]
+        prior = self.problem.prior
+        return out if prior is None else out - (prior.precision @ (self.theta - prior.mean))[free]
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether the linearised trajectories are still kept, to evaluate other noise on them."""
+        return all(p.repeatable for p in self.by_recording)
+
+    def drop_linearisation(self) -> None:
+        """Frees the linearised trajectories, half of the memory of a run."""
+        for run in self.by_recording:
+            run.forget_transitions()
+        self._give_back()
+
+    def drop_poses(self) -> None:
+        """Frees everything that is kept pose by pose; cost, gradient and information stay."""
+        for run in self.by_recording:
+            run.forget_poses()
+        self._give_back()
+
+    def _give_back(self) -> None:
+        if sum(len(r.t) for r in self.problem.recordings) > MANY_POSES:
+            _core.give_back()
+
+    @cached_property
+    def scores(self) -> Array:
+        """Contribution (blocks, p) of every block of all recordings to the gradient."""
+        found = []
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            own = run.score
+            out = np.zeros((len(own), len(self.problem.free)))
+            out[:, to[to >= 0]] = own[:, to >= 0]
+            found.append(out)
+        return np.concatenate(found)

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""Weak-form least squares: Eq. (12) multiplied by smooth test functions and integrated; for comparison.
+
+Poses are never differentiated twice: integration by parts moves the derivative to the test function
+(`weak_rows`). One linear problem for all axes, with Huber's weights; latency, lag and dead zone that
+the vehicle file does not state are scanned and refined (`start_values`).
+
+Remaining bias: products of the smoothed state contain its noise (errors in variables, about its share of the
+squared speed, mostly between X_u and X_uu), and a product of averages is not the average of the product where
+the velocity changes within the smoothing window. The widths keep both small (`choose_widths`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.provenance import envelope, recording_entry
+from seatrial.identification.regression.equation_error import couplings
+from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
+from seatrial.identification.regression.start_values import (
+    ConstantRange,
+    EquationFit,
+    LinearEquations,
+    fit_equations,
+    movable_constants,
+    window_rows,
+    with_constant_columns,
+)
+from seatrial.identification.selection.actuator_stages import with_free_stages
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import motion
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
+
+WEAK_FORM = "weak-form"
+INTEGRATION_STEP = 1 / 60  # [s] of the model's integration
+
+
+@dataclass(frozen=True)
+class WeakFormSettings:
+    """Settings of the method."""
+
+    step: float = INTEGRATION_STEP  # [s] of the integrals, at most
+    steps: int = 8  # Gauss-Newton steps on the chain's constants, at most
+    block: float = BLOCK  # [s] length of a block for the standard errors
+
+
+def weak_form(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: WeakFormSettings | None = None,
+) -> Model:
+    """Coefficients, and the latencies, lags and dead zones that the vehicle file does not state.
+
+    All recordings serve every axis; `roles` limits an axis to those it names and to those of the
+    axes that it is coupled to. Raises IdentificationError, RecordingError.
+    """
+    chosen = settings or WeakFormSettings()
+    whole, moved = sought_constants(recordings, vehicle)
+    serves = axes_served(whole, recordings, roles)
+    # equations of all windows, and their solution
+    rows = window_rows(recordings, whole, chosen.step, serves)
+    found = fit_equations(rows, moved, chosen.steps)
+    fit = checked_fit(found.design, found.weights, whole, WEAK_FORM)
+    found = replace(found, theta=fit.theta)
+    # covariance over blocks, constants of the chain included
+    blocks = block_numbers([w.centres for w in rows.each], chosen.block)
+    covariance = clustered_sandwich(with_constant_columns(rows, found, moved), found, blocks)
+    widths = {"state": round(rows.widths.state, 3), "test": round(rows.widths.test, 3)}
+    entry = EstimatorEntry(
+        WEAK_FORM, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
+    )
+    return regression_model(
+        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+    )
+
+
+def sought_constants(
+    recordings: Sequence[Recording], vehicle: Vehicle
+) -> tuple[Vehicle, dict[int, ConstantRange]]:
+    """The vehicle with the stages that its file does not state, and the ranges of the estimated constants."""
+    whole = with_free_stages(vehicle, recordings)
+    known = set(vehicle.constants.names) - set(whole.estimated)
+    free = [i for i, name in enumerate(whole.constants.names) if name not in known]
+    return whole, movable_constants(whole, free)
+
+
+def axes_served(
+    vehicle: Vehicle,
+    recordings: Sequence[Recording],
+    roles: Mapping[str, Sequence[str]] | None,
+) -> list[tuple[bool, bool, bool]]:
+    """For every recording, whether it is used for surge, sway and yaw. Raises RecordingError."""
+    found = find_roles(vehicle, recordings, roles)
+    if not roles:
+        return [(True, True, True)] * len(recordings)
+    terms = [t for t in vehicle.structure.terms if t.coefficient]
+    needs = [{k} | {a for t in terms if t.axis == k for a in couplings(t)} for k in range(3)]
+    data = [{i for a in need for i in found[a]} for need in needs]
+    return [(i in data[0], i in data[1], i in data[2]) for i in range(len(recordings))]
+
+
+def checked_fit(
+    design: LinearEquations, weights: Array, vehicle: Vehicle, where: str
+) -> LeastSquares:
+    """The coefficients by plain least squares, which refuses those that the data do not determine."""
+    root = np.sqrt(weights).ravel()
+    used = root > 0
+    flat = design.B.reshape(-1, design.B.shape[2])
+    B, a = (flat * root[:, None])[used], (design.a.ravel() * root)[used]
+    return solve_least_squares(B, a, vehicle.structure.coefficients, where, 0)
+
+
+def block_numbers(times: Sequence[Array], block: float) -> NDArray[np.int64]:
+    """The number (m,) of the block of `block` [s] of each time [s] of each recording."""
+    numbers, first = [], 0
+    for t in times:
+        mine = (t // block).astype(np.int64) + first
+        numbers.append(mine)
+        first = int(mine.max(initial=first - 1)) + 1
+    return np.concatenate(numbers)
+
+
+def clustered_sandwich(
+    wide: LinearEquations, found: EquationFit, blocks: NDArray[np.int64]
+) -> Array:
+    """Covariance (p, p) for residuals that are correlated within blocks: White's sandwich, clustered."""
+    error = found.design.a - found.design.B @ found.theta
+    p = wide.B.shape[2]
+    score = np.einsum("mk,mkp->mp", found.weights * error, wide.B)
+    sums = np.zeros((int(blocks.max()) + 1, p))
+    np.add.at(sums, blocks, score)
+    count = len(np.unique(blocks))
+    if count < 2 * p:
+        raise IdentificationError(
+            f"{count} blocks of recordings for {p} parameters; at least {2 * p} are needed: record longer"
+        )
+    flat = wide.B.reshape(-1, p)
+    inverse = np.linalg.pinv(flat.T @ (flat * found.weights.reshape(-1, 1)), hermitian=True)
+    covariance = inverse @ (sums.T @ sums) @ inverse * count / (count - p)
+    return np.asarray((covariance + covariance.T) / 2)
+
+
+def step_entry(
+    fit: LeastSquares, vehicle: Vehicle, recordings: Sequence[Recording], found: EquationFit
+) -> StepEntry:
+    """The fit as an entry of the model file."""
+    names = list(vehicle.structure.coefficients)
+    rows = int((found.weights > 0).sum())
+    return StepEntry(
+        "Eq. (12)", names, [r.name for r in recordings], rows, fit.condition, fit.explained
+    )
+
+
+def covariance_of_all(part: Array, found: EquationFit, moved: Mapping[int, ConstantRange]) -> Array:
+    """The covariance of all coefficients and constants; 0 for those that are given."""
+    n, m = len(found.theta), len(found.constants)
+    whole = np.zeros((n + m, n + m))
+    places = [*range(n), *(n + i for i in moved)]
+    whole[np.ix_(places, places)] = part
+    return whole
+
+
+def regression_model(
+    vehicle: Vehicle,
+    recordings: Sequence[Recording],
+    found: EquationFit,
+    covariance: Array,
+    estimator: EstimatorEntry,
+) -> Model:
+    """The model; `covariance` is of all coefficients and constants."""
+    return Model(
+        vehicle,
+        found.theta,
+        covariance,
+        found.constants,
+        Integration("runge-kutta", INTEGRATION_STEP),
+        pose_noise(*recordings),
+        envelope(vehicle, found.constants, recordings, [motion(r) for r in recordings]),
+        tuple(recording_entry(r) for r in recordings),
+        estimator,
+    )

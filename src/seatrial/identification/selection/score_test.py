@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Score test of parameters that are held at a neutral value: do the data ask for another one?
+
+One filter run with sensitivities to them, at the solution without them. The part of their scores that the free
+parameters do not explain is compared with its scatter over blocks, which holds for correlated innovations
+(White, Econometrica 50, 1982, sections 3 and 4).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from seatrial.util.frames import Array
+
+# Standard deviations of chi-square above its mean; its tails are much longer than a normal distribution's.
+SIGNIFICANT_DEVIATIONS = 10.0
+LIKELY_DEVIATIONS = (
+    5.0  # where the likelihood gains very much: the scatter of few blocks is uncertain
+)
+LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """The test of parameters against their neutral values."""
+
+    statistic: float  # chi-square with `freedom` degrees under the null hypothesis
+    freedom: int
+    gain: float  # expected fall of -2 log likelihood if they are free
+    step: Array  # (k,) Gauss-Newton step that they would take
+
+    @property
+    def likely(self) -> bool:
+        """Beyond chance: about 1 in 10 000 for one parameter, 1 in 200 where the likelihood gains very much."""
+        deviations = LIKELY_DEVIATIONS if self.gain > LARGE_GAIN else SIGNIFICANT_DEVIATIONS
+        return bool(self.statistic > self.freedom + deviations * np.sqrt(2.0 * self.freedom))
+
+
+class ScoreSource(Protocol):
+    """Filter runs, or anything with their information and scores."""
+
+    @property
+    def information(self) -> Array:
+        """Fisher information (p, p)."""
+
+    @property
+    def scores(self) -> Array:
+        """Contributions (blocks, p) to the gradient of the log likelihood."""
+
+
+def score_test(
+    runs: ScoreSource,
+    tested: list[int],
+    together: list[int] | None = None,
+    neutral: Sequence[int] = (),
+) -> ScoreTest:
+    """The test of the free parameters with indices `tested`, the others being at the likelihood's maximum.
+
+    `together`: parameters that had one common value; the first stands for it, the others, which are among those
+    tested, for their differences from it. `neutral`: parameters that are neither free nor tested.
+    """
+    # differences from a common value as parameters of their own
+    p = len(runs.information)
+    change = np.eye(p)
+    if together:
+        change[together, together[0]] = 1.0
+    information = change.T @ runs.information @ change
+    # efficient scores: what the free parameters can not explain
+    rest = [i for i in range(p) if i not in tested and i not in neutral]
+    held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
+    through = information[np.ix_(tested, rest)] @ held
+    sums = runs.scores @ change
+    efficient = sums[:, tested] - sums[:, rest] @ through.T
+    total = efficient.sum(axis=0)
+    left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
+    inverse = np.linalg.pinv(left, hermitian=True)
+    # chi-square by the scatter over blocks; gain and step by the information
+    scatter = efficient.T @ efficient
+    raw = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
+    statistic = _as_chi_square(raw, len(sums), len(tested))
+    return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
+
+
+def _as_chi_square(raw: float, blocks: int, freedom: int) -> float:
+    """The statistic corrected for few blocks, whose raw value is at most their number.
+
+    raw / blocks is a squared multiple correlation, of 1 with the scores (Bartlett, J. R. Stat. Soc.
+    Suppl. 9, 1947). 0 where there are too few blocks for a test.
+    """
+    if blocks <= freedom + 1:
+        return 0.0
+    left = max(1.0 - raw / blocks, np.finfo(float).eps)
+    return float(-(blocks - 0.5 * freedom - 1.0) * np.log(left))

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: MIT
+"""Which terms a boat's recordings support, and on which of them its repeats agree."""
+
+from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
+from seatrial.identification.selection.terms.console import selection_json, selection_text
+from seatrial.identification.selection.terms.select_terms import select
+from seatrial.identification.selection.terms.selection import Selection
+
+__all__ = [
+    "Selection",
+    "default_candidates",
+    "given_candidates",
+    "select",
+    "selection_json",
+    "selection_text",
+]

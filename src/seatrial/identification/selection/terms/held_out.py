@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""Cross-validation: prediction of left-out recordings, with and without a term."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
+from seatrial.util.parallel import cores
+from seatrial.util.statistics import BLOCK
+
+START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
+
+
+@dataclass(frozen=True)
+class PredictionChange:
+    """The effect of a term on the prediction of left-out recordings."""
+
+    percent: float  # how much worse the RMS error in its axis is without; negative: better without
+    z: float  # the same in standard errors of the mean square, from blocks
+    moves: float  # [%] RMS by which it moves the prediction, of RMS by which the velocity changes
+    size: float  # RMS of the coefficient in the models that predicted: each fold's own
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Predictions of all recordings, each by a model from the others."""
+
+    squares: Array  # (blocks, 3) mean squared errors; infinite where the model diverges
+    nu: Array  # (m, 3) velocities
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Every fold is predicted by a model of the other folds, which one Gauss-Newton step finds."""
+
+    model: Model
+    information: ScoreInformation  # about the model's parameters
+    folds: Sequence[Sequence[int]]  # indices of each fold's recordings, fold after fold
+    recordings: Sequence[Recording]
+    horizon: float  # [s]
+
+    def without(self, name: str, axis: int) -> PredictionChange:
+        """The effect of a term of the model."""
+        gone = self._predicted(self.model, self.information, name)
+        return self._change(self._plain, gone, axis, self._size(self.information, name))
+
+    def with_it(
+        self, model: Model, information: ScoreInformation, name: str, axis: int
+    ) -> PredictionChange:
+        """The effect of a term that the model lacks; `model` and `information` have it."""
+        there = self._predicted(model, information, None)
+        return self._change(there, self._plain, axis, self._size(information, name))
+
+    @cached_property
+    def _targets(self) -> list["Targets"]:
+        return [_targets(self.model, recording, self.horizon) for recording in self.recordings]
+
+    @cached_property
+    def _plain(self) -> Predicted:
+        """Predictions by the unchanged model."""
+        return self._predicted(self.model, self.information, None)
+
+    def _predicted(
+        self, model: Model, information: ScoreInformation, gone: str | None
+    ) -> Predicted:
+        squares, nu = [], []
+        for members in self.folds:
+            trained = _at(model, information, retrained(information, self._rest(members), gone))
+            for i in members:
+                nu.append(self._targets[i].predict(trained, self.recordings[i]))
+                squares.append(self._targets[i].squares(nu[-1]))
+        return Predicted(np.concatenate(squares), np.concatenate(nu))
+
+    def _size(self, information: ScoreInformation, name: str) -> float:
+        """RMS over all predictions of the coefficient in the models that made them."""
+        k, squares, count = information.place(name), 0.0, 0
+        for members in self.folds:
+            there = sum(len(self._targets[i].start) for i in members)
+            squares += there * float(retrained(information, self._rest(members), None)[k]) ** 2
+            count += there
+        return float(np.sqrt(squares / count))
+
+    def _rest(self, members: Sequence[int]) -> list[int]:
+        return [i for i in range(len(self.recordings)) if i not in members]
+
+    def _change(
+        self, with_it: Predicted, without: Predicted, axis: int, size: float
+    ) -> PredictionChange:
+        a, b = with_it.squares[:, axis], without.squares[:, axis]
+        if not (np.isfinite(a).all() and np.isfinite(b).all()):
+            better = np.inf if np.isfinite(a).all() else -np.inf
+            return PredictionChange(better, better, np.inf, size)
+        begin = np.concatenate([aim.x0[:, 3:] for aim in self._targets])
+        moved = _rms(with_it.nu[:, axis] - without.nu[:, axis])
+        changed = _rms(with_it.nu[:, axis] - begin[:, axis])
+        apart = b - a
+        spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else 0.0
+        return PredictionChange(
+            float(100.0 * (np.sqrt(b.mean() / a.mean()) - 1.0)),
+            float(apart.mean()) / spread if spread > 0 else 0.0,
+            100.0 * moved / changed if changed > 0 else 0.0,
+            size,
+        )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Starts and ends of the predictions: the same for every model."""
+
+    start: NDArray[np.int32]  # (m,) poses
+    x0: Array  # (m, 6) states there
+    end: NDArray[np.int32]  # (m,) the poses at the horizon
+    measured: Array  # (m, 3) velocities there
+    blocks: NDArray[np.int64]  # (blocks,) first prediction of each
+    sizes: NDArray[np.int64]  # (blocks,)
+
+    def predict(self, model: Model, recording: Recording) -> Array:
+        """Velocities (m, 3) by a model."""
+        states, _ = _core.predict(
+            model.boat, model.trace(recording), recording.t, self.start, self.end, self.x0,
+            threads=cores(),
+        )  # fmt: skip
+        return np.asarray(states[:, 3:])
+
+    def squares(self, nu: Array) -> Array:
+        """Mean squared errors (blocks, 3); infinite where the model diverges."""
+        errors = np.where(np.isfinite(nu), self.measured - nu, np.inf)
+        return np.asarray(np.add.reduceat(errors**2, self.blocks, axis=0) / self.sizes[:, None])
+
+
+def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
+    """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
+    begin = causal(model, recording).motion
+    every = max(1, round(START_SPACING / recording.period))
+    found = predict(model, recording, horizon, starts=begin, every=every)
+    start = found.begun
+    x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
+    blocks = np.flatnonzero(np.diff((found.t // BLOCK).astype(np.int64), prepend=-1))
+    sizes = np.diff(np.append(blocks, len(start)))
+    end = found.index.astype(np.int32)
+    return Targets(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
+
+
+def retrained(information: ScoreInformation, rest: Sequence[int], gone: str | None) -> Array:
+    """Parameters (p,) from some recordings, clipped to their bounds.
+
+    `gone`: a parameter that is held at 0, the others at their best then.
+    """
+    from_rest = information.information[list(rest)].sum(axis=0)
+    gradient = information.gradient[list(rest)].sum(axis=0)
+    theta = information.values + solve_scaled(from_rest, gradient)
+    if gone is not None:
+        j = information.place(gone)
+        unit = np.zeros(len(theta))
+        unit[j] = 1.0
+        row = solve_scaled(from_rest, unit)
+        theta = theta - row * theta[j] / row[j]
+    return np.asarray(np.clip(theta, *information.bounds))
+
+
+def _at(model: Model, information: ScoreInformation, theta: Array) -> Model:
+    """The model with other values of its parameters."""
+    found = dict(zip(information.names, theta.tolist(), strict=True))
+    constants = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))
+    return replace(
+        model,
+        coefficients=np.array([found.get(n, v) for n, v in model.values.items()]),
+        constants=np.array([found.get(n, v) for n, v in constants.items()]),
+    )

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The consistency check of a vehicle file with recordings, and its report."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+import numpy as np
+
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.accelerations import held_rows
+from seatrial.inspection.consistency.clock_offset import clock_offset, delayed
+from seatrial.inspection.consistency.gains import (
+    Gains,
+    Run,
+    block_count,
+    enough,
+    gains,
+    read_run,
+    unexplained,
+)
+from seatrial.inspection.consistency.hypotheses import HypothesisSearch, negated, swapped
+from seatrial.inspection.consistency.inconsistencies import (
+    Inconsistency,
+    clock_inconsistency,
+    inconsistencies,
+)
+from seatrial.inspection.consistency.pose_units import (
+    as_measured,
+    clearly_better,
+    heading_unit,
+    length_factors,
+    length_units,
+    usual_speed,
+)
+from seatrial.inspection.consistency.repair import Repair, apply_repair
+from seatrial.recording.recording import Recording, Signal
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES, Array
+
+STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
+MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
+DIRECTIONS = (  # of a positive and of a negative gain, by axis
+    ("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"),
+)  # fmt: skip
+NOT_EXCITED = "hardly excited; its sign is not checked"
+NEVER_COMMANDED = "the commands never change; record them while the boat is driven"
+TOO_SHORT = "too short to check signs; record two minutes or more"
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Gain from one input to one axis, with the columns as the file reads them."""
+
+    input: str
+    axis: int
+    value: float  # [m/s^2] or [rad/s^2] per unit of the file's command; forward-left-up
+    t: float
+
+
+@dataclass(frozen=True)
+class ConsistencyReport:
+    """Inconsistencies, the effect of each input, and what the data do not determine."""
+
+    findings: tuple[Inconsistency, ...]  # empty: all that can be checked is consistent
+    table: tuple[Gain, ...]
+    text: tuple[str, ...]  # the effect of each input, and what is not checked
+    repair: Repair
+    search: HypothesisSearch | None = field(default=None, compare=False)  # None: too little data
+
+    def apply_repair(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle file with all inconsistencies corrected."""
+        return apply_repair(vehicle, self.repair)
+
+
+def check_consistency(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
+    """Units, signs and order of a vehicle file's signals, from all recordings taken together.
+
+    With a lever arm, the poses are first checked at the measured point: the reader removes the lever
+    with the heading as read, and a wrong heading moves the origin to the wrong side.
+    """
+    if any(vehicle.lever):
+        with suppress(RecordingError):
+            measured = _checked([as_measured(r, vehicle) for r in recordings], vehicle)
+            if measured.repair.pose_edits or any(measured.repair.units):
+                return measured
+    return _checked(recordings, vehicle)
+
+
+def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
+    """The check of poses as they are read.
+
+    Units come first, then the clock, then the handedness: each is corrected before the next.
+    """
+    # 1. Local quadratics through the poses; enough data?
+    spacing = max(1.0, sum(r.duration for r in recordings) / MOST_WINDOWED)
+    runs = [read_run(r, file_commands(vehicle, r), spacing=spacing) for r in recordings]
+    commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
+    if not (commanded and enough(runs)):
+        n = len(vehicle.inputs)
+        nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
+        not_excited = [f"{name}: {NOT_EXCITED}" for name in vehicle.inputs]
+        return ConsistencyReport(
+            (), (), (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited), nothing
+        )
+    # 2. Units of length by plausible speeds, unit of heading by the unexplained acceleration.
+    speed, lengths = usual_speed(runs), length_units(runs, vehicle)
+    factors = length_factors(lengths, vehicle)
+    angle, read = heading_unit(runs, vehicle, factors)
+    runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
+    # 3. Clock of the commands.
+    offset = clock_offset(runs)
+    runs = [delayed(run, offset) for run in runs] if offset else runs
+    # 4. Handedness of the plane, then the gain from every input to every axis.
+    mirrored = _heading_varies(runs) and clearly_better(
+        unexplained(runs), unexplained(runs, mirrored=True)
+    )
+    found = gains(runs, mirrored=mirrored)
+    # 5. The fewest edits of signs and order that explain the gains.
+    search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
+    repair = replace(search.best(), units=(*lengths, angle))
+    effects = _input_effects(vehicle, search, repair)
+    return ConsistencyReport(
+        (*clock_inconsistency(offset), *inconsistencies(vehicle, repair, effects, speed)),
+        _table(vehicle, found),
+        (
+            *(f"{name} {does}" for name, does in effects.items()),
+            *_undetermined(vehicle, search, repair),
+        ),
+        repair,
+        search,
+    )
+
+
+def _heading_varies(runs: Sequence[Run]) -> bool:
+    """Whether the heading varies enough to show the handedness.
+
+    A mirrored plane turns by twice the heading: on a straight track that is a constant rotation,
+    which the gains absorb.
+    """
+    twice = np.exp(2j * np.concatenate([run.smooth.psi for run in runs]))
+    return bool(np.abs(twice.mean()) < np.exp(-2.0 * STRAIGHT_HEADING**2))
+
+
+def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
+    """Commands in the file's own axes, times the thrust factor of known signals (`scales`)."""
+    signal, scales = recording.commands, recording.scales
+    turned = (vehicle.input_signs < 0).any()  # else no copy of a long recording
+    own = replace(signal, values=signal.values * vehicle.input_signs) if turned else signal
+    if scales is None or all(group.scale is None for group in vehicle.file.chain):
+        return own
+    stamps = np.union1d(signal.stamps, scales.stamps)
+    stamps = stamps[stamps >= signal.stamps[0]]
+    t = (stamps - stamps[0]) * 1e-9
+    origin = int(stamps[0])
+    factor = _thrust_factor(vehicle, scales.values[held_rows(scales.stamps, origin, t)])
+    return Signal(own.names, stamps, own.values[held_rows(own.stamps, origin, t)] * factor)
+
+
+def _thrust_factor(vehicle: Vehicle, scales: Array) -> Array:
+    """Factors (m, inputs) on thrust for known signals (m, scales)."""
+    factor = np.ones((len(scales), len(vehicle.actuators)))
+    for group in vehicle.file.chain:
+        if group.scale is not None:
+            members = [vehicle.actuators.index(n) for n in group.actuators or vehicle.actuators]
+            reference = vehicle.file.scales[group.scale.signal].reference
+            value = scales[:, vehicle.scales.index(group.scale.signal)]
+            constants = vehicle.constants
+            power = constants.values[constants.index[members[0], STAGES.index("scale_power")]]
+            factor[:, members] *= (np.maximum(value, 0.0) / reference)[:, None] ** power
+    if vehicle.actuators == vehicle.inputs:
+        return factor
+    return np.repeat(factor.mean(axis=1)[:, None], len(vehicle.inputs), axis=1)
+
+
+def _table(vehicle: Vehicle, found: Sequence[Gains]) -> tuple[Gain, ...]:
+    return tuple(
+        Gain(name, axis, float(g.values[i]), float(g.t[i]))
+        for i, name in enumerate(vehicle.inputs)
+        for axis, g in enumerate(found)
+    )
+
+
+def _input_effects(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, str]:
+    """The main effect of each input, poses corrected: "moves surge forward (t 35)"."""
+    t = search.gain_rotation(repair) @ np.array([g.t for g in search.gains])
+    effects = {}
+    for i, name in enumerate(vehicle.inputs):
+        axis = int(np.argmax(np.abs(t[:, i])))
+        direction = DIRECTIONS[axis][0 if t[axis, i] > 0 else 1]
+        effects[name] = f"moves {AXES[axis]} {direction} (t {abs(t[axis, i]):.0f})"
+    return effects
+
+
+def _undetermined(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> Iterator[str]:
+    """What these recordings do not determine."""
+    names = vehicle.inputs
+    unexcited = {
+        i for i in range(len(names)) if search.relative_misfit(repair, negated(repair, i)) < 1.0
+    }
+    yield from (f"{names[i]}: {NOT_EXCITED}" for i in sorted(unexcited))
+    for i, j in combinations(sorted(set(range(len(names))) - unexcited), 2):
+        if search.relative_misfit(
+            repair, swapped(repair, i, j)
+        ) < 1.0 and not search.interchangeable(i, j):
+            yield f"{names[i]} and {names[j]}: not distinguishable"

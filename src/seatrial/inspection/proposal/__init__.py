@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""A vehicle file to start from, proposed from recordings."""

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT
+"""Excitation by the commands: effort by axis, and the role of each recording."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import AXES, Array
+
+DOMINANT = 0.75  # of the squared commands, for a recording of a single axis
+BOTH_SIDES = 0.2  # of the effort, least share of the weaker direction
+COMMAND_LOOK = 0.05  # [s] between samples of the commands
+MOST_LOOKS = 1_000_000  # samples; stamps in a wrong unit turn minutes into days
+EXCITED = 0.02  # of full command, least RMS of an excited axis
+LEAST_CHANGE = 0.002  # of full command, least range of a force that changes
+FAR_BEYOND_FULL = 2.0  # of full command; a larger value has another unit
+BEYOND_FULL = 1.02  # of full command in one direction, with ...
+OFFSET_NEUTRAL = 0.3  # ... so much less in the other: the neutral value is wrong
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Commands of one recording, axis by axis, in command units."""
+
+    rms: Array  # (3,)
+    largest: Array  # (3,) largest magnitude
+    share: Array  # (3,) of the squared commands
+    both_signs: tuple[bool, bool, bool]  # at least `BOTH_SIDES` of the effort in each direction
+    least: Array  # (forces,)
+    most: Array  # (forces,)
+
+    @property
+    def dominant(self) -> int | None:
+        """The axis with at least `DOMINANT` of the effort, or None."""
+        axis = int(np.argmax(self.share))
+        return axis if self.share[axis] >= DOMINANT else None
+
+
+def beyond_full(name: str, least: float, most: float) -> list[str]:
+    """A message where the range of an input does not fit a full command of 1; else none."""
+    reach, other = max(abs(least), abs(most)), min(abs(least), abs(most))
+    if reach > FAR_BEYOND_FULL:
+        return [
+            f"{name} reaches {reach:.4g}, but full command is 1: give offset and scale in the vehicle "
+            "file (1500 and 400 for a PWM in us)"
+        ]
+    if reach > BEYOND_FULL and least < 0.0 < most and reach - other > OFFSET_NEUTRAL:
+        return [
+            f"{name} ranges from {least:.3g} to {most:.3g}, but full command is 1 in both directions: "
+            "check that offset is the neutral value"
+        ]
+    return []
+
+
+def even_times(recording: Recording) -> Array:
+    """Regular times [s] over a recording to sample its commands, `MOST_LOOKS` at most."""
+    step = max(min(COMMAND_LOOK, recording.period), recording.duration / MOST_LOOKS)
+    return np.arange(0.0, recording.duration, step)
+
+
+def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
+    """RMS of the generalised forces by axis, over the duration of the poses."""
+    t = even_times(recording)
+    forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+    rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
+    for axis in range(3):
+        mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        if mine.size == 0:
+            continue
+        rms[axis] = np.sqrt(np.mean(np.sum(mine**2, axis=1)))
+        largest[axis] = np.abs(mine).max()
+        sides = np.array([np.maximum(mine, 0).sum(), np.maximum(-mine, 0).sum()])
+        both[axis] = bool(sides.min() >= BOTH_SIDES * sides.sum() > 0)
+    total = float(np.sum(rms**2))
+    share = rms**2 / total if total > 0 else np.zeros(3)
+    least, most = forces.min(axis=0), forces.max(axis=0)
+    return Excitation(rms, largest, share, (both[0], both[1], both[2]), least, most)
+
+
+def find_roles(
+    vehicle: Vehicle,
+    recordings: Sequence[Recording],
+    given: Mapping[str, Sequence[str]] | None = None,
+) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+    """The recordings that identify surge, sway and yaw (the paper's S1, S2, S3).
+
+    Given roles have priority. Next, recordings with a dominant axis serve that axis. An axis without
+    any takes all recordings that excite it; an axis without a force takes all.
+    """
+    found = [excitation(vehicle, r) for r in recordings]
+    names = [r.name for r in recordings]
+    roles: list[tuple[int, ...]] = []
+    for axis, label in enumerate(AXES):
+        chosen = [
+            _index(names, name, label) for name in dict.fromkeys((given or {}).get(label, ()))
+        ]
+        if not chosen:
+            chosen = [i for i, e in enumerate(found) if e.dominant == axis]
+        if not chosen:
+            chosen = [i for i, e in enumerate(found) if e.rms[axis] >= EXCITED]
+        if not chosen and not _driven(vehicle, axis):
+            chosen = list(range(len(recordings)))
+        if not chosen:
+            most = round(
+                max(float(e.rms[axis]) for e in found), 9
+            )  # allocations leave rounding errors
+            how = "hardly" if most > 0.0 else "never"
+            raise RecordingError(
+                f"{', '.join(names)}: {label} is {how} excited (RMS command {most:.2g}, {EXCITED} is "
+                f"the least); drive a minute of {label} pulses in both directions, or remove it from the "
+                "structure"
+            )
+        if _driven(vehicle, axis):
+            _refuse_constant(vehicle, [found[i] for i in chosen], axis, ", ".join(names))
+        roles.append(tuple(chosen))
+    return roles[0], roles[1], roles[2]
+
+
+def _refuse_constant(vehicle: Vehicle, chosen: Sequence[Excitation], axis: int, names: str) -> None:
+    """Refuse an axis with constant forces: thrust, drag and trim are then not separately identifiable."""
+    mine = [i for i, force in enumerate(vehicle.forces) if force.axis == axis]
+    least = np.min([e.least for e in chosen], axis=0)[mine]
+    most = np.max([e.most for e in chosen], axis=0)[mine]
+    if (most - least < LEAST_CHANGE).all():
+        values = " and ".join(
+            f"{vehicle.forces[i].name} is {m:.2g}" for i, m in zip(mine, most, strict=True)
+        )
+        raise RecordingError(
+            f"{names}: {values} throughout; constant thrust and drag are not distinguishable: drive a minute "
+            f"of {AXES[axis]} pulses in both directions, or remove it from the structure"
+        )
+
+
+def _driven(vehicle: Vehicle, axis: int) -> bool:
+    """Whether any force is in the equation of its own axis."""
+    own = {force.name for force in vehicle.forces if force.axis == axis}
+    return any(term.axis == axis and own & set(term.factors) for term in vehicle.structure.terms)
+
+
+def _index(names: Sequence[str], name: str, label: str) -> int:
+    if name not in names:
+        raise RecordingError(
+            f"role {label}={name}: no such recording; there are {', '.join(names)}"
+        )
+    return names.index(name)

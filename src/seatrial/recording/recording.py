@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: MIT
+"""A recording in memory: raw, unsynchronised, in forward-left-up axes, with its faults masked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.recording.pose_faults import (
+    COMMANDS_UNKNOWN,
+    Fault,
+    FaultKind,
+    examine,
+    in_order,
+    poses_held,
+    silences,
+    usual_step,
+)
+from seatrial.recording.timing import Stream, only_changes
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import sha256
+from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+
+KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
+KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
+RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat rests
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Rows of values with integer stamps, zero-order hold."""
+
+    names: tuple[str, ...]
+    stamps: Stamps  # (n,) [ns], rising
+    values: Array  # (n, names)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stamps", frozen_array(self.stamps, np.int64))
+        object.__setattr__(self, "values", frozen_array(self.values))
+        if self.values.shape != (len(self.stamps), len(self.names)):
+            raise RecordingError(
+                f"signal {', '.join(self.names)}: {len(self.stamps)} stamps but values of shape "
+                f"{self.values.shape}"
+            )
+        if np.any(np.diff(self.stamps) <= 0):
+            raise RecordingError(f"signal {', '.join(self.names)}: stamps must rise")
+
+    def cut(self, start: int, end: int) -> "Signal":
+        """Rows in [start, end) [ns], with `KEPT_BEFORE` and `KEPT_AFTER` around it.
+
+        The row that holds where they begin moves there.
+        """
+        start -= round(KEPT_BEFORE * 1e9)
+        end += round(KEPT_AFTER * 1e9)
+        first = int(np.searchsorted(self.stamps, start, side="right")) - 1
+        keep = (self.stamps >= start) & (self.stamps < end)
+        stamps, values = self.stamps[keep], self.values[keep]
+        if first >= 0 and self.stamps[first] < start:
+            stamps = np.concatenate([[start], stamps])
+            values = np.concatenate([self.values[first : first + 1], values])
+        return Signal(self.names, stamps, values)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A source file."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """Its name, without folders."""
+        return self.path.name
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of its bytes, computed on first use: a large bag takes seconds."""
+        return sha256(self.path)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Poses and commands as recorded, in forward-left-up axes and SI units."""
+
+    name: str
+    stamps: Stamps  # (n,) of the poses [ns], rising
+    eta: Array  # (n, 3) x, y [m], psi [rad] unwrapped
+    raw: Array  # (n, 3) as read, heading not unwrapped
+    valid: Mask  # (n,) poses that may be used
+    segment: NDArray[np.int64]  # (n,) number of the segment between gaps and jumps
+    commands: Signal
+    scales: Signal | None
+    faults: tuple[Fault, ...] = ()
+    sources: tuple[Source, ...] = ()
+    streams: tuple[Stream, ...] = ()  # timing of its signals
+    remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
+    offset: float = 0.0  # [s] cut off at its start
+
+    def __post_init__(self) -> None:
+        for name, dtype in (
+            ("stamps", np.int64),
+            ("eta", np.float64),
+            ("raw", np.float64),
+            ("valid", np.bool_),
+            ("segment", np.int64),
+        ):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), dtype))
+        if int(self.valid.sum()) < 2:
+            raise RecordingError(
+                f"{self.name}: {int(self.valid.sum())} usable poses of {len(self.stamps)}; "
+                "check the pose columns and what marks them valid"
+            )
+        if len(self.commands.stamps) == 0:
+            raise RecordingError(
+                f"{self.name}: no commands; record them for the whole run and name them "
+                "in the vehicle file"
+            )
+
+    @cached_property
+    def origin(self) -> int:
+        """Stamp of the first pose [ns]: the zero of `t`."""
+        return int(self.stamps[0])
+
+    @cached_property
+    def t(self) -> Array:
+        """Pose times (n,) [s] from the recording's start."""
+        return self.seconds(self.stamps)
+
+    @cached_property
+    def period(self) -> float:
+        """Median time between poses [s]."""
+        return float(np.median(np.diff(self.t)))
+
+    @cached_property
+    def usual_step(self) -> float:
+        """90th percentile [s] of the time between poses: the period of regular stamps."""
+        return usual_step(np.diff(self.t))
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last pose [s]."""
+        return float(self.t[-1])
+
+    @cached_property
+    def usable(self) -> float:
+        """Share of usable poses; those with bad stamps count as unusable.
+
+        Poses excluded by `--without` do not count.
+        """
+        late = sum(f.samples for f in self.faults if f.kind is FaultKind.STAMP)
+        excluded = np.zeros(len(self.t), dtype=bool)
+        for fault in self.faults:
+            if fault.kind is FaultKind.EXCLUDED:
+                excluded |= (self.t >= fault.start) & (self.t <= fault.end)
+        return float(self.valid.sum()) / (int((~excluded).sum()) + late)
+
+    def seconds(self, stamps: Stamps) -> Array:
+        """Stamps [ns] as seconds from the recording's start."""
+        return (stamps - self.origin).astype(np.float64) * 1e-9
+
+    @cached_property
+    def unknown(self) -> tuple[tuple[float, float], ...]:
+        """Intervals [s] with unknown commands.
+
+        The time before the first command is unknown unless that command is zero: a log may begin
+        while the boat is driven.
+        """
+        found = [(f.start, f.end) for f in self.faults if f.kind in COMMANDS_UNKNOWN]
+        values = np.abs(self.commands.values)
+        if len(values) and (values[0] > RESTING_COMMAND * values.max(axis=0)).any():
+            found.insert(0, (-np.inf, float(self.seconds(self.commands.stamps[:1])[0])))
+        return tuple(found)
+
+    def cut(self, start: float | None = None, end: float | None = None) -> "Recording":
+        """The part from `start` to `end` [s] from the recording's start."""
+        for value in (start, end):
+            if value is not None and not np.isfinite(value):
+                raise RecordingError(f"{self.name}: can't cut at {value} s; give seconds")
+        if start is not None and end is not None and end <= start:
+            raise RecordingError(f"{self.name}: end {end:g} s is not after start {start:g} s")
+        begin = self.origin if start is None else self.origin + round(start * 1e9)
+        stop = int(self.stamps[-1]) + 1 if end is None else self.origin + round(end * 1e9)
+        keep = (self.stamps >= begin) & (self.stamps < stop)
+        if int(keep.sum()) < 2:
+            raise RecordingError(
+                f"{self.name}: no poses between {start or 0.0:g} s and "
+                f"{self.duration if end is None else end:g} s; it lasts {self.duration:.1f} s"
+            )
+        shift, last = (float(s) for s in self.seconds(self.stamps[keep][[0, -1]]))
+        since = round(shift * 1e9)
+
+        def moved(time: float) -> float:
+            """[s] since the cut, to the last bit equal to the time of a pose."""
+            return float(np.float64(round(time * 1e9) - since) * 1e-9)
+
+        kept = tuple(
+            replace(f, start=max(0.0, moved(f.start)), end=moved(min(f.end, last)))
+            for f in self.faults
+            if f.end >= shift and f.start <= last
+        )
+        return replace(
+            self,
+            stamps=self.stamps[keep],
+            eta=self.eta[keep],
+            raw=self.raw[keep],
+            valid=self.valid[keep],
+            segment=self.segment[keep],
+            commands=self.commands.cut(begin, stop),
+            scales=None if self.scales is None else self.scales.cut(begin, stop),
+            faults=kept,
+            streams=tuple(replace(s, cut=True) for s in self.streams),
+            offset=self.offset + float(shift),
+        )
+
+    def without(self, start: float, end: float) -> "Recording":
+        """The recording without the poses from `start` to `end` [s] from its start.
+
+        For intervals with an external disturbance (a touched boat). The velocity after it is unknown.
+        Commands stay. Raises RecordingError where fewer than two poses are left.
+        """
+        last = float(self.t[-1])
+        span = f"from {start:g} s to {f'{end:g} s' if np.isfinite(end) else 'its end'}"
+        if not end > start:
+            raise RecordingError(
+                f"{self.name}: can't exclude {span}: the end is not after the start"
+            )
+        if start > last or end < 0.0:
+            raise RecordingError(
+                f"{self.name}: can't exclude {span}: it lasts {self.duration:.1f} s"
+            )
+        inside = (self.t >= start) & (self.t <= end)
+        if int((self.valid & ~inside).sum()) < 2:
+            raise RecordingError(
+                f"{self.name}: no poses remain without the time {span}: leave out the whole recording"
+            )
+        fault = Fault(FaultKind.EXCLUDED, max(0.0, start), min(end, last), int(inside.sum()))
+        faults = sorted((*self.faults, fault), key=lambda f: f.start)
+        return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
+
+
+def make_recording(
+    name: str,
+    stamps: Stamps,
+    eta: Array,
+    commands: Signal,
+    *,
+    scales: Signal | None = None,
+    marked_valid: Mask | None = None,
+    timeout: float | None = None,
+    sources: Sequence[Source] = (),
+    streams: Sequence[Stream] = (),
+    remarks: Sequence[str] = (),
+) -> Recording:
+    """A recording from raw poses: heading unwrapped, faults detected and masked.
+
+    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. Commands are unknown after
+    `timeout` seconds without any, and while one is not a number.
+    """
+    if len(stamps) < 2:
+        raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
+    # 1. Rows that only repeat the last pose.
+    held = poses_held(eta)
+    if held.any():
+        remarks = [*remarks, _held_text(held)]
+        stamps, eta = stamps[~held], eta[~held]
+        marked_valid = None if marked_valid is None else marked_valid[~held]
+    # 2. Faults of the poses.
+    found = examine(name, stamps, eta, marked_valid)
+    t = found.t
+    origin = stamps[found.in_order][0]
+    # 3. Intervals with unknown commands: poses in them are masked.
+    driven, unknown = _finite_rows(commands)
+    hidden = np.zeros(len(t), dtype=bool)
+    faults = list(found.faults)
+    if len(driven.stamps):
+        held = (driven.stamps - origin).astype(float) * 1e-9
+        holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, driven.values, timeout)]
+        odd = (unknown - origin).astype(float) * 1e-9
+        holes += [(FaultKind.NO_NUMBER, *s) for s in odd.tolist() if s[0] < t[-1] and s[1] > 0]
+        for kind, begin, end in holes:
+            inside = (t >= begin) & (t < end)
+            hidden |= inside
+            until = float(min(end, t[-1]))
+            faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
+        streams = [replace(s, on_change=_is_on_change(s, held, driven.values)) for s in streams]
+    # 4. Poses with rising stamps.
+    kept = found.in_order
+    return Recording(
+        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
+        found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
+        tuple(sources), tuple(streams), tuple(remarks),
+    )  # fmt: skip
+
+
+def _held_text(held: Mask) -> str:
+    return (
+        f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than poses): "
+        "each pose counts once"
+    )
+
+
+def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:
+    return stream.on_change or (stream.role == "commands" and only_changes(held, values))
+
+
+def _finite_rows(commands: Signal) -> tuple[Signal, Stamps]:
+    """The finite rows, and the intervals (k, 2) [ns] from another row to the next finite one."""
+    good = np.asarray(np.isfinite(commands.values).all(axis=1))
+    if good.all():
+        return commands, np.zeros((0, 2), dtype=np.int64)
+    rows = np.flatnonzero(~good)
+    first = rows[np.diff(rows, prepend=-2) > 1]
+    later = np.append(np.flatnonzero(good), len(good))
+    after = later[np.searchsorted(later, first)]
+    ends = np.append(commands.stamps, np.iinfo(np.int64).max // 2)[after]
+    known = Signal(commands.names, commands.stamps[good], commands.values[good])
+    return known, np.column_stack([commands.stamps[first], ends])
+
+
+def rising(stamps: Stamps) -> Mask:
+    """A longest selection of rows with rising stamps; of equal stamps the last."""
+    index = np.flatnonzero(in_order(stamps, strict=False))
+    last = np.append(np.diff(stamps[index]) > 0, True)
+    keep = np.zeros(len(stamps), dtype=bool)
+    keep[index[last]] = True
+    return keep

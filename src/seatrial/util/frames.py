@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""Axes and frames. Inside, everything is forward-left-up (REP-103); files state their own axes.
+
+Between forward-left-up and forward-right-down (SNAME, Fossen) the components v, r, y, psi, F_v
+and F_r change sign; `docs/conventions.md` derives what follows for coefficients.
+"""
+
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from seatrial import _core
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]  # [ns]
+Mask = NDArray[np.bool_]
+
+AXES = ("surge", "sway", "yaw")
+SYMBOLS = ("u", "v", "r")
+POSE_SIGNS = np.array([1.0, -1.0, -1.0])  # [x, y, psi] and [u, v, r] between the two systems
+
+
+class Axes(str, Enum):
+    """Body axes of a file, seen from the boat."""
+
+    FLU = "forward-left-up"  # REP-103; psi counter-clockwise from above
+    FRD = "forward-right-down"  # SNAME, Fossen; psi clockwise from above
+
+
+def body_velocity(psi: Array, eta_dot: Array) -> Array:
+    """nu = R(psi)^T eta_dot, the inverse of Eq. (1). psi (n,) [rad]; eta_dot, nu (n, 3)."""
+    return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(eta_dot), True)
+
+
+def earth_offset(psi: Array, ahead: float, left: float) -> Array:
+    """R(psi) (ahead, left): (n, 2) [m] in earth axes, of a point given in body axes. psi (n,) [rad]."""
+    point = np.tile([ahead, left, 0.0], (len(psi), 1))
+    return np.asarray(_core.rotate(np.ascontiguousarray(psi), point, False)[:, :2])
+
+
+def frozen_array(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """A read-only, contiguous copy."""
+    array: NDArray[Any] = np.array(values, dtype=dtype, order="C")
+    array.setflags(write=False)
+    return array
