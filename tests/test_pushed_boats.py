@@ -7,7 +7,7 @@ from survey_boat import as_stated
 
 from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification import estimator as output_error
+from seatrial.identification.estimator import output_error
 from seatrial.simulation.plan import Unmodelled
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}

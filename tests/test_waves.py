@@ -14,8 +14,8 @@ from seatrial import _core
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import causal
-from seatrial.identification import estimator as output_error
 from seatrial.identification.console import summary
+from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import _periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.recording import Signal, make_recording

@@ -8,7 +8,8 @@ from pathlib import Path
 from seatrial.boat.model import Model, save
 from seatrial.boat.physics import concerns, sanity_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
-from seatrial.evaluation.validation import Scores, scores_json, validate
+from seatrial.evaluation.scores import Scores, scores_json
+from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect

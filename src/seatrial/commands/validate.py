@@ -38,7 +38,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.boat.physics import concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import against_text
-    from seatrial.evaluation.validation import scores_json, validate
+    from seatrial.evaluation.scores import scores_json
+    from seatrial.evaluation.validation import validate
     from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)

@@ -5,7 +5,7 @@ from itertools import product
 from typing import get_args
 
 from seatrial.evaluation.residuals import in_words
-from seatrial.evaluation.validation import AxisScore, Interval, RecordingScore, Scores, Start
+from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
 from seatrial.util.frames import AXES, SYMBOLS
 
 MOST_SAID = 2  # sentences on the residuals of a recording
