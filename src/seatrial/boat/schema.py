@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from seatrial.boat.findings import Finding
+
 VEHICLE_FORMAT = "vehicle 1"
 Number = float | int
 Clock = Literal["header", "bag"]  # stamps of the messages, or of their arrival in the bag
@@ -253,7 +255,7 @@ class RecordingEntry(Strict, frozen=True):
     files: list[SourceEntry] = []
     effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
     errors: dict[str, float] = {}  # their standard errors
-    without: list[tuple[float, float]] = []  # [s] from the file's start, left out as was asked for
+    without: list[tuple[float, float]] = []  # [s] from the file's start, excluded (--without)
 
 
 class StepEntry(Strict, frozen=True):
@@ -276,13 +278,13 @@ class EstimatorEntry(Strict, frozen=True):
     method: str
     settings: dict[str, str | float | int | bool | None] = {}
     steps: list[StepEntry] = []
-    notes: list[str] = []  # what was not sought, and why
+    findings: list[Finding] = []
 
 
 class ModelFile(Strict, frozen=True):
     """`model.yaml`."""
 
-    seatrial: Literal["model 2"]
+    seatrial: Literal["model 3"]
     version: str  # of seatrial
     name: str
     axes: Literal["forward-left-up", "forward-right-down"]

@@ -69,6 +69,12 @@ def predict(
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
 
 
+def check_horizon(horizon: float) -> None:
+    """Raises RecordingError for a horizon [s] that is none."""
+    if not 0 < horizon < np.inf:
+        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+
+
 @dataclass(frozen=True)
 class Lookahead:
     """Predictions along one recording, whatever the horizon and the starts; see `predict`."""
@@ -132,8 +138,7 @@ class Lookahead:
     def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
         recording, begin = self.recording, self.reference if starts is None else starts
-        if not 0 < horizon < np.inf:
-            raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+        check_horizon(horizon)
         steps = round(horizon / recording.period)
         if steps < 1:
             raise RecordingError(

@@ -16,7 +16,7 @@ from seatrial.boat.schema import EQUATION_ERROR, EstimatorEntry, Integration, St
 from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
-from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
@@ -24,7 +24,6 @@ from seatrial.recording.velocity import Motion, motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-METHOD = EQUATION_ERROR
 EQUATIONS = ("Eq. (14)", "Eq. (15)", "Eq. (16)")  # surge, sway, yaw; Eq. (17) is the coupled step
 
 
@@ -37,7 +36,7 @@ class EquationErrorSettings:
 
 
 @dataclass(frozen=True)
-class Samples:
+class StepRows:
     """One recording as rows k of the discretised Eq. (12)."""
 
     nu_dot: Array  # (n, 3) (nu_k - nu_k-1) / dt
@@ -61,7 +60,7 @@ def equation_error(
     chosen = settings or EquationErrorSettings()
     if vehicle.estimated:
         raise IdentificationError(
-            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {METHOD} takes "
+            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
             "the actuators as known: use output-error or weak-form, or give numbers"
         )
     _refuse_shared(vehicle.structure)
@@ -87,7 +86,9 @@ def equation_error(
         envelope(vehicle, vehicle.constants.values, recordings, moving),
         tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
-            METHOD, {"literal": chosen.literal, "correlation": chosen.correlation}, solver.steps
+            EQUATION_ERROR,
+            {"literal": chosen.literal, "correlation": chosen.correlation},
+            solver.steps,
         ),
     )
 
@@ -98,14 +99,14 @@ def _refuse_shared(structure: Structure) -> None:
         axes = sorted({term.axis for term in structure.terms if term.coefficient == name})
         if len(axes) > 1:
             raise IdentificationError(
-                f"{name} stands in {' and '.join(AXES[axis] for axis in axes)}, but {METHOD} solves axis by axis; "
-                "give it two names, or take another --method"
+                f"{name} stands in {' and '.join(AXES[axis] for axis in axes)}, but "
+                f"{EQUATION_ERROR} solves axis by axis; give it two names, or take another --method"
             )
 
 
 def sample_rows(
     vehicle: Vehicle, recording: Recording, moving: Motion, *, literal: bool
-) -> Samples:
+) -> StepRows:
     """Rows k of Eq. (14)-(17): wherever the velocities at k - 1 and k (and k - 2) are usable."""
     t, nu, valid = moving.t, moving.nu, moving.valid
     if int(valid.sum()) < 3:
@@ -129,7 +130,7 @@ def sample_rows(
         np.ascontiguousarray(late),
         force,
     )
-    return Samples(nu_dot, table, recording.name)
+    return StepRows(nu_dot, table, recording.name)
 
 
 class _Steps:
@@ -138,7 +139,7 @@ class _Steps:
     def __init__(
         self,
         structure: Structure,
-        samples: Sequence[Samples],
+        samples: Sequence[StepRows],
         roles: tuple[tuple[int, ...], ...],
         correlation: int,
     ) -> None:
@@ -183,12 +184,14 @@ class _Steps:
         a, B, Z = (np.concatenate([part[j] for part in parts]) for j in range(3))
         used = [self.samples[i].recording for i in data]
         where = f"{equation}, {AXES[axis]}, {', '.join(used)}"
-        fit = solve(B, a, names, where, self.correlation, rows=[len(part[0]) for part in parts])
+        fit = solve_least_squares(
+            B, a, names, where, self.correlation, rows=[len(part[0]) for part in parts]
+        )
         self.theta[places] = fit.theta
         self._carry(places, fit, Z)
         self.steps.append(StepEntry(equation, names, used, len(a), fit.condition, fit.explained))
 
-    def _rows(self, axis: int, places: Sequence[int], data: Samples) -> tuple[Array, Array, Array]:
+    def _rows(self, axis: int, places: Sequence[int], data: StepRows) -> tuple[Array, Array, Array]:
         """a and B of a = B theta, and the columns Z of the coefficients that are known already."""
         n, size = len(data.nu_dot), len(self.theta)
         columns = np.zeros((n, size))
@@ -206,7 +209,7 @@ class _Steps:
         a -= Z[:, known] @ self.theta[known]  # (N_rr |r| + N_r) r + N_F F_r of Eq. (17)
         return a, columns[:, list(places)], Z
 
-    def _carry(self, chosen: Sequence[int], fit: Fit, Z: Array) -> None:
+    def _carry(self, chosen: Sequence[int], fit: LeastSquares, Z: Array) -> None:
         """theta = B+ (a - Z z): the uncertainty of the earlier steps' z enters through -B+ Z."""
         places = np.array(chosen)
         slope = -fit.inverse @ Z

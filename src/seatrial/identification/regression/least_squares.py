@@ -9,12 +9,14 @@ import numpy as np
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-SINGULAR = 1e6  # condition of the column-scaled regressor from which on it counts as singular
+SINGULAR_CONDITION = (
+    1e6  # condition of the column-scaled regressor from which on it counts as singular
+)
 ROWS_PER_COEFFICIENT = 20  # fewer rows than this are no recording
 
 
 @dataclass(frozen=True)
-class Fit:
+class LeastSquares:
     """A solved least-squares step."""
 
     theta: Array  # (p,)
@@ -24,7 +26,7 @@ class Fit:
     inverse: Array  # (p, n) B's pseudo-inverse
 
 
-def solve(
+def solve_least_squares(
     B: Array,
     a: Array,
     names: Sequence[str],
@@ -32,7 +34,7 @@ def solve(
     correlation: int,
     *,
     rows: Sequence[int] = (),
-) -> Fit:
+) -> LeastSquares:
     """Least squares; refuses dead columns and singular regressors, saying which.
 
     B (n, p), a (n,). `correlation`: samples over which residuals are correlated; the covariance is
@@ -55,7 +57,7 @@ def solve(
     scaled = B / size
     _, singular, right = np.linalg.svd(scaled, full_matrices=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else float("inf")
-    if condition > SINGULAR:
+    if condition > SINGULAR_CONDITION:
         weights = np.abs(right[-1])
         tied = [n for n, w in zip(names, weights, strict=True) if w > 0.1 * weights.max()]
         raise IdentificationError(
@@ -68,7 +70,7 @@ def solve(
     spread = float(np.sum((a - a.mean()) ** 2))
     explained = 1.0 - float(residual @ residual) / spread if spread > 0 else 1.0
     covariance = _newey_west(inverse * residual, correlation, rows or (n,))
-    return Fit(theta, covariance, condition, explained, inverse)
+    return LeastSquares(theta, covariance, condition, explained, inverse)
 
 
 def _newey_west(score: Array, correlation: int, rows: Sequence[int]) -> Array:

@@ -12,53 +12,57 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.regression.start_values import (
-    FINEST,
-    STEPS,
-    changes,
-    evened,
-    gathered,
-    pieces,
-    search,
+    START_CHAIN_STEPS,
+    START_GRID_STEP,
+    at_even_stamps,
+    fit_equations,
+    movable_constants,
+    spread_pieces,
+    window_rows,
 )
 from seatrial.identification.regression.weak_rows import choose_widths
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-PROBE = 0.1  # [m] for the derivative
-MOST_STEPS = 5
-WORTH = 0.99  # of the accelerations left: less is worth a step
+LEVER_PROBE = 0.1  # [m] for the derivative
+LEVER_STEPS = 5
+LEVER_CONVERGED = 0.99  # of the accelerations left: less is worth a step
 
 
-def first_lever(
+def lever_from_poses(
     recordings: Sequence[Recording], vehicle: Vehicle, free: Sequence[int] = ()
 ) -> Array:
     """The lever arm (2,) [m], forward and left; `free` as in `start_values`.
 
     Raises IdentificationError where no recording has a stretch without drop-outs.
     """
-    whole = [evened(r) for r in pieces(recordings)]
+    whole = [at_even_stamps(r) for r in spread_pieces(recordings)]
     widths = choose_widths(whole)
 
     def left(lever: Array) -> Array:
         """Accelerations (m,) in surge and sway that the best coefficients leave."""
-        moved = gathered([of_origin(r, lever) for r in whole], vehicle, FINEST, widths=widths)
-        found = search(moved, changes(vehicle, free), STEPS)
+        moved = window_rows(
+            [poses_of_origin(r, lever) for r in whole], vehicle, START_GRID_STEP, widths=widths
+        )
+        found = fit_equations(moved, movable_constants(vehicle, free), START_CHAIN_STEPS)
         error = found.design.a - found.design.B @ found.theta
         return np.asarray(error[:, :2].ravel())
 
     lever = np.zeros(2)
     here = left(lever)
-    for _ in range(MOST_STEPS):
-        slopes = np.column_stack([(left(lever + PROBE * e) - here) / PROBE for e in np.eye(2)])
+    for _ in range(LEVER_STEPS):
+        slopes = np.column_stack(
+            [(left(lever + LEVER_PROBE * e) - here) / LEVER_PROBE for e in np.eye(2)]
+        )
         further = lever - np.linalg.lstsq(slopes, here, rcond=None)[0]
         there = left(further)
-        if np.linalg.norm(there) > WORTH * np.linalg.norm(here):
+        if np.linalg.norm(there) > LEVER_CONVERGED * np.linalg.norm(here):
             break
         lever, here = further, there
     return lever
 
 
-def of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
+def poses_of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
     """The poses of the boat's origin, less a lever arm (2,) [m], and in the water, less a current
     (2,) [m/s] in the world."""
     if not (lever.any() or (current is not None and current.any())):

@@ -22,15 +22,15 @@ from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.identification.regression.equation_error import couplings
-from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
 from seatrial.identification.regression.start_values import (
-    Change,
-    Design,
-    Found,
-    changes,
-    gathered,
-    search,
-    widened,
+    ConstantRange,
+    EquationFit,
+    LinearEquations,
+    fit_equations,
+    movable_constants,
+    window_rows,
+    with_constant_columns,
 )
 from seatrial.identification.selection.actuator_stages import with_free_stages
 from seatrial.recording.excitation import find_roles
@@ -41,8 +41,8 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
-METHOD = "weak-form"
-STEP = 1 / 60  # [s] of the model's integration
+WEAK_FORM = "weak-form"
+INTEGRATION_STEP = 1 / 60  # [s] of the model's integration
 
 
 @dataclass(frozen=True)
@@ -67,30 +67,34 @@ def weak_form(
     axes that it is coupled to. Raises IdentificationError, RecordingError.
     """
     chosen = settings or WeakFormSettings()
-    whole, moved = to_find(recordings, vehicle)
-    serves = serving(whole, recordings, roles)
-    rows = gathered(recordings, whole, chosen.step, serves)
-    found = search(rows, moved, chosen.steps)
-    fit = checked(found.design, found.weights, whole, METHOD)
+    whole, moved = sought_constants(recordings, vehicle)
+    serves = axes_served(whole, recordings, roles)
+    rows = window_rows(recordings, whole, chosen.step, serves)
+    found = fit_equations(rows, moved, chosen.steps)
+    fit = checked_fit(found.design, found.weights, whole, WEAK_FORM)
     found = replace(found, theta=fit.theta)
-    blocks = numbered_blocks([w.centres for w in rows.each], chosen.block)
-    covariance = sandwich(widened(rows, found, moved), found, blocks)
+    blocks = block_numbers([w.centres for w in rows.each], chosen.block)
+    covariance = clustered_sandwich(with_constant_columns(rows, found, moved), found, blocks)
     widths = {"state": round(rows.widths.state, 3), "test": round(rows.widths.test, 3)}
     entry = EstimatorEntry(
-        METHOD, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
+        WEAK_FORM, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
     )
-    return model_of(whole, recordings, found, placed_covariance(covariance, found, moved), entry)
+    return regression_model(
+        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+    )
 
 
-def to_find(recordings: Sequence[Recording], vehicle: Vehicle) -> tuple[Vehicle, dict[int, Change]]:
+def sought_constants(
+    recordings: Sequence[Recording], vehicle: Vehicle
+) -> tuple[Vehicle, dict[int, ConstantRange]]:
     """The vehicle with the stages that its file does not state, and which constants are sought."""
     whole = with_free_stages(vehicle, recordings)
     known = set(vehicle.constants.names) - set(whole.estimated)
     free = [i for i, name in enumerate(whole.constants.names) if name not in known]
-    return whole, changes(whole, free)
+    return whole, movable_constants(whole, free)
 
 
-def serving(
+def axes_served(
     vehicle: Vehicle,
     recordings: Sequence[Recording],
     roles: Mapping[str, Sequence[str]] | None,
@@ -105,16 +109,18 @@ def serving(
     return [(i in data[0], i in data[1], i in data[2]) for i in range(len(recordings))]
 
 
-def checked(design: Design, weights: Array, vehicle: Vehicle, where: str) -> Fit:
+def checked_fit(
+    design: LinearEquations, weights: Array, vehicle: Vehicle, where: str
+) -> LeastSquares:
     """The coefficients again, refused in words where the data do not hold them."""
     root = np.sqrt(weights).ravel()
     used = root > 0
     flat = design.B.reshape(-1, design.B.shape[2])
     B, a = (flat * root[:, None])[used], (design.a.ravel() * root)[used]
-    return solve(B, a, vehicle.structure.coefficients, where, 0)
+    return solve_least_squares(B, a, vehicle.structure.coefficients, where, 0)
 
 
-def numbered_blocks(times: Sequence[Array], block: float) -> NDArray[np.int64]:
+def block_numbers(times: Sequence[Array], block: float) -> NDArray[np.int64]:
     """The number (m,) of the stretch of `block` [s] that each time [s] of each recording is in."""
     numbers, first = [], 0
     for t in times:
@@ -124,7 +130,9 @@ def numbered_blocks(times: Sequence[Array], block: float) -> NDArray[np.int64]:
     return np.concatenate(numbers)
 
 
-def sandwich(wide: Design, found: Found, blocks: NDArray[np.int64]) -> Array:
+def clustered_sandwich(
+    wide: LinearEquations, found: EquationFit, blocks: NDArray[np.int64]
+) -> Array:
     """Covariance (p, p) of p columns: rows near each other in time share their errors.
 
     Scores summed over blocks between two inverses (White's sandwich, clustered).
@@ -146,7 +154,7 @@ def sandwich(wide: Design, found: Found, blocks: NDArray[np.int64]) -> Array:
 
 
 def step_entry(
-    fit: Fit, vehicle: Vehicle, recordings: Sequence[Recording], found: Found
+    fit: LeastSquares, vehicle: Vehicle, recordings: Sequence[Recording], found: EquationFit
 ) -> StepEntry:
     """The one step, as the report shows it."""
     names = list(vehicle.structure.coefficients)
@@ -156,7 +164,7 @@ def step_entry(
     )
 
 
-def placed_covariance(part: Array, found: Found, moved: Mapping[int, Change]) -> Array:
+def covariance_of_all(part: Array, found: EquationFit, moved: Mapping[int, ConstantRange]) -> Array:
     """The covariance of coefficients and sought constants among that of all."""
     n, m = len(found.theta), len(found.constants)
     whole = np.zeros((n + m, n + m))
@@ -165,10 +173,10 @@ def placed_covariance(part: Array, found: Found, moved: Mapping[int, Change]) ->
     return whole
 
 
-def model_of(
+def regression_model(
     vehicle: Vehicle,
     recordings: Sequence[Recording],
-    found: Found,
+    found: EquationFit,
     covariance: Array,
     estimator: EstimatorEntry,
 ) -> Model:
@@ -178,7 +186,7 @@ def model_of(
         found.theta,
         covariance,
         found.constants,
-        Integration("runge-kutta", STEP),
+        Integration("runge-kutta", INTEGRATION_STEP),
         pose_noise(*recordings),
         envelope(vehicle, found.constants, recordings, [motion(r) for r in recordings]),
         tuple(recording_entry(r) for r in recordings),

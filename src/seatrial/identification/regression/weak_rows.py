@@ -29,11 +29,11 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 
-SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
-LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side
-STATE_MOST = 0.6  # [s]; at least two poses
-TEST_RANGE = (0.4, 1.5)  # [s]
-BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
+VELOCITY_NOISE_SHARE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
+ACCELERATION_NOISE_SHARE = 0.06  # and of the RMS acceleration what it may make of the left side
+LARGEST_STATE_WIDTH = 0.6  # [s]; at least two poses
+TEST_WIDTH_RANGE = (0.4, 1.5)  # [s]
+BRIDGED_PERIODS = 2.5  # median periods between smoothed poses that are interpolated over
 
 
 @dataclass(frozen=True)
@@ -79,11 +79,13 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     sigma = np.array([noise.position, noise.heading])
     speed = np.array([_rms([p.velocity for p in parts]), _rms([p.r for p in parts])])
     bend = np.array([_rms([p.acceleration for p in parts]), _rms([p.r_dot for p in parts])])
-    poses = float(np.max(12.0 * (sigma / period / (SLOPE_NOISE * speed)) ** 2)) ** (1 / 3)
-    half = float(np.max(22.5 * period * (sigma / (LEFT_NOISE * bend)) ** 2)) ** (1 / 5)
+    poses = float(np.max(12.0 * (sigma / period / (VELOCITY_NOISE_SHARE * speed)) ** 2)) ** (1 / 3)
+    half = float(np.max(22.5 * period * (sigma / (ACCELERATION_NOISE_SHARE * bend)) ** 2)) ** (
+        1 / 5
+    )
     return Widths(
-        float(np.clip(poses / 2, 2.0, STATE_MOST / period) * period),
-        float(np.clip(half, *TEST_RANGE)),
+        float(np.clip(poses / 2, 2.0, LARGEST_STATE_WIDTH / period) * period),
+        float(np.clip(half, *TEST_WIDTH_RANGE)),
     )
 
 
@@ -112,7 +114,7 @@ def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
     return Kernels(step, max(1, half // 2), np.pad(test, pad), np.pad(slope, pad), driven)
 
 
-def weigh(values: Array, weights: Array, stride: int) -> Array:
+def window_sums(values: Array, weights: Array, stride: int) -> Array:
     """sum_k weights[k] values[b stride + k] for all whole windows b: (windows, columns)."""
     count = -(-len(weights) // stride)
     blocks = len(values) // stride
@@ -124,7 +126,7 @@ def weigh(values: Array, weights: Array, stride: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Weighed:
+class Windows:
     """One recording's windows; what depends on the chain's constants is asked for by `columns`."""
 
     vehicle: Vehicle
@@ -146,8 +148,8 @@ class Weighed:
     def left(self) -> Array:
         """(m, 3) int phi nu_dot as the poses have it, in the window's axes."""
         k = self.kernels
-        moving = weigh(_parts(self.velocity, self.nu[:, 2]), k.slope, k.stride)
-        turning = weigh(_parts(1j * self.nu[:, 2] * self.velocity), k.test, k.stride)
+        moving = window_sums(_parts(self.velocity, self.nu[:, 2]), k.slope, k.stride)
+        turning = window_sums(_parts(1j * self.nu[:, 2] * self.velocity), k.test, k.stride)
         moving[:, :2] -= turning
         plane = self._bodily(moving[self.keep][:, :2])[:, 0]
         return np.column_stack([plane.real, plane.imag, moving[self.keep][:, 2]])
@@ -180,7 +182,9 @@ class Weighed:
         plane = sum(row[0] < 2 for row in rows)  # terms stand in the order of their axes
         along = np.array([(1.0, 1j)[row[0]] for row in rows[:plane]])
         turned = products[:, :plane] * (along * self.turn[:, None])
-        whole = weigh(_parts(turned, products[:, plane:]), kernel, self.kernels.stride)[self.keep]
+        whole = window_sums(_parts(turned, products[:, plane:]), kernel, self.kernels.stride)[
+            self.keep
+        ]
         bodily = self._bodily(whole[:, : 2 * plane])
         sums = np.eye(len(structure.coefficients) + 1)[[row[1] for row in rows]]
         return np.stack(
@@ -198,9 +202,9 @@ class Weighed:
         return np.asarray(plane / self.turn[self._middle][:, None])
 
 
-def weighed(
+def windows_of(
     vehicle: Vehicle, recording: Recording, widths: Widths, finest: float = 1 / 60
-) -> Weighed:
+) -> Windows:
     """A recording's windows. Raises IdentificationError where no stretch is long enough for one."""
     r = recording
     smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, window=2 * widths.state, stride=0.0)
@@ -217,8 +221,8 @@ def weighed(
     body = velocity / turn
     nu = np.column_stack([body.real, body.imag, rate])
     bad = ~_covered(grid, smooth.t, r)
-    spoiled = weigh(bad[:, None].astype(float), k.support.astype(float), k.stride)[:, 0]
-    found = Weighed(
+    spoiled = window_sums(bad[:, None].astype(float), k.support.astype(float), k.stride)[:, 0]
+    found = Windows(
         vehicle, r, k, grid, np.ascontiguousarray(nu),
         np.ascontiguousarray(np.gradient(nu, k.step, axis=0)), turn, velocity, spoiled < 0.5,
     )  # fmt: skip
@@ -231,7 +235,7 @@ def _covered(grid: Array, centres: Array, recording: Recording) -> Mask:
     """Grid points between two smoothed poses of one stretch."""
     i = np.clip(np.searchsorted(centres, grid, side="right") - 1, 0, len(centres) - 2)
     inside = (grid >= centres[0]) & (grid <= centres[-1])
-    near = np.diff(centres) < BRIDGED * recording.period
+    near = np.diff(centres) < BRIDGED_PERIODS * recording.period
     stretch = recording.segment[np.searchsorted(recording.t, centres)]
     return np.asarray(inside & (near & (np.diff(stretch) == 0))[i])
 

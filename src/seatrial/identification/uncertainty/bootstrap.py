@@ -8,19 +8,19 @@ the recording as it is, so that no seam is made.
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point, step_within
+from seatrial.identification.likelihood.optimiser import Point, bounded_step
 from seatrial.identification.solution import Fit
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
-REPLICATES = 200
-STEPS = 6  # of Gauss and Newton's; one or two do where the likelihood is nearly quadratic
-SETTLED = 0.01  # of the cost, that another step promises
-HALVINGS = 4  # of a step that leads uphill
-LEVEL = 95.0  # [%] of the intervals
+BOOTSTRAP_REPLICATES = 200
+BOOTSTRAP_STEPS = 6  # of Gauss and Newton's; one or two do where the likelihood is nearly quadratic
+BOOTSTRAP_CONVERGED = 0.01  # of the cost, that another step promises
+STEP_HALVINGS = 4  # of a step that leads uphill
+INTERVAL_LEVEL = 95.0  # [%] of the intervals
 
 
-def bootstrap(fit: Fit, replicates: int = REPLICATES, seed: int = 0) -> Array:
+def bootstrap(fit: Fit, replicates: int = BOOTSTRAP_REPLICATES, seed: int = 0) -> Array:
     """Estimates (replicates, p) of the free parameters, the noise held; in the order of `fit.names`.
 
     A replicate's search ends where a step no longer gains, or leads uphill however short it is.
@@ -44,21 +44,21 @@ def intervals(draws: Array) -> Array:
     At the order statistics (n + 1) q (Davison, Hinkley, section 5.3.1), outside of which a further
     draw lies as often as `LEVEL` says, few as the draws may be; from 39 on they exist.
     """
-    tail = (100.0 - LEVEL) / 2.0
+    tail = (100.0 - INTERVAL_LEVEL) / 2.0
     return np.percentile(draws, [tail, 100.0 - tail], axis=0, method="weibull").T
 
 
 def _refit(fit: Fit, counts: list[Array]) -> Array:
     """The free parameters (p,) where poses count so often; Gauss-Newton from the optimum."""
-    at = Point(fit.theta, fit.noise, fit.problem.passes(fit.theta, fit.noise, counts))
-    for _ in range(STEPS):
-        move, promised = step_within(at, 0.0)
-        if promised < SETTLED:
+    at = Point(fit.theta, fit.noise, fit.problem.run_filter(fit.theta, fit.noise, counts))
+    for _ in range(BOOTSTRAP_STEPS):
+        move, promised = bounded_step(at, 0.0)
+        if promised < BOOTSTRAP_CONVERGED:
             break
-        for _ in range(HALVINGS):
+        for _ in range(STEP_HALVINGS):
             theta = at.theta + move
-            found = fit.problem.passes(theta, fit.noise, counts)
-            if found.cost < at.passes.cost:
+            found = fit.problem.run_filter(theta, fit.noise, counts)
+            if found.cost < at.runs.cost:
                 break
             move = 0.5 * move
         else:

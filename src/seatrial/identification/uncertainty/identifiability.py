@@ -7,24 +7,32 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.identification.uncertainty.combinations import (
-    APART,
-    TOGETHER,
+    CORRELATED,
+    INSEPARABLE,
     Combination,
-    Known,
+    Estimates,
     combinations,
 )
 from seatrial.identification.uncertainty.parameter_verdict import (
-    SHARP,
-    Finding,
-    Verdict,
-    finding,
+    SHARP_ERROR,
+    ParameterAccuracy,
+    ParameterVerdict,
     full_thrust,
+    parameter_accuracy,
 )
 from seatrial.util.frames import Array
 
 __all__ = [
-    "APART", "SHARP", "TOGETHER", "Combination", "Finding", "Identifiability", "Verdict", "condition",
-    "full_thrust", "identifiability",
+    "CORRELATED",
+    "INSEPARABLE",
+    "SHARP_ERROR",
+    "Combination",
+    "Identifiability",
+    "ParameterAccuracy",
+    "ParameterVerdict",
+    "condition",
+    "full_thrust",
+    "identifiability",
 ]  # fmt: skip
 
 
@@ -32,13 +40,13 @@ __all__ = [
 class Identifiability:
     """Verdicts, and the correlations of all that was estimated."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[ParameterAccuracy, ...]
     names: tuple[str, ...]  # (p,) of what was estimated
     correlation: Array  # (p, p)
     condition: float  # of the correlation matrix; 1 without correlations
     combinations: tuple[Combination, ...]
 
-    def __getitem__(self, name: str) -> Finding:
+    def __getitem__(self, name: str) -> ParameterAccuracy:
         return next(found for found in self.findings if found.name == name)
 
 
@@ -50,8 +58,8 @@ def identifiability(model: Model) -> Identifiability:
     names = tuple(model.parameters[i] for i in sought)
     matrix = model.covariance[np.ix_(sought, sought)]
     correlation = matrix / np.outer(errors[sought], errors[sought])
-    findings = [finding(model, name, names, correlation) for name in model.parameters]
-    known = Known(model, names, values[sought], matrix, {f.name: f for f in findings})
+    findings = [parameter_accuracy(model, name, names, correlation) for name in model.parameters]
+    known = Estimates(model, names, values[sought], matrix, {f.name: f for f in findings})
     return Identifiability(
         tuple(findings), names, correlation, condition(correlation), combinations(known)
     )

@@ -12,20 +12,24 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
 
-LAG = "lag"
-MOSTLY = 0.5  # of what is known of it
+LAG_KIND = "lag"
+PRIOR_SHARE = 0.5  # of what is known of it
 
 
-def by_squares(at: Point, covariance: Array) -> Array:
+def with_lag_by_square(at: Point, covariance: Array) -> Array:
     """The covariance (p, p) with lags as uncertain as `lag_error` has it, and what is correlated with them.
 
     Not where it is the prior that knows the lag: that is of the lag itself.
     """
-    out, problem = covariance, at.passes.problem
+    out, problem = covariance, at.runs.problem
     for k, i in enumerate(problem.free):
         variance = float(out[k, k])
         before = 0.0 if problem.prior is None else variance * float(problem.prior.precision[i, i])
-        if problem.names[i].partition(".")[0] == LAG and variance > 0.0 and before < MOSTLY:
+        if (
+            problem.names[i].partition(".")[0] == LAG_KIND
+            and variance > 0.0
+            and before < PRIOR_SHARE
+        ):
             wider = lag_error(float(at.theta[i]), float(np.sqrt(variance))) ** 2
             out = out + (wider / variance - 1.0) / variance * np.outer(out[k], out[k])
     return out

@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.identification.likelihood.fit_horizon import least_noise
-from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.solution import Fit
-from seatrial.identification.uncertainty.covariance import at_bounds, sandwich
+from seatrial.identification.uncertainty.covariance import at_bounds, sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 from seatrial.util.statistics import NORMAL_95, inverse_of
 
-CLOSE = 0.02  # of a standard deviation: the end is found
-LOOKS = 16  # at most, to either side
-FARTHEST = 300.0  # [standard errors] an interval that reaches so far is open
+END_TOLERANCE = 0.02  # of a standard deviation: the end is found
+END_EVALUATIONS = 16  # at most, to either side
+OPEN_DISTANCE = 300.0  # [standard errors] an interval that reaches so far is open
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class _Scale:
 
 def _scale(fit: Fit, k: int) -> _Scale:
     """What ended at a bound stays there in both variances, but for the parameter itself."""
-    at = Point(fit.theta, fit.noise, fit.passes)
+    at = Point(fit.theta, fit.noise, fit.runs)
     inside = ~at_bounds(at)
     inside[k] = True
-    covariance = sandwich(at, inside)
-    own = inverse_of(fit.passes.information[np.ix_(inside, inside)])
+    covariance = sandwich_covariance(at, inside)
+    own = inverse_of(fit.runs.information[np.ix_(inside, inside)])
     error = float(np.sqrt(covariance[k, k]))
     place = int(np.sum(inside[:k]))
     return _Scale(covariance[:, k] / error, error, float(error**2 / own[place, place]))
@@ -79,15 +79,15 @@ def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
     room = (highest - best if side > 0 else best - lowest) / error
     near, far = (0.0, 0.0), (np.inf, np.inf)  # distance and rise, each in standard deviations
     distance = NORMAL_95
-    for look in range(LOOKS):
-        distance = min(distance, room, FARTHEST)
+    for look in range(END_EVALUATIONS):
+        distance = min(distance, room, OPEN_DISTANCE)
         rise = _rise(fit, k, scale, side * distance)
-        if abs(rise - NORMAL_95) < CLOSE:
+        if abs(rise - NORMAL_95) < END_TOLERANCE:
             return best + side * distance * error
         if rise < NORMAL_95:
             if distance == room:
                 return best + side * room * error
-            if distance == FARTHEST:
+            if distance == OPEN_DISTANCE:
                 return side * np.inf
             near = (distance, rise)
         else:
@@ -110,10 +110,12 @@ def _rise(fit: Fit, k: int, scale: _Scale, distance: float) -> float:
     theta[free] += distance * scale.along
     held = theta[place]
     problem = replace(fit.problem, free=tuple(i for i in free if i != place))
-    theta = problem.bounded(theta)
+    theta = problem.clipped(theta)
     theta[place] = held
     try:
-        found = search(problem, theta, fit.noise, least=least_noise(problem, fit.share))
+        found = maximise_likelihood(
+            problem, theta, fit.noise, least=noise_floor(problem, fit.horizon)
+        )
     except IdentificationError:
         return np.inf
-    return float(np.sqrt(max(0.0, found.passes.cost - fit.passes.cost) / scale.excess))
+    return float(np.sqrt(max(0.0, found.runs.cost - fit.runs.cost) / scale.excess))
