@@ -186,7 +186,7 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
     )
     begin = np.arange(len(values)) / 20.0
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     dt = 0.002

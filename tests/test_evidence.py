@@ -240,7 +240,9 @@ def test_the_last_column_of_the_minutes_is_what_the_model_states(boat, whole):
 def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
     vehicle, recording = boat
     model = whole.model()
-    with pytest.raises(IdentificationError, match="--profile X_q: sought were X_u, "):
+    with pytest.raises(
+        IdentificationError, match="--profile X_q: not an estimated parameter; estimated are X_u, "
+    ):
         accuracy_tables(model, [recording], vehicle, profiled=["X_q"])
     with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 40"):
         accuracy_tables(model, [recording], vehicle, replicates=5)

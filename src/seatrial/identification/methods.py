@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
@@ -102,7 +102,7 @@ def identify(
         model = smoother(recordings, vehicle, roles=roles)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
+    axis_physics(model)
     wrong = _beyond(recordings, vehicle)
     wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
     silent = [
@@ -114,7 +114,7 @@ def identify(
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+    return replace(model, warnings=(*silent, *spoilt, *wrong, *model_concerns(model)))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:

@@ -220,7 +220,7 @@ class Problem:
             theta[self.n_coefficients : self.n_coefficients + self.n_constants]
         )
 
-        def one(i: int) -> _core.FilterPass:
+        def one(i: int) -> _core.FilterRun:
             trace = thrust_trace(
                 self.vehicle, q, self.recordings[i],
                 initial=True, coefficients=columns, tangents=constants,
@@ -244,7 +244,7 @@ class FilterRuns:
 
     problem: Problem
     theta: Array
-    by_recording: tuple[_core.FilterPass, ...]
+    by_recording: tuple[_core.FilterRun, ...]
 
     @cached_property
     def cost(self) -> float:
@@ -287,7 +287,7 @@ class FilterRuns:
     def drop_linearisation(self) -> None:
         """Frees the linearised trajectories, half of the memory of a run."""
         for run in self.by_recording:
-            run.forget_way()
+            run.forget_transitions()
         self._give_back()
 
     def drop_poses(self) -> None:
