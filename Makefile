@@ -34,9 +34,9 @@ format: $(VENV)/.test
 	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 
 bench: $(VENV)/.built $(VENV)/.test $(VENV)/.bench
-	$(BIN)/python benchmarks/run.py
-	$(BIN)/python benchmarks/estimators.py
-	$(BIN)/python benchmarks/scaling.py
+	$(BIN)/python -m benchmarks.run
+	$(BIN)/python -m benchmarks.estimators
+	$(BIN)/python -m benchmarks.scaling
 
 # after a change of the core's bindings
 stub: $(VENV)/.built

@@ -1,35 +1,35 @@
 # SPDX-License-Identifier: MIT
-"""Every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
+"""Gate: every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
 
-    python benchmarks/methods.py
-    python benchmarks/methods.py --pushed          # by a force of 4 % of full thrust that no model knows
-    python benchmarks/methods.py --seeds 8 --presets hard
+    python -m benchmarks.methods
+    python -m benchmarks.methods --pushed          # by a force of 4 % of full thrust that no model knows
+    python -m benchmarks.methods --seeds 8 --presets hard
 
 Trained on S1-S3, tested on S7 one second ahead, from the true velocities against the true ones.
 Under always-forward allocation the truth of a force coefficient is the gain past the dead zone's
 edge. Times are of the CPU, of one thread after the other.
 """
 
-import argparse
+import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 import msgspec
 import numpy as np
 
 import seatrial
+from benchmarks.harness import command
 from seatrial.errors import SeatrialError
 from seatrial.frames import Array
 from seatrial.identify import METHODS
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.plan import PlanFile, load_plan, with_seed
 from seatrial.predict import predict
 from seatrial.simulate import Trial, plant_model, simulate
 from seatrial.vehicle import load_vehicle
+from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
 FIRST = 2001  # seed
-TRAINING, UNSEEN = ("S1", "S2", "S3"), "S7"
-PUSH = Unmodelled(share=0.04, correlation=2.0)  # of full thrust; [s]
 WEAK = "N_ud"  # weakly excited in the paper's trials: listed apart
 
 
@@ -56,7 +56,7 @@ def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, f
 def plan_of(preset: str, seed: int, *, pushed: bool) -> PlanFile:
     """The preset with another seed, and with an unmodelled force or without."""
     plan = with_seed(load_plan(preset), seed)
-    unmodelled = PUSH if pushed else plan.plant.unmodelled
+    unmodelled = FORCE if pushed else plan.plant.unmodelled
     plant = msgspec.structs.replace(plan.plant, unmodelled=unmodelled)
     return msgspec.structs.replace(plan, plant=plant)
 
@@ -112,13 +112,13 @@ def _two(value: float) -> str:
     return f"{float(f'{value:.2g}'):.10g}"
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command.parser("methods", __doc__)
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--presets", nargs="+", default=["paper-like", "hard"])
     parser.add_argument("--pushed", action="store_true", help="by an unmodelled force")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     print(
         "| preset | allocation | method | RMS error of coefficients, %: median | worst | N_ud | "
         "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |"
@@ -129,4 +129,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

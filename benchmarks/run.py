@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Speed, as ratios within one run: the core against what one would write without it.
+"""Gate: speed, as ratios within one run: the core against what one would write without it.
 
-    python benchmarks/run.py
+    python -m benchmarks.run
 
 prints medians of several repeats. Machines are noisy: read the ratios, not the milliseconds.
 """
@@ -19,6 +19,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import seatrial
+from benchmarks.harness import command
 from seatrial import _core
 from seatrial.io.write import write_setting, write_trial
 from seatrial.plan import load_plan
@@ -174,6 +175,7 @@ def process(folder: Path) -> None:
 
 def main() -> None:
     """Run all."""
+    command.parser("run", __doc__).parse_args()
     vehicle = seatrial.load_vehicle("mallard-af")
     plan = load_plan("paper-like")
     truth = plant_model(plan, vehicle)

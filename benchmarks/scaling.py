@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The output-error method on its own: time against length, memory, whole processes, refits.
+"""Gate: the output-error method on its own: time against length, memory, whole processes, refits.
 
-    python benchmarks/scaling.py            # up to 1 hour of driving
-    python benchmarks/scaling.py --long     # 10 hours, too; takes minutes
-    python benchmarks/scaling.py --refits   # 200 bootstrap refits, on one core and on all
+    python -m benchmarks.scaling            # up to 1 hour of driving
+    python -m benchmarks.scaling --long     # 10 hours, too; takes minutes
+    python -m benchmarks.scaling --refits   # 200 bootstrap refits, on one core and on all
 
 Simulated MallARD, plan hard. Every measurement is a process of its own; "one core" means that it
 is kept on one.
@@ -11,17 +11,18 @@ is kept on one.
 
 # ruff: noqa: PLC0415 what is not measured is not imported either
 
-import argparse
 import contextlib
-import json
 import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+
+from benchmarks.harness import command
+from benchmarks.harness.measure import Measured, measure, measured, options
 
 TRIAL = 200.0  # [s]
 HOUR = 3600.0  # [s]
@@ -97,9 +98,8 @@ def given(folder: Path) -> float:
     """
     from dataclasses import replace
 
-    from estimators import read as problem
-
     import seatrial
+    from benchmarks.estimators import read as problem
     from seatrial.identify.output_error import OutputErrorSettings, output_error
     from seatrial.identify.weak_form import weak_form
 
@@ -111,7 +111,7 @@ def given(folder: Path) -> float:
     return time.perf_counter() - begin
 
 
-def command(folder: Path) -> float:
+def identify(folder: Path) -> float:
     """`seatrial identify` of all that a folder has [s], reading and writing included."""
     from seatrial.cli import main as seatrial_main
 
@@ -137,35 +137,20 @@ def refits(folder: Path) -> float:
     return time.perf_counter() - begin
 
 
-WORK: dict[str, Callable[[Path], float]] = {
-    "automatic": automatic, "given": given, "command": command, "refits": refits
+def timed(work: Callable[[Path], float]) -> Callable[[Path], Measured]:
+    """The work with its seconds as a record."""
+    return lambda folder: {"seconds": work(folder)}
+
+
+WORK = {
+    "automatic": timed(automatic), "given": timed(given), "command": timed(identify),
+    "refits": timed(refits),
 }  # fmt: skip
-
-
-def peak() -> float:
-    """Most memory so far [MB]; getrusage would count the parent's, before exec, too."""
-    status = Path("/proc/self/status").read_text()
-    return int(status.partition("VmHWM:")[2].split()[0]) / 1e3
-
-
-def measured(what: str, folder: Path, cores: int, repeats: int = REPEATS) -> dict[str, float]:
-    """Median time [s] and largest peak [MB] of processes of their own."""
-    command = [sys.executable, __file__, "--measure", what, str(folder), "--cores", str(cores)]
-    found = []
-    for _ in range(repeats):
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise SystemExit(done.stderr)
-        found.append(json.loads(done.stdout))
-    return {
-        "seconds": statistics.median(f["seconds"] for f in found),
-        "peak": max(f["peak"] for f in found),
-    }
 
 
 def process() -> None:
     """`seatrial identify` of three bags, start-up, reading and writing included; given settings."""
-    from estimators import prepare as prepare_problem
+    from benchmarks.estimators import prepare as prepare_problem
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -182,7 +167,7 @@ def process() -> None:
         at = folder / "given"
         at.mkdir()
         prepare_problem(at, "hard")
-        own = measured("given", at, 1)["seconds"]
+        own = measured("scaling", "given", at, cores=1, repeats=REPEATS)["seconds"]
         print(f"at given settings, from arrays to coefficients, on one core: {own:.2f} s")
         print(f"`seatrial identify` of three bags of 200 s, as a process: "
               f"{statistics.median(times[1:]):.2f} s\n")  # fmt: skip
@@ -197,16 +182,16 @@ def lengths(*, long: bool) -> None:
             drive(Path(name), seconds)
             for cores in (1, os.cpu_count() or 1):
                 repeats = REPEATS if seconds < HOUR else 1
-                got = measured("automatic", Path(name), cores, repeats)
+                got = measured("scaling", "automatic", Path(name), cores=cores, repeats=repeats)
                 each = 1e3 * got["seconds"] / seconds
                 print(
                     f"| {seconds:.0f} | {cores} | {got['seconds']:.2f} | {each:.2f} "
-                    f"| {got['peak']:.0f} |",
+                    f"| {got['peak'] / 1e6:.0f} |",
                     flush=True,
                 )
             if seconds > HOUR:
-                whole = measured("command", Path(name), os.cpu_count() or 1, 1)
-                last = f"{whole['seconds']:.0f} s, peak {whole['peak']:.0f} MB"
+                whole = measured("scaling", "command", Path(name), cores=os.cpu_count() or 1)
+                last = f"{whole['seconds']:.0f} s, peak {whole['peak'] / 1e6:.0f} MB"
                 print(f"\n`seatrial identify` of {seconds:.0f} s: {last}")
 
 
@@ -217,30 +202,25 @@ def threads() -> None:
     with tempfile.TemporaryDirectory() as name:
         prepare(Path(name))
         for cores in (1, os.cpu_count() or 1):
-            got = measured("refits", Path(name), cores, 1)
+            got = measured("scaling", "refits", Path(name), cores=cores)
             print(f"| {cores} | {got['seconds']:.2f} |", flush=True)
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.parser("scaling", __doc__)
     parser.add_argument("--long", action="store_true", help="10 hours; takes minutes")
     parser.add_argument("--refits", action="store_true", help="the bootstrap")
-    parser.add_argument("--measure", nargs=2, help=argparse.SUPPRESS)
-    parser.add_argument("--cores", type=int, default=1, help=argparse.SUPPRESS)
-    args = parser.parse_args()
-    if args.measure:
-        if hasattr(os, "sched_setaffinity"):
-            os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-args.cores :])
-        seconds = WORK[args.measure[0]](Path(args.measure[1]))
-        print(json.dumps({"seconds": seconds, "peak": peak()}))
+    options(parser)
+    chosen = parser.parse_args(arguments)
+    if measure(chosen, WORK):
         return
-    if args.refits:
+    if chosen.refits:
         threads()
         return
     process()
-    lengths(long=args.long)
+    lengths(long=chosen.long)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

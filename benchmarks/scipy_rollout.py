@@ -1,12 +1,46 @@
 # SPDX-License-Identifier: MIT
-"""SciPy's least_squares on a roll-out in NumPy: all recordings and all differences at once."""
+"""The estimation as one would write it with SciPy: least_squares on a roll-out in NumPy.
+
+Sought are the 11 coefficients of Eq. (12) and each recording's initial state, so that the sum of
+squares of ((pose - simulated pose) / noise) is least, with the initial state's own spread beside.
+Shares no code with seatrial.
+"""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from rivals.problem import Array, Problem, Solution
+Array = NDArray[np.float64]
 
 STEP = 1e-6  # of the differences
+STEPS = 4  # Runge-Kutta steps between two poses: about 1/60 s
+
+
+@dataclass(frozen=True)
+class Problem:
+    """R recordings of n poses each; the actuator chain is known, so that forces are given."""
+
+    h: Array  # (R, n - 1, STEPS) [s] Runge-Kutta steps after each pose; commands change between them
+    eta: Array  # (R, n, 3) x, y [m], psi [rad] unwrapped
+    nu: Array  # (R, n, 3) u, v [m/s], r [rad/s] differentiated: a guess
+    force: Array  # (R, n - 1, STEPS, 3, 3) F at begin, middle and end of each step
+    noise: Array  # (3,) of the poses [m, m, rad]
+    initial: Array  # (R, 6) guess of the first state
+    spread: Array  # (6,) its standard deviations
+    theta: Array  # (11,) guess of the coefficients
+
+    def save(self, path: Path) -> None:
+        """To one file."""
+        np.savez(path, **{f.name: getattr(self, f.name) for f in fields(self)})
+
+    @classmethod
+    def load(cls, path: Path) -> "Problem":
+        """From its file."""
+        with np.load(path) as data:
+            return cls(**{f.name: data[f.name] for f in fields(cls)})
 
 
 def rate(theta: Array, x: Array, F: Array) -> Array:
@@ -84,11 +118,11 @@ class Residuals:
         self._jacobian[rows:, 11:] = np.diag(np.tile(1.0 / problem.spread, count))
 
 
-def solve(problem: Problem) -> Solution:
-    """Trust region on the dense Jacobian."""
+def solve(problem: Problem) -> tuple[Array, int]:
+    """Coefficients (11,) and evaluations, by a trust region on the dense Jacobian."""
     start = np.concatenate([problem.theta, problem.initial.ravel()])
     both = Residuals(problem)
     found = least_squares(
         both.values, start, jac=both.jacobian, x_scale="jac", ftol=1e-7, xtol=1e-6, gtol=1e-12
     )
-    return Solution(found.x[:11], found.nfev)
+    return found.x[:11], int(found.nfev)

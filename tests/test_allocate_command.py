@@ -222,8 +222,8 @@ def test_a_model_file_is_told_from_a_vehicle_file(place, tmp_path):
 @pytest.mark.parametrize("name", ["mallard", "geometries"])
 def test_the_pages_tables_are_what_the_benchmark_prints(name, monkeypatch):
     monkeypatch.syspath_prepend(ROOT)
-    from benchmarks.allocation import drives, geometries
-    from benchmarks.blocks import MARK
+    from benchmarks.harness.page import MARK
+    from benchmarks.studies.allocation import drives, geometries
 
     made = {"mallard": drives.mallard, "geometries": geometries.table_of_boats}[name]()
     page = (ROOT / "docs" / "allocate.md").read_text()

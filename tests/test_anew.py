@@ -5,8 +5,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
-from benchmarks.recovery.scenes import scenes, true_parameters
 from seatrial.errors import IdentificationError
 from seatrial.filter_noise import NOISE_LEAST
 from seatrial.identify import anew as subject
@@ -18,6 +16,8 @@ from seatrial.identify.whiteness import white
 from seatrial.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle
+from tests.boats.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
+from tests.boats.scenes import scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial import _core
 from seatrial.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.files import convert
@@ -24,6 +23,7 @@ from seatrial.recording import Signal, make_recording
 from seatrial.schema import ChainGroup
 from seatrial.simulate import plant_model
 from seatrial.vehicle import Vehicle, vehicle_from
+from tests.boats.hulls import MIDDLE, driven
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {

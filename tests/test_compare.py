@@ -11,7 +11,6 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 import seatrial
-from benchmarks.fleet.boats import FREE, MIDDLE
 from seatrial.cli import main
 from seatrial.compare import compare, comparison_json, drive_of
 from seatrial.compare.parameters import Factor, Joint, factors, joint, pairs, views
@@ -25,6 +24,7 @@ from seatrial.plan import load_plan
 from seatrial.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.simulate import plant_model, simulate
 from seatrial.vehicle import vehicle_from
+from tests.boats.hulls import FREE, MIDDLE
 
 MORE = 1.2  # times the mass
 TRUTH = TABLE_II["AF"]

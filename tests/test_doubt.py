@@ -10,7 +10,6 @@ from conftest import make_model
 
 import seatrial
 from benchmarks.predictor import accuracy
-from benchmarks.predictor.drives import SCENES, model
 from seatrial import _core
 from seatrial.doubt import believed_on_board
 from seatrial.filter_noise import NOISE_START
@@ -22,6 +21,7 @@ from seatrial.schema import (
     NoiseEntry,
     ProcessEntry,
 )
+from tests.boats.drives import SCENES, model
 
 EXACT = next(iter(SCENES))
 SILENT = NoiseEntry(1e-4, 1e-4, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.3))

@@ -7,12 +7,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.identify.heading import psi_offset, without_offset
 from seatrial.identify.output_error import output_error
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.plan import Unmodelled
 from seatrial.vehicle import Vehicle
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.1}
 NOTE = re.compile(r"heading that is off by (.*) degrees: .* write offset: (\S+) at pose: psi")

@@ -12,13 +12,13 @@ from logs import drive, half, nanoseconds
 from test_model import frd
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.cli import main
 from seatrial.identify.lever import of_origin
 from seatrial.init.drive import _evened
 from seatrial.io.write_bag import BagTopic, write_bag
 from seatrial.signs import check_signs
 from seatrial.vehicle import vehicle_from
+from tests.boats.hulls import MIDDLE, driven
 
 # Thrusters. #
 

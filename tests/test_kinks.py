@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.recovery.scenes import scenes, true_parameters, vehicle_of
 from seatrial.identify import kinks
 from seatrial.identify.covariance import sandwich
 from seatrial.identify.output_error import OutputErrorSettings, fit
@@ -14,6 +13,7 @@ from seatrial.identify.profile import profile
 from seatrial.identify.search import Point
 from seatrial.identify.short_lag import by_squares
 from seatrial.statistics import NORMAL_95
+from tests.boats.scenes import scenes, true_parameters, vehicle_of
 
 EDGES = "edge_forward", "edge_reverse"
 

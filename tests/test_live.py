@@ -16,7 +16,6 @@ import pytest
 from test_model import frd
 
 import seatrial
-from benchmarks.predictor.drives import IDENTIFIED, drive, model, trials
 from seatrial.cli import main
 from seatrial.errors import LiveError, ModelError
 from seatrial.frames import POSE_SIGNS
@@ -27,6 +26,7 @@ from seatrial.live.sources import Pipes
 from seatrial.odometer import Odometer
 from seatrial.predictor import Taken
 from seatrial.vehicle import vehicle_from
+from tests.boats.drives import IDENTIFIED, drive, model, trials
 
 SCENE = "hard"
 SEED = 5

@@ -10,12 +10,12 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from benchmarks.mimic import DT, driven, follow
 from seatrial import _core
 from seatrial.cli import main
 from seatrial.errors import MimicError, PredictorError
 from seatrial.mimic import Carrier, Mimic, MimicHealth
 from seatrial.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
+from tests.boats.carrier import DT, driven, follow
 
 LAG = Carrier(lag=0.14)  # the ground's lag and delay
 

@@ -14,11 +14,11 @@ from test_docs import blocks
 
 import seatrial
 from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
-from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
 from seatrial import _core
 from seatrial.errors import PredictorError
 from seatrial.predictor import Health, Predictor, Taken
 from seatrial.schema import EnvelopeEntry, Integration
+from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES

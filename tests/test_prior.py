@@ -9,7 +9,6 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.cli import main
 from seatrial.errors import IdentificationError
 from seatrial.identify import identify
@@ -22,6 +21,7 @@ from seatrial.plan import Unmodelled, load_plan, with_seed
 from seatrial.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.simulate import plant_model, simulate
 from seatrial.vehicle import vehicle_from
+from tests.boats.hulls import MIDDLE, driven
 
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
 FORCES = {"F_u": (-1.0, 0.9), "F_v": (-1.0, 1.0), "F_r": (-0.5, 0.5)}

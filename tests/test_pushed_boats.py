@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from survey_boat import as_stated
 
-from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.identify import output_error
 from seatrial.plan import Unmodelled
 from seatrial.vehicle import vehicle_from
+from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}

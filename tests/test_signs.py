@@ -24,7 +24,6 @@ from sign_tables import (
 )
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE
 from seatrial.errors import IdentificationError
 from seatrial.excitation import even_times
 from seatrial.plan import load_plan, with_seed
@@ -33,6 +32,7 @@ from seatrial.signs import Wrong, assignments, check_signs, mended
 from seatrial.signs.gains import gains, read_run
 from seatrial.simulate import simulate
 from seatrial.vehicle import Vehicle
+from tests.boats.hulls import MIDDLE
 
 
 @pytest.fixture(scope="module")

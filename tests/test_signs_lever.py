@@ -5,12 +5,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.frames import Axes
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording import make_recording
 from seatrial.signs import Wrong, check_apart, check_signs
 from seatrial.vehicle import Vehicle
+from tests.boats.hulls import MIDDLE, driven
 
 ORIGIN = (0.0, 0.0)
 LEVERS = [ORIGIN, (0.25, 0.0), (-0.1, 0.2)]  # [m]

@@ -6,14 +6,19 @@ import pytest
 from scipy.linalg import expm
 
 pytest.importorskip("small_gicp")
-from benchmarks.slam import lidar, localise, mapping, tables
-from benchmarks.slam.drives import drive
-from benchmarks.slam.guesses import ConstantPose, ConstantVelocity, ModelOdometry, TrueMotion
-from benchmarks.slam.localise import plausible
-from benchmarks.slam.mapping import Map, Match, matrix
-from benchmarks.slam.scene import pool_scene
-from benchmarks.slam.se2 import between, compose, exponential, inverse, logarithm, transform
-from benchmarks.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
+from benchmarks.studies.slam import lidar, localise, mapping, tables
+from benchmarks.studies.slam.drives import drive
+from benchmarks.studies.slam.guesses import (
+    ConstantPose,
+    ConstantVelocity,
+    ModelOdometry,
+    TrueMotion,
+)
+from benchmarks.studies.slam.localise import plausible
+from benchmarks.studies.slam.mapping import Map, Match, matrix
+from benchmarks.studies.slam.scene import pool_scene
+from benchmarks.studies.slam.se2 import between, compose, exponential, inverse, logarithm, transform
+from benchmarks.studies.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
 from seatrial.model import Model
 from seatrial.plan import load_plan
 from seatrial.sim.scene import Scene, box

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.fleet.boats import CORNERS, CROSS, TUG, Hull, driven
 from seatrial.plan import Unmodelled
 from seatrial.recording import Recording
 from seatrial.vehicle import Vehicle
+from tests.boats.hulls import CORNERS, CROSS, TUG, Hull, driven
 
 LENGTH = (0.3, 2.0)  # [m]
 DISPLACED = (10.0, 30.0)  # [kg] of a boat of one metre; with the length's cube

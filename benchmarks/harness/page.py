@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tables of a page, made anew between marks in it: `<!-- name -->` and `<!-- end -->`."""
+"""Tables of a page, replaced between marks in it: `<!-- name -->` and `<!-- end -->`."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -12,7 +12,7 @@ MARK = re.compile(r"(<!-- (?P<name>[a-z-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
-    """Every block of the page by the maker of its name; the words around them stay.
+    """Replace every block of the page by what the maker of its name makes; the words around stay.
 
     Raises FileError where a block has no maker.
     """
@@ -28,6 +28,6 @@ def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
 
 
 def refill(path: Path, made: Mapping[str, str]) -> None:
-    """Some of the page's blocks anew, the others as they stand. Raises FileError as `fill`."""
+    """Replace the page's blocks of these names; the others stay, and so do the words around."""
     old = {m["name"]: "\n".join(m[0].splitlines()[1:-1]) for m in MARK.finditer(path.read_text())}
     fill(path, {name: partial(str, text) for name, text in {**old, **made}.items()})

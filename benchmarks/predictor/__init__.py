@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The on-board predictor: how right, how sure and how fast it is.
+"""Gate: accuracy, consistency and speed of the on-board predictor.
 
     python -m benchmarks.predictor                 # all tables but the soak
     python -m benchmarks.predictor velocity speed  # some

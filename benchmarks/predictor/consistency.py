@@ -10,7 +10,10 @@ from scipy.stats import binom, chi2, t
 
 import seatrial
 from benchmarks.predictor.accuracy import rms
-from benchmarks.predictor.drives import (
+from seatrial.frames import Array
+from seatrial.recording import Recording
+from seatrial.schema import NoiseEntry
+from tests.boats.drives import (
     CORRELATED,
     RUNS,
     SCENES,
@@ -23,9 +26,6 @@ from benchmarks.predictor.drives import (
     ship,
     ship_model,
 )
-from seatrial.frames import Array
-from seatrial.recording import Recording
-from seatrial.schema import NoiseEntry
 
 SEEDS = range(41, 65)
 FEWER = SEEDS[:8]  # where each takes longer

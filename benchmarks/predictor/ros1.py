@@ -53,7 +53,7 @@ def cost() -> str:
     sys.path.insert(0, str(ROOT / "tests"))
     from ros1_node_tools import NODE, RELAY, build  # noqa: PLC0415
 
-    from benchmarks.predictor.drives import model  # noqa: PLC0415
+    from tests.boats.drives import model  # noqa: PLC0415
 
     build()
     rows = [

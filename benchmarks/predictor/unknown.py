@@ -8,12 +8,12 @@ import numpy as np
 
 import seatrial
 from benchmarks.predictor.accuracy import SEED, rms
-from benchmarks.predictor.drives import SCENES, SETTLED, model
 from seatrial.frames import Array
 from seatrial.plan import load_plan
 from seatrial.predictor import Health, Predictor
 from seatrial.sim import PoseReading, PoseSettings, Sensors, Simulator
 from seatrial.simulate import plant_model
+from tests.boats.drives import SCENES, SETTLED, model
 
 CURRENTS = ((0.0, 0.0), (0.03, 0.02), (0.1, 0.05))  # [m/s]
 DELAY = 0.05  # [s] from a pose's stamp to its arrival

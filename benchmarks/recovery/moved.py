@@ -1,28 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""A hand or a wall moves the boat in one of three recordings: whether that is seen, and what it does.
-
-    python -m benchmarks.bumps --seeds 10
+"""External disturbances in one of three recordings: whether they are found, and what they cost.
 
 Of every scene S1 to S3 as they are; with S1 in which the boat is pushed for a fifth of a second at 60 s, twice
 as hard as full thrust does, in every axis; and with S2 at whose end it is carried about for 12 s. Each is
 identified, and again without what `identify` advises to leave out.
 """
 
-import argparse
-import os
 import shlex
-import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 from unittest.mock import patch
-
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
 import numpy as np
 
 import seatrial.simulate
-from benchmarks.recovery.scenes import Scene, scenes, true_parameters, vehicle_of
+from benchmarks.harness import markdown
 from seatrial.control.linear import linearise
 from seatrial.errors import IdentificationError
 from seatrial.identify.output_error import fit
@@ -31,12 +24,14 @@ from seatrial.plan import Unmodelled
 from seatrial.recording import Recording, make_recording
 from seatrial.simulate import PUSH
 from seatrial.stretches import clearest, squared_errors
+from tests.boats.scenes import Scene, scenes, true_parameters, vehicle_of
 
 SCENES = ("paper-like MP", "hard MP", "hard AF", "hard MP pushed")
-FIRST = 5001  # seed
+MORE = 4000  # than the benchmark's seed
 AT, LASTS = 60.0, 0.2  # [s]
 BUMP = 2.0  # times full thrust
 HELD = 12.0  # [s] at the end
+Row = dict[str, Any]  # of one fit: standard errors, largest error in these, advice, gain
 
 
 class BumpedPlant(seatrial.simulate.PushedPlant):
@@ -74,32 +69,44 @@ def carried(recording: Recording) -> Recording:
     return make_recording(recording.name, recording.stamps, eta, recording.commands)
 
 
-@dataclass(frozen=True)
-class Row:
-    """What came of one fit."""
-
-    errors: dict[str, float]
-    off: np.ndarray  # standard errors
-    advice: tuple[tuple[str, float, float], ...]  # name, from, to
-    gain: float  # of the clearest stretch
+def work(name: str, seed: int) -> Row:
+    """By what moved the boat: identified with all, and without what is advised to leave out."""
+    scene, seed = scenes()[name], seed + MORE
+    quiet = [t.recording for t in scene.trials(seed).values()]
+    drives = {
+        "nothing": quiet,
+        "a bump": [bumped(scene, seed, "S1"), *quiet[1:]],
+        "a hand": [quiet[0], carried(quiet[1]), quiet[2]],
+    }
+    out = {}
+    for kind, recordings in drives.items():
+        first = found(scene, recordings)
+        left = list(recordings)
+        for place, begin, end in first["advice"]:
+            left = [r.without(begin, end) if r.name == place else r for r in left]
+        out[kind] = first, found(scene, left) if first["advice"] else first
+    return {"moved": out}
 
 
 def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
-    """Identified; or what was said instead."""
+    """Identified; or the advice of a refusal."""
     try:
         solved = fit(recordings, vehicle_of(scene.allocations[0]))
     except IdentificationError as error:
-        return Row({}, np.full(1, np.nan), advice([str(error)]), np.nan)
+        return {"errors": {}, "off": np.nan, "advice": advice([str(error)]), "gain": np.nan}
     truth = true_parameters(scene.plan, solved.names)
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    squares = [squared_errors(p) for p in solved.passes.each]
-    return Row(solved.errors, off, advice(solved.notes), clearest(recordings, squares).gain)
+    gain = clearest(recordings, [squared_errors(p) for p in solved.passes.each]).gain
+    return {
+        "errors": solved.errors, "off": float(np.abs(off).max()), "gain": float(gain),
+        "advice": advice(solved.notes),
+    }  # fmt: skip
 
 
-def advice(notes: Sequence[str]) -> tuple[tuple[str, float, float], ...]:
-    """What is to be left out."""
+def advice(notes: Sequence[str]) -> list[tuple[str, float, float]]:
+    """What is to be left out: name, from, to [s]."""
     out = []
     for note in notes:
         words = shlex.split(note) if "--without" in note else []
@@ -108,71 +115,40 @@ def advice(notes: Sequence[str]) -> tuple[tuple[str, float, float], ...]:
                 name, _, span = word.rstrip(".").rpartition("=")
                 begin, _, end = span.partition("-")
                 out.append((name, float(begin), float(end)))
-    return tuple(out)
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Run and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--scenes", nargs="+", default=SCENES)
-    given = parser.parse_args(arguments)
-    known = scenes()
-    print(
-        f"{'':<22} {'':<9} {'seen':>7}  {'standard errors, times those of':<34} {'largest error':<22}   "
-        f"clearest stretch\n{'scene':<22} {'moved by':<9} {'in':>7}  {'nothing: with it':>17} "
-        f"{'without it':>16} {'with it':>10} {'without it':>11}   {'gain':>7}"
-    )
-    for name in given.scenes:
-        scene, rows = known[name], []
-        for seed in range(FIRST, FIRST + given.seeds):
-            rows.append(compared(scene, seed))
-            print(f"  {name}, seed {seed}", end="\r", file=sys.stderr)
-        print("\n".join(lines(name, rows)))
-
-
-def compared(scene: Scene, seed: int) -> dict[str, tuple[Row, Row]]:
-    """By what moved it: identified with all, and without what is advised."""
-    quiet = [t.recording for t in scene.trials(seed).values()]
-    pushed = bumped(scene, seed, "S1")
-    drives = {
-        "nothing": quiet,
-        "a bump": [pushed, *quiet[1:]],
-        "a hand": [quiet[0], carried(quiet[1]), quiet[2]],
-    }
-    out = {}
-    for kind, recordings in drives.items():
-        first = found(scene, recordings)
-        left = list(recordings)
-        for name, begin, end in first.advice:
-            left = [r.without(begin, end) if r.name == name else r for r in left]
-        out[kind] = first, found(scene, left) if first.advice else first
     return out
 
 
-def lines(name: str, rows: Sequence[dict[str, tuple[Row, Row]]]) -> list[str]:
-    """The table's lines of a scene."""
-    out = []
-    for kind in rows[0]:
-        seen = sum(bool(row[kind][0].advice) for row in rows)
-        ratio = [[_ratio(x, row["nothing"][0]) for x in row[kind]] for row in rows]
-        most = [[float(np.abs(x.off).max()) for x in row[kind]] for row in rows]
-        (one, other), (off, less) = np.nanmedian(ratio, axis=0), np.nanmax(most, axis=0)
-        gains = [row[kind][0].gain for row in rows]
-        refused = sum(not row[kind][0].errors for row in rows)
-        out.append(
-            f"{name:<22} {kind:<9} {seen:>3}/{len(rows):<3}  {one:>17.2f} {other:>16.2f} "
-            f"{off:>10.1f} {less:>11.1f}   {np.nanmin(gains):>7.0f} to {np.nanmax(gains):.0f}"
-            f"{f', {refused} refused' if refused else ''}"
-        )
-    return out
+def table(records: Sequence[Row]) -> str:
+    """How often the disturbance is found, and standard errors with it and without it."""
+    rows = []
+    for name in SCENES:
+        mine = [r["moved"] for r in records if r["scene"] == f"moved {name}" and "moved" in r]
+        for kind in mine[0] if mine else ():
+            each = [r[kind] for r in mine]
+            ratio = [
+                [_ratio(x, r["nothing"][0]) for x in both]
+                for r, both in zip(mine, each, strict=True)
+            ]
+            one, other = np.nanmedian(ratio, axis=0)
+            off, less = np.nanmax([[x["off"] for x in both] for both in each], axis=0)
+            gains = [first["gain"] for first, _ in each]
+            rows.append([
+                name, kind, f"{sum(bool(first['advice']) for first, _ in each)}/{len(each)}",
+                f"{one:.3g}, {other:.2f}", f"{off:.1f}, {less:.1f}",
+                f"{np.nanmin(gains):.0f} to {np.nanmax(gains):.0f}",
+                f"{sum(not first['errors'] for first, _ in each)}",
+            ])  # fmt: skip
+    head = [
+        "scene", "moved by", "named in",
+        "standard errors, times those of nothing: with it, without it",
+        "largest error in standard errors: with it, without it",
+        "twice the log likelihood gained", "refused",
+    ]  # fmt: skip
+    return markdown.table(head, rows, text=2) if rows else ""
 
 
 def _ratio(row: Row, quiet: Row) -> float:
     """Median ratio of standard errors."""
-    both = [n for n in row.errors if quiet.errors.get(n, 0.0) > 0.0 and row.errors[n] > 0.0]
-    return float(np.median([row.errors[n] / quiet.errors[n] for n in both])) if both else np.nan
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
+    errors, calm = row["errors"], quiet["errors"]
+    both = [n for n in errors if calm.get(n, 0.0) > 0.0 and errors[n] > 0.0]
+    return float(np.median([errors[n] / calm[n] for n in both])) if both else np.nan

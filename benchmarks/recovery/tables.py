@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.recovery.scenes import ALLOCATIONS, PRESETS
-from benchmarks.recovery.work import Record
+from benchmarks.harness.markdown import table
+from benchmarks.harness.store import Record
 from seatrial.frames import SYMBOLS, Array
+from tests.boats.scenes import ALLOCATIONS, PRESETS
 
 LIMIT = {"still": 1.25, "pushed": 1.4}  # RMS error over bound
 BOUND = {"still": "whole", "pushed": "process"}
@@ -19,12 +20,6 @@ AHEAD_LIMIT = {
     "own": dict(zip(PRESETS, (4.0, 6.0), strict=True)),
 }
 OWN = {"ours": "ours filter", "paper": "paper stencil"}
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A markdown table."""
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def good(records: Sequence[Record], scene: str) -> list[Record]:

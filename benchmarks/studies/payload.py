@@ -1,43 +1,41 @@
 # SPDX-License-Identifier: MIT
-"""A payload comes on board: what compare says of it, and what a prior saves.
+"""A payload on board: what compare reports, and what a prior saves. The table of docs/compare.md.
 
-    python benchmarks/payload.py --seeds 20
+    python -m benchmarks.studies.payload --seeds 20
+    python -m benchmarks.studies.payload --seeds 20 --pushed
 
 The plan's boat; a fifth more mass and inertia, off centre (every coefficient divided by 1.2, N_ud
 0.1 rad/m larger). Three trials before, three after; then a minute of S7 with and without the old
 model as prior. With --pushed an unmodelled force acts on the boat (4 % of full thrust, 2 s).
 """
 
-import argparse
-import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
-
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 
 import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.compare.parameters import factors, joint, pairs, views
-from seatrial.compare.prediction import ahead, verdict
+from benchmarks.harness import command
+from benchmarks.harness.markdown import table
+from seatrial.compare import compare
 from seatrial.errors import SeatrialError
 from seatrial.identify.output_error import OutputErrorSettings, output_error
 from seatrial.identify.prior import widened
 from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.plan import PlanFile, load_plan, with_seed
 from seatrial.recording import Recording
 from seatrial.simulate import simulate
+from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
 MORE = 1.2  # times mass and inertia
 OFFSET = 0.1  # [rad/m] of N_ud
-TRAINING = ("S1", "S2", "S3")
-UNSEEN = "S7"
 FIRST, AFTER = 3001, 4001  # seeds
 MINUTE = (20.0, 80.0)  # [s] of S7
 PIECES = 31  # blocks of a minute, for an estimate without a prior
 VEHICLE = seatrial.load_vehicle("mallard-mp")
+Row = list[str]
 
 
 def loaded(plan: PlanFile) -> PlanFile:
@@ -48,136 +46,95 @@ def loaded(plan: PlanFile) -> PlanFile:
     return msgspec.structs.replace(plan, plant=plant)
 
 
-def recordings(plan: PlanFile, names: Sequence[str], seed: int) -> list[Recording]:
+def driven(plan: PlanFile, names: Sequence[str], seed: int) -> list[Recording]:
     """Some of the plan's trials."""
     plan = with_seed(plan, seed)
     trials = {name: plan.trials[name] for name in names}
     return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), VEHICLE)]
 
 
-def alarms(models: Sequence[Model]) -> str:
-    """The same boat twice, every pair of models: how often a difference is seen."""
-    found = []
-    for a, b in combinations(models, 2):
-        seen = views(a, b)
-        rows = pairs(a, b, seen, {})
-        test = joint(rows, seen)
-        axes = factors(a, rows, seen)
-        found.append([
-            any(row.differs for row in rows), test is not None and test.p < 0.05,
-            np.mean([abs(axis.z) > 1.96 for axis in axes]),
-        ])  # fmt: skip
-    share = 100.0 * np.mean(found, axis=0)
-    return (
-        f"  same boat, {len(found)} pairs of {len(models)} models: a parameter differs in {share[0]:.1f} %, "
-        f"the joint test below 5 % in {share[1]:.1f} %, an axis' factor away from 1 in {share[2]:.1f} %"
-    )
+def alarms(models: Sequence[Model]) -> Iterable[Row]:
+    """False alarms: the same boat twice, every pair of models."""
+    found = [compare(a, b) for a, b in combinations(models, 2)]
+    marked = np.mean([bool(c.changed) for c in found])
+    joint = np.mean([c.joint is not None and c.joint.p < 0.05 for c in found])
+    yield [f"same boat twice ({len(found)} pairs): some parameter marked", f"{100 * marked:.1f} %"]
+    yield ["same boat twice: joint test below 5 %", f"{100 * joint:.1f} %"]
 
 
-def changes(before: Sequence[Model], after: Sequence[Model]) -> str:
-    """Before and after the payload: what is found changed."""
-    names: dict[str, int] = {}
-    scale = []
-    for a, b in zip(before, after, strict=True):
-        seen = views(a, b)
-        rows = pairs(a, b, seen, {})
-        for row in rows:
-            names[row.name] = names.get(row.name, 0) + row.differs
-        scale.append([axis.factor for axis in factors(a, rows, seen)])
-    listed = ", ".join(f"{name} {100 * n / len(before):.0f}" for name, n in names.items())
-    mean, spread = np.mean(scale, axis=0), np.std(scale, axis=0)
-    axes = ", ".join(f"{m:.4f} ± {s:.4f}" for m, s in zip(mean, spread, strict=True))
-    return (
-        f"  with payload, found changed in % of {len(before)}: {listed}\n"
-        f"  factor of surge, sway, yaw (1 / {MORE:g} = {1 / MORE:.4f}): {axes}"
-    )
-
-
-def predictions(
+def changes(
     before: Sequence[Model], after: Sequence[Model], unseen: Sequence[Recording]
-) -> str:
-    """S7 of the loaded boat, 1 s ahead: how often the new model is found better."""
-    better, rms = [], []
-    for a, b, recording in zip(before, after, unseen, strict=True):
-        rows = ahead(a, b, [recording], [1.0])
-        better.append([letter == "B" for letter in verdict(rows).values()])
-        rms.append([[one.a, one.b] for one in rows[-1].axes.values()])
-    share, mean = 100.0 * np.mean(better, axis=0), np.mean(rms, axis=0)
-    said = ", ".join(
-        f"{axis} {s:.0f} % ({k * old:.3g} to {k * new:.3g} {unit})"
-        for axis, s, (old, new), k, unit in zip(
-            ("surge", "sway", "yaw"),
-            share,
-            mean,
-            (100, 100, 1),
-            ("cm/s", "cm/s", "rad/s"),
-            strict=True,
-        )
-    )
-    return f"  predicts S7 1 s ahead better, by more than chance: {said}"
+) -> Iterable[Row]:
+    """Before and after the payload: parameters marked, factors, and which model predicts better."""
+    three = zip(before, after, unseen, strict=True)
+    found = [compare(a, b, [recording]) for a, b, recording in three]
+    for name in (pair.name for pair in found[0].pairs):
+        marked = np.mean([any(pair.name == name for pair in c.changed) for c in found])
+        yield [f"with payload: {name} marked", f"{100 * marked:.0f} %"]
+    scale = np.array([[axis.factor for axis in c.factors] for c in found])
+    of = zip(scale.mean(axis=0), scale.std(axis=0), strict=True)
+    yield [
+        f"factor of surge, sway, yaw; {1 / MORE:.4f} is right",
+        ", ".join(f"{m:.4f} ± {s:.4f}" for m, s in of),
+    ]
+    better = np.mean([[x == "B" for x in c.better["1"].values()] for c in found], axis=0)
+    yield [
+        "new model found better on S7 1 s ahead, each axis",
+        ", ".join(f"{100 * share:.0f} %" for share in better),
+    ]
 
 
-def minute(before: Sequence[Model], plan: PlanFile, unseen: Sequence[Recording]) -> str:
-    """RMS errors after a minute, with the old model as prior and without; and of the old model."""
-    truth = np.array(list(loaded(plan).plant.coefficients.values()))
-    names = list(plan.plant.coefficients)
-    found: dict[str, list[np.ndarray]] = {"old": [], "alone": [], "prior": [], "z": []}
-    failed = 0
+def minute(before: Sequence[Model], plan: PlanFile, unseen: Sequence[Recording]) -> Iterable[Row]:
+    """RMS errors after a minute, with the old model as prior over those without."""
+    names, truth = list(plan.plant.coefficients), loaded(plan).plant.coefficients
+    block = OutputErrorSettings(block=(MINUTE[1] - MINUTE[0]) / PIECES)
+    ratio, stated, refused = [], [], 0
     for old, recording in zip(before, unseen, strict=True):
         short = [recording.cut(*MINUTE)]
-        block = OutputErrorSettings(block=(MINUTE[1] - MINUTE[0]) / PIECES)
         new = output_error(short, VEHICLE, start=old, prior=widened(old))
         try:
             alone = output_error(short, VEHICLE, start=old, settings=block)
         except SeatrialError:
-            failed += 1
+            refused += 1
             continue
-        for key, model in (("old", old), ("alone", alone), ("prior", new)):
-            found[key].append(np.array([model.values[n] for n in names]) - truth)
-        error = np.array([new.standard_errors[n] for n in names])
-        found["z"].append(found["prior"][-1] / error)
-    rms = {key: np.sqrt(np.mean(np.square(rows), axis=0)) for key, rows in found.items()}
-    lines = [
-        f"  a minute of S7, RMS error; without a prior no solution in {failed} of {len(before)}",
-        f"    {'':<6} {'truth':>8} {'old model':>10} {'alone':>10} {'with prior':>10} {'ratio':>6}   "
-        "error / stated",
-    ]
-    for i, name in enumerate(names):
-        old, alone, new = (rms[key][i] for key in ("old", "alone", "prior"))
-        lines.append(
-            f"    {name:<6} {truth[i]:8.4f} {old:10.5f} {alone:10.5f} {new:10.5f} {new / alone:6.2f}   "
-            f"{rms['z'][i]:.2f}"
-        )
-    return "\n".join(lines)
+        off = np.array([[m.values[n] - truth[n] for n in names] for m in (new, alone)])
+        ratio.append(off)
+        stated.append(off[0] / [new.standard_errors[n] for n in names])
+    rms = np.sqrt(np.mean(np.square(ratio), axis=0))
+    spread = np.sqrt(np.mean(np.square(stated), axis=0))
+    yield ["a minute of S7: refused without a prior", f"{refused} of {len(before)}"]
+    for name, (prior, alone), z in zip(names, rms.T, spread, strict=True):
+        said = f"{prior / alone:.2f} ({prior:.5f} / {alone:.5f}); {z:.2f}"
+        yield [
+            f"a minute of S7, {name}: RMS error with the prior over that without; over stated",
+            said,
+        ]
 
 
 def main(arguments: Sequence[str]) -> None:
     """Run and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.parser("studies.payload", __doc__)
     parser.add_argument("--plan", default="hard")
-    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--seeds", type=int, default=20, help=f"from {FIRST} and {AFTER} on")
     parser.add_argument("--pushed", action="store_true", help="with an unmodelled force")
     given = parser.parse_args(arguments)
     plan = load_plan(given.plan)
     if given.pushed:
-        plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.04, 2.0))
+        plant = msgspec.structs.replace(plan.plant, unmodelled=FORCE)
         plan = msgspec.structs.replace(plan, plant=plant)
     before, after, unseen = [], [], []
     for seed in range(given.seeds):
         try:
-            old = output_error(recordings(plan, TRAINING, FIRST + seed), VEHICLE)
-            new = output_error(recordings(loaded(plan), TRAINING, AFTER + seed), VEHICLE)
+            old = output_error(driven(plan, TRAINING, FIRST + seed), VEHICLE)
+            new = output_error(driven(loaded(plan), TRAINING, AFTER + seed), VEHICLE)
         except SeatrialError as error:
-            print(f"  seed {seed}: {error}")
+            print(f"seed {seed}: {error}", file=sys.stderr)
             continue
         before.append(old)
         after.append(new)
-        unseen += recordings(loaded(plan), [UNSEEN], AFTER + seed)
-    print(f"{given.plan}{', pushed' if given.pushed else ''}, seeds {FIRST} and {AFTER} on")
-    print(alarms(before))
-    print(changes(before, after))
-    print(predictions(before, after, unseen))
-    print(minute(before, plan, unseen))
+        unseen += driven(loaded(plan), [UNSEEN], AFTER + seed)
+    rows = [*alarms(before), *changes(before, after, unseen), *minute(before, plan, unseen)]
+    print(table(["", given.plan + (", pushed" if given.pushed else "")], rows))
 
 
 if __name__ == "__main__":

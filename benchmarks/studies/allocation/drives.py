@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 import seatrial
-from benchmarks.recovery.tables import table
+from benchmarks.harness.markdown import table
 from seatrial.allocate import AllocationComparison, compare_schemes
 from seatrial.plan import load_plan
 from seatrial.recording import Recording, Signal
@@ -16,7 +16,7 @@ from seatrial.schema import ChainGroup, DeadZone
 from seatrial.simulate import plant_model, simulate
 from seatrial.vehicle import Vehicle
 
-CSE1 = Path(__file__).parents[2] / "data" / "cse1"
+CSE1 = Path(__file__).parents[3] / "data" / "cse1"
 ZONE = DeadZone(0.2, 0.3)  # of the Voith-Schneider propellers' pitch, PROVENANCE.md
 TRAINED, UNSEEN = ("random_run1", "random_run3"), "run1"
 

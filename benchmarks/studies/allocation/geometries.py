@@ -5,7 +5,7 @@ import msgspec
 import numpy as np
 
 import seatrial
-from benchmarks.recovery.tables import table
+from benchmarks.harness.markdown import table
 from seatrial.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
 from seatrial.vehicle import Vehicle
 

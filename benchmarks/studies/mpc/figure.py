@@ -5,29 +5,24 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.mpc.study import WALLED, at_walls, controller
-from benchmarks.mpc.tables import dead_zone
-from benchmarks.paper.figures import sheet
-from seatrial.frames import Array
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from benchmarks.harness import pictures
+from benchmarks.studies.mpc.study import WALLED, at_walls, controller
+from benchmarks.studies.mpc.tables import dead_zone
+from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, figure, line
 
 COLOURS = (BLUE, SKY, RED, BLACK)
 
 
 def draw(path: Path) -> None:
-    """Way and commands."""
+    """Path and commands."""
     run = at_walls()
     found, way, reach = run.outcome, run.way, run.reach
     wanted = np.array([WALLED.at(t).eta for t in found.t.tolist()])
-    corners = reach * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1], [1, 1]])
-    ways = [
-        _way("wanted", wanted, SKY),
-        _way("boat", way, BLUE),
-        _way("walls less clearance", corners, RED),
-    ]
-    plan = figure(
-        ways, "x [m]", "y [m]", showlegend=True, yaxis={"scaleanchor": "x", "scaleratio": 1}
-    )
+    plan = pictures.plan([
+        pictures.path_of("reference", wanted, SKY),
+        pictures.path_of("boat", way, BLUE),
+        pictures.path_of("walls less clearance", pictures.rectangle(*(2.0 * reach)), RED),
+    ])  # fmt: skip
     names = controller("hard").model.vehicle.inputs
     commands = [
         line(name, found.t, found.command[:, k], COLOURS[k % len(COLOURS)])
@@ -36,8 +31,4 @@ def draw(path: Path) -> None:
     edge = np.full(2, dead_zone())
     commands.append(line("dead zone's edge", found.t[[0, -1]], edge, BLACK, width=1.0))
     thrusters = figure(commands, "time [s]", "command", showlegend=True)
-    path.write_text(sheet([[plan, thrusters]]))
-
-
-def _way(name: str, points: Array, colour: str) -> Figure:
-    return line(name, points[:, 0], points[:, 1], colour)
+    pictures.write(path, [[plan, thrusters]])

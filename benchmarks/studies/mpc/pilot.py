@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Model predictive control as a pilot of `benchmarks.tracking`: poses as they arrive in, commands out."""
+"""Model predictive control as a pilot of `benchmarks.studies.tracking`: poses as they arrive in, commands out."""
 
 import time
 
 import numpy as np
 
 import seatrial
-from benchmarks.tracking.pilots import Pilot
+from benchmarks.studies.tracking.pilots import Pilot
 from seatrial.control import Course
 from seatrial.frames import Array
 from seatrial.mpc import Nmpc

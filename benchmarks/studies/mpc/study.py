@@ -9,10 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.mpc.pilot import Predictive
-from benchmarks.tracking.loop import Outcome, run
-from benchmarks.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, identified, truth
-from benchmarks.tracking.study import PILOTS, SEEDS
+from benchmarks.studies.mpc.pilot import Predictive
+from benchmarks.studies.tracking.loop import Outcome, run
+from benchmarks.studies.tracking.scenes import (
+    CONDITIONS,
+    SCHEMES,
+    SHAPES,
+    course,
+    identified,
+    truth,
+)
+from benchmarks.studies.tracking.study import PILOTS, SEEDS
 from seatrial.control import Course, Shape, fitted
 from seatrial.frames import Array
 from seatrial.mpc import Nmpc, by_thrusters

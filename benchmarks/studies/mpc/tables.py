@@ -5,11 +5,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.mpc.study import WALLED, at_walls, both, chosen, compiled, controller, timed
-from benchmarks.tracking.loop import Outcome
-from benchmarks.tracking.scenes import SCHEMES, SHAPES, truth
-from benchmarks.tracking.study import SEEDS
-from benchmarks.tracking.tables import position, table
+from benchmarks.harness.markdown import table
+from benchmarks.studies.mpc.study import WALLED, at_walls, both, chosen, compiled, controller, timed
+from benchmarks.studies.tracking.loop import Outcome
+from benchmarks.studies.tracking.scenes import SCHEMES, SHAPES, truth
+from benchmarks.studies.tracking.study import SEEDS
+from benchmarks.studies.tracking.tables import position
 from seatrial.frames import Array
 
 WEATHER = ("hard", "paper-like, current")
@@ -51,6 +52,7 @@ def courses() -> str:
             "programmes unsolved",
         ],
         rows,
+        text=2,
     )
 
 
@@ -68,7 +70,7 @@ def times() -> str:
             middle, late, worst = 1e3 * np.quantile(took, [0.5, 0.99, 1.0])
             way = f"eight, {chosen('eight', hurry).duration:.0f} s"
             rows.append([kind, way, str(len(took)), f"{middle:.1f}", f"{late:.1f}", f"{worst:.1f}"])
-    return table(["step", "course", "commands", "median [ms]", "99 %", "worst"], rows)
+    return table(["step", "course", "commands", "median [ms]", "99 %", "worst"], rows, text=2)
 
 
 def walls() -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The paper's findings, put to the test on simulated trials: what holds, and where.
+"""The paper's findings on simulated trials: what holds, and where.
 
-python -m benchmarks.paper run --seeds 4      # takes an hour; can be taken up again
-python -m benchmarks.paper write              # the tables and figures of docs/paper.md
+python -m benchmarks.studies.paper run --seeds 4      # takes an hour; can be stopped and continued
+python -m benchmarks.studies.paper write              # the tables and maps of docs/paper.md
+python -m benchmarks.studies.paper figures            # Figs. 4 to 7
 """

@@ -4,8 +4,8 @@
 import numpy as np
 
 import seatrial
-from benchmarks.paper.trials import ABOVE, boat
-from benchmarks.recovery.tables import table
+from benchmarks.harness.markdown import table
+from benchmarks.studies.paper.trials import ABOVE, boat
 from seatrial import _core
 from seatrial.frames import Array
 from seatrial.vehicle import Vehicle

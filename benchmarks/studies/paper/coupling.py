@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from benchmarks.paper.trials import TRAINING, boat, driven
+from benchmarks.studies.paper.trials import TRAINING, boat, driven
 from seatrial import _core, identify
 from seatrial.model import Model
 from seatrial.plan import load_plan

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The paper's Figs. 4 to 7 for simulated trials: both methods on the same boat and seed."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.paper.maps import METHODS
-from benchmarks.paper.trials import (
+from benchmarks.harness import pictures
+from benchmarks.studies.paper.maps import METHODS
+from benchmarks.studies.paper.trials import (
     ALLOCATIONS,
     FIRST,
     HORIZON,
@@ -32,7 +32,6 @@ from seatrial.report.draw.base import (
     level,
     line,
 )
-from seatrial.report.svg import HEIGHT, WIDTH, svg
 from seatrial.statistics import autocorrelation, white_band
 
 PLAN = "paper-like"
@@ -42,7 +41,7 @@ SWAY = 1
 LAGS = 60
 GAP = 0.3  # [s] that no line is drawn across
 BINS = 61
-SAID = {"equation-error": "the paper's method", "output-error": "output-error"}
+NAMES = {"equation-error": "the paper's method", "output-error": "output-error"}
 COLOURS = {"equation-error": ORANGE, "output-error": BLUE}
 Models = dict[str, dict[str, Model]]
 
@@ -51,7 +50,6 @@ def write(folder: Path) -> None:
     """Draw the four into a folder."""
     trials = {a: driven(PLAN, boat(a), FIRST) for a in ALLOCATIONS}
     models = {a: {m: identified(trials[a], boat(a), m) for m in METHODS} for a in ALLOCATIONS}
-    folder.mkdir(parents=True, exist_ok=True)
     ahead = {
         a: {m: predict(models[a][m], trials[a][UNSEEN].recording, HORIZON) for m in METHODS}
         for a in ALLOCATIONS
@@ -63,21 +61,7 @@ def write(folder: Path) -> None:
         "fig-7": [[_correlated(ahead[a], a) for a in ALLOCATIONS]],
     }
     for name, plots in sheets.items():
-        (folder / f"{name}.svg").write_text(sheet(plots))
-
-
-def sheet(plots: Sequence[Sequence[Figure]]) -> str:
-    """Plots in rows as one SVG."""
-    width, height = WIDTH * max(map(len, plots)), HEIGHT * len(plots)
-    parts = []
-    for i, row in enumerate(plots):
-        for j, plot in enumerate(row):
-            text = svg(plot).replace('id="', f'id="p{i}{j}').replace("url(#", f"url(#p{i}{j}")
-            parts.append(text.replace("<svg ", f'<svg x="{j * WIDTH:g}" y="{i * HEIGHT:g}" ', 1))
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height:g}" '
-        f'viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg>\n'
-    )
+        pictures.write(folder / f"{name}.svg", plots)
 
 
 def _fourth(trials: Trials, models: dict[str, Model]) -> list[list[Figure]]:
@@ -101,7 +85,7 @@ def _velocity(ahead: dict[str, Prediction], axis: int) -> Figure:
     first = ahead[METHODS[0]]
     traces = [_sample(first, "measured", first.measured[:, axis], BLACK, 0.8)]
     traces += [
-        _sample(found, f"{SAID[m]}, 1 s ahead", found.nu[:, axis], COLOURS[m], 1.5)
+        _sample(found, f"{NAMES[m]}, 1 s ahead", found.nu[:, axis], COLOURS[m], 1.5)
         for m, found in ahead.items()
     ]
     return figure(traces, "time [s]", f"{SYMBOLS[axis]} [{SPEED_UNITS[axis]}]")
@@ -124,7 +108,7 @@ def _histogram(ahead: dict[str, Prediction], axis: int) -> Figure:
         errors = found.errors[:, axis]
         share = 100.0 * np.histogram(errors, edges)[0] / len(errors)
         rms = f"RMS {np.sqrt(np.mean(errors**2)):.2g} {SPEED_UNITS[axis]}"
-        traces.append(line(f"{SAID[method]}: {rms}", middle, share, COLOURS[method]))
+        traces.append(line(f"{NAMES[method]}: {rms}", middle, share, COLOURS[method]))
     unit = SPEED_UNITS[axis]
     return figure(traces, f"{SYMBOLS[axis]} measured - predicted [{unit}]", "share [%]")
 
@@ -135,7 +119,7 @@ def _correlated(ahead: dict[str, Prediction], allocation: str) -> Figure:
     for method, found in ahead.items():
         rho = autocorrelation(found.errors, found.index, LAGS)[:, SWAY]
         traces.append(
-            line(f"{SAID[method]}, {allocation}", np.arange(LAGS + 1.0), rho, COLOURS[method])
+            line(f"{NAMES[method]}, {allocation}", np.arange(LAGS + 1.0), rho, COLOURS[method])
         )
     band = white_band(len(ahead[METHODS[0]].errors))
     return figure(

@@ -3,7 +3,7 @@
 
 from typing import Any
 
-from benchmarks.paper.trials import (
+from benchmarks.studies.paper.trials import (
     ALLOCATIONS,
     UNSEEN,
     boat,

@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from benchmarks.paper.trials import TRAINING, UNSEEN, boat, driven, identified, true_error
+from benchmarks.studies.paper.trials import TRAINING, UNSEEN, boat, driven, identified, true_error
 from seatrial.errors import SeatrialError
 from seatrial.plan import load_plan
 

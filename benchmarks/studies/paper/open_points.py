@@ -6,7 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.paper.trials import ALLOCATIONS, HORIZON, TRAINING, UNSEEN, boat, driven, rms
+from benchmarks.studies.paper.trials import (
+    ALLOCATIONS,
+    HORIZON,
+    TRAINING,
+    UNSEEN,
+    boat,
+    driven,
+    rms,
+)
 from seatrial.identify import EquationErrorSettings, equation_error
 from seatrial.model import Model
 from seatrial.noise import pose_noise

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.blocks import fill
-from benchmarks.paper import cost, coupling, maps, minutes, open_points, payload, tables
-from benchmarks.paper.grid import Grid, draw
-from benchmarks.paper.trials import ALLOCATIONS
-from benchmarks.recovery.tables import table
+from benchmarks.harness.markdown import table
+from benchmarks.harness.page import fill
+from benchmarks.studies.paper import cost, coupling, maps, minutes, open_points, payload, tables
+from benchmarks.studies.paper.grid import Grid, draw
+from benchmarks.studies.paper.trials import ALLOCATIONS
 from seatrial.frames import Array
 
 PAPER, OURS = maps.METHODS

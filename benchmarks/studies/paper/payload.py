@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""A payload comes on board: how long a recording tells, alone and with the old model as prior."""
+"""A payload on board: thrust over mass from a short recording, alone and with the old model as prior."""
 
 from typing import Any
 
 import msgspec
 
-from benchmarks.paper.trials import TRAINING, UNSEEN
-from benchmarks.payload import AFTER, FIRST, VEHICLE, loaded, recordings
-from seatrial.compare.parameters import factors, joint, pairs, views
+from benchmarks.studies.payload import AFTER, FIRST, VEHICLE, driven, loaded
+from seatrial.compare import compare
 from seatrial.errors import SeatrialError
 from seatrial.identify.output_error import output_error
 from seatrial.identify.prior import widened
 from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan
+from seatrial.plan import PlanFile, load_plan
 from seatrial.recording import Recording
+from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
-KINDS = {"still": None, "pushed": Unmodelled(0.04, 2.0)}
+KINDS = {"still": None, "pushed": FORCE}
 SECONDS = (10.0, 20.0, 40.0, 80.0, 160.0)  # of S7
 BEGIN = 20.0  # [s]
 FORCES = ("X_F", "Y_F", "N_F")
@@ -30,9 +30,9 @@ def keys(seeds: range) -> list[tuple[Any, ...]]:
 def work(kind: str, n: int, seed: int) -> dict[str, Any]:
     """The old model from S1-S3, then pieces of the loaded boat's S7."""
     plan, own = plan_of(kind), SEEDS_EACH * seed + n
-    old = output_error(recordings(plan, TRAINING, FIRST + own), VEHICLE)
-    (run,) = recordings(loaded(plan), [UNSEEN], AFTER + own)
-    return {f"{s:g}": _told(old, run.cut(BEGIN, BEGIN + s)) for s in SECONDS}
+    old = output_error(driven(plan, TRAINING, FIRST + own), VEHICLE)
+    (run,) = driven(loaded(plan), [UNSEEN], AFTER + own)
+    return {f"{s:g}": _from_piece(old, run.cut(BEGIN, BEGIN + s)) for s in SECONDS}
 
 
 def plan_of(kind: str) -> PlanFile:
@@ -42,7 +42,7 @@ def plan_of(kind: str) -> PlanFile:
     return msgspec.structs.replace(plan, plant=plant)
 
 
-def _told(old: Model, piece: Recording) -> dict[str, Any]:
+def _from_piece(old: Model, piece: Recording) -> dict[str, Any]:
     """Thrust over the old with the prior; whether the piece alone says that the boat changed."""
     out: dict[str, Any] = {}
     try:
@@ -54,11 +54,8 @@ def _told(old: Model, piece: Recording) -> dict[str, Any]:
         alone = output_error([piece], VEHICLE, start=old)
     except SeatrialError as failure:
         return out | {"refused": str(failure)}
-    seen = views(old, alone)
-    rows = pairs(old, alone, seen, {})
-    test = joint(rows, seen)
-    axes = factors(old, rows, seen)
+    found = compare(old, alone)
     return out | {
-        "changed": test is not None and bool(test.p < 0.05),
-        "alone": [float(axis.factor) for axis in axes],
+        "changed": found.joint is not None and bool(found.joint.p < 0.05),
+        "alone": [float(axis.factor) for axis in found.factors],
     }

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.paper.trials import (
+from benchmarks.studies.paper.trials import (
     ALLOCATIONS,
     HORIZON,
     UNSEEN,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""One piece of the study's work: what a worker process is sent."""
+"""One job of the study."""
 
 from typing import Any
 
-from benchmarks.paper import coupling, maps, minutes, open_points, payload, tables
+from benchmarks.studies.paper import coupling, maps, minutes, open_points, payload, tables
 from seatrial.errors import SeatrialError
 
 FINDINGS = {
@@ -12,7 +12,7 @@ FINDINGS = {
 }  # fmt: skip
 
 
-def one(name: str, key: tuple[Any, ...]) -> dict[str, Any]:
+def one(name: str, *key: Any) -> dict[str, Any]:  # noqa: ANN401
     """The record of a finding at a key: what was found, or why nothing was."""
     record: dict[str, Any] = {"finding": name, "key": list(key)}
     try:

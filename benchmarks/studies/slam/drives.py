@@ -7,15 +7,15 @@ import msgspec
 import numpy as np
 
 import seatrial
-from benchmarks.predictor.drives import LASTS, SCENES
-from benchmarks.slam.scene import POOL, pool_scene
-from benchmarks.slam.se2 import turned
+from benchmarks.studies.slam.scene import POOL, pool_scene
+from benchmarks.studies.slam.se2 import turned
 from seatrial.errors import ModelError
 from seatrial.frames import Array, body_velocity
 from seatrial.operators import Operator
 from seatrial.plan import OperatorEntry, Pool, Unmodelled, load_plan, with_seed
 from seatrial.simulate import PushedPlant, plant_model
 from seatrial.vehicle import WRENCH
+from tests.boats.drives import LASTS, SCENES
 
 PUSHED = "hard, pushed"  # the preset that models are identified from
 STICKS = {"gentle": (0.3, 0.4), "aggressive": (0.7, 1.0)}  # share of full, sizes of pulses

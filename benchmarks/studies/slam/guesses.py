@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 import seatrial
-from benchmarks.slam.drives import Drive
-from benchmarks.slam.lidar import Poses
-from benchmarks.slam.se2 import between, compose, exponential, logarithm
+from benchmarks.studies.slam.drives import Drive
+from benchmarks.studies.slam.lidar import Poses
+from benchmarks.studies.slam.se2 import between, compose, exponential, logarithm
 from seatrial.frames import Array
 
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.slam.se2 import between, transform
+from benchmarks.studies.slam.se2 import between, transform
 from seatrial.frames import Array
 from seatrial.sim.scene import Scene
 

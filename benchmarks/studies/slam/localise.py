@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.slam.guesses import Guess
-from benchmarks.slam.lidar import Scan, undistorted
-from benchmarks.slam.mapping import REACH, Map, Match
-from benchmarks.slam.se2 import between
+from benchmarks.studies.slam.guesses import Guess
+from benchmarks.studies.slam.lidar import Scan, undistorted
+from benchmarks.studies.slam.mapping import REACH, Map, Match
+from benchmarks.studies.slam.se2 import between
 from seatrial.frames import Array, Mask
 
 SHARE = 0.5  # of a scan's points that must be on the map; a turn brings up to half into view

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.slam.se2 import transform
+from benchmarks.studies.slam.se2 import transform
 from seatrial.errors import SeatrialError
 from seatrial.frames import Array
 

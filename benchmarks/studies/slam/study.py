@@ -1,26 +1,29 @@
 # SPDX-License-Identifier: MIT
 """What is run: driving, scans, guess; and how far off pose, guess and map are."""
 
-import os
-import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 
 import numpy as np
 
-from benchmarks.predictor.drives import model
-from benchmarks.slam.drives import DURATION, PUSHED, STICKS, Drive, drive
-from benchmarks.slam.guesses import ConstantPose, ConstantVelocity, Guess, ModelOdometry, TrueMotion
-from benchmarks.slam.lidar import BIAS, RATE, Scan, scan
-from benchmarks.slam.localise import Track, localise
-from benchmarks.slam.mapping import REACH
-from benchmarks.slam.scene import pool_scene
-from benchmarks.slam.se2 import between
+from benchmarks.harness.workers import gathered
+from benchmarks.studies.slam.drives import DURATION, PUSHED, STICKS, Drive, drive
+from benchmarks.studies.slam.guesses import (
+    ConstantPose,
+    ConstantVelocity,
+    Guess,
+    ModelOdometry,
+    TrueMotion,
+)
+from benchmarks.studies.slam.lidar import BIAS, RATE, Scan, scan
+from benchmarks.studies.slam.localise import Track, localise
+from benchmarks.studies.slam.mapping import REACH
+from benchmarks.studies.slam.scene import pool_scene
+from benchmarks.studies.slam.se2 import between
 from seatrial.frames import Array, Mask
 from seatrial.plan import DropOuts
+from tests.boats.drives import model
 
 SEEDS = range(51, 56)
 GUESSES = (
@@ -66,22 +69,16 @@ class Outcome:
 
 
 def run(cases: Sequence[Case], seeds: Sequence[int] = SEEDS) -> list[Outcome]:
-    """All cases with every seed, in processes."""
+    """All cases with every seed; a process has one drive at a time."""
     jobs = [
-        ([case for case in cases if case.driving == driving], seed)
+        (tuple(case for case in cases if case.driving == driving), seed)
         for seed in seeds for driving in STICKS if any(case.driving == driving for case in cases)
     ]  # fmt: skip
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        found = []
-        for (chosen, seed), part in zip(jobs, pool.map(work, jobs), strict=True):
-            print(f"{chosen[0].driving}, seed {seed}: {len(part)} runs", file=sys.stderr)
-            found += part
-        return found
+    return [outcome for part in gathered(work, jobs) for outcome in part]
 
 
-def work(job: tuple[Sequence[Case], int]) -> list[Outcome]:
+def work(cases: Sequence[Case], seed: int) -> list[Outcome]:
     """Cases with one seed."""
-    cases, seed = job
     return [outcome(case, seed) for case in cases]
 
 

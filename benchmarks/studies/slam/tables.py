@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from benchmarks.slam.drives import STICKS
-from benchmarks.slam.lidar import RATE
-from benchmarks.slam.study import DROP_OUTS, GUESSES, OFF, Case, Outcome
+from benchmarks.studies.slam.drives import STICKS
+from benchmarks.studies.slam.lidar import RATE
+from benchmarks.studies.slam.study import DROP_OUTS, GUESSES, OFF, Case, Outcome
 from seatrial.frames import Array, Mask
 
 EVERY, MIDDLE, SLOW = 1, 3, 15  # of the scans that one is matched

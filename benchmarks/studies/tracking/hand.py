@@ -10,9 +10,9 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.tracking.loop import run
-from benchmarks.tracking.pilots import ByHand, Differences, Filtered, HandGains
-from benchmarks.tracking.scenes import CONDITIONS, course, identified, truth
+from benchmarks.studies.tracking.loop import run
+from benchmarks.studies.tracking.pilots import ByHand, Differences, Filtered, HandGains
+from benchmarks.studies.tracking.scenes import CONDITIONS, course, identified, truth
 
 ARM = 0.3  # [m]
 PLANE = [(p, d) for p in (2.0, 4.0, 8.0, 16.0) for d in (2.0, 4.0, 8.0, 16.0)]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.tracking.pilots import Pilot
-from benchmarks.tracking.scenes import Conditions, sensors
+from benchmarks.studies.tracking.pilots import Pilot
+from benchmarks.studies.tracking.scenes import Conditions, sensors
 from seatrial.control import Course
 from seatrial.frames import Array
 from seatrial.model import Model

@@ -7,10 +7,10 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.tracking.hand import by_hand
-from benchmarks.tracking.loop import Outcome, run
-from benchmarks.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tuned
-from benchmarks.tracking.scenes import CONDITIONS, Conditions, course, identified, truth
+from benchmarks.studies.tracking.hand import by_hand
+from benchmarks.studies.tracking.loop import Outcome, run
+from benchmarks.studies.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tuned
+from benchmarks.studies.tracking.scenes import CONDITIONS, Conditions, course, identified, truth
 from seatrial.control import KNOB, Course, Shape, Tuning, tune
 from seatrial.frames import Array
 from seatrial.model import Model

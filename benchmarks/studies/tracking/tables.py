@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.tracking.hand import by_hand
-from benchmarks.tracking.loop import Outcome
-from benchmarks.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, truth
-from benchmarks.tracking.study import (
+from benchmarks.harness.markdown import table
+from benchmarks.studies.tracking.hand import by_hand
+from benchmarks.studies.tracking.loop import Outcome
+from benchmarks.studies.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, truth
+from benchmarks.studies.tracking.study import (
     CURRENTS,
     FOLLOWING,
     KNOBS,
@@ -26,12 +27,6 @@ from seatrial.control.dead_zone import dead_zone
 from seatrial.mpc import by_thrusters
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """In Markdown."""
-    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows])
-
-
 def tracking() -> str:
     """RMS distance from the reference."""
     rows = []
@@ -42,7 +37,7 @@ def tracking() -> str:
                 rows.append(
                     [scheme, conditions, f"{shape}, {course(shape).duration:.0f} s", *cells]
                 )
-    return table(["", "SLAM", "course", *(f"{p} [mm]" for p in PILOTS)], rows)
+    return table(["", "SLAM", "course", *(f"{p} [mm]" for p in PILOTS)], rows, text=3)
 
 
 def position(found: Sequence[Outcome]) -> str:
@@ -60,7 +55,7 @@ def heading() -> str:
             found = [outcomes(scheme, conditions, "eight", pilot) for pilot in PILOTS]
             cells = [f"{_heading(each)}, {_unrest(each)}" for each in found]
             rows.append([scheme, conditions, *cells])
-    return table(["", "SLAM", *PILOTS], rows)
+    return table(["", "SLAM", *PILOTS], rows, text=2)
 
 
 def knobs() -> str:
@@ -101,7 +96,7 @@ def still() -> str:
     head = ["", "", "dead zone / P [mm]"]
     for current in CURRENTS:
         head += [f"swing [mm], {100 * current[0]:g} cm/s", "offset [mm]"]
-    return table(head, rows)
+    return table(head, rows, text=2)
 
 
 def allocators() -> str:
@@ -136,7 +131,7 @@ def gains() -> str:
                 [scheme, plan, "tuned", *(f"{t[a, k]:.1f}" for a in range(3) for k in (0, 2))]
             )
     head = ["", "SLAM", "", "surge P", "D", "sway P", "D", "yaw P", "D"]
-    return table(head, rows)
+    return table(head, rows, text=3)
 
 
 MAKERS: dict[str, Callable[[], str]] = {
