@@ -220,8 +220,7 @@ def test_a_model_file_is_told_from_a_vehicle_file(place, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["mallard", "geometries"])
-def test_the_pages_tables_are_what_the_benchmark_prints(name, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT)
+def test_the_pages_tables_are_what_the_benchmark_prints(name):
     from benchmarks.harness.page import MARK
     from benchmarks.studies.allocation import drives, geometries
 

@@ -13,11 +13,12 @@ from scipy.stats import binom, chi2
 from test_docs import blocks
 
 import seatrial
-from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
+from benchmarks.predictor import accuracy, board, consistency, matches, unknown
 from seatrial import _core
 from seatrial.errors import PredictorError
 from seatrial.predictor import Health, Predictor, Taken
 from seatrial.schema import EnvelopeEntry, Integration
+from tests.boats import drives
 from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
