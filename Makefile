@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
-CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*.hpp core/bindings/*.?pp)
+CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*/*.hpp core/bindings/*.?pp)
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: demo test lint docs format stub lock bench clean

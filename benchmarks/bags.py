@@ -67,7 +67,7 @@ def _stream(
     name: str, kind: str, count: int, seconds: float, *, store: object, ros1: bool
 ) -> Iterator[tuple[int, str, bytes]]:
     """Messages of one topic: one serialised, the others with other numbers at its places."""
-    from seatrial.io.wire import Wire
+    from seatrial.io.bags.wire import Wire
 
     made = dict(store.types)  # type: ignore[attr-defined]
     stamp = made["builtin_interfaces/msg/Time"](0, 0)

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 import seatrial
 from benchmarks.harness import command
-from seatrial.frames import POSE_SIGNS, Array, Axes, body_velocity
-from seatrial.identify import METHODS
-from seatrial.recording import Recording
-from seatrial.vehicle import as_column
-from seatrial.velocity import UNEVEN, Motion
+from seatrial.boat.vehicle import as_column
+from seatrial.identification.methods import METHODS
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import UNEVEN, Motion
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, body_velocity
 from tests.boats.drives import RUNS, SHIP
 
 CENTRED = (21, 3)  # poses and degree of the reference

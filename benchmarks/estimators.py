@@ -40,11 +40,11 @@ def prepare(folder: Path, plan_name: str) -> None:
     import msgspec
 
     import seatrial
-    from seatrial.identify.equation_error import equation_error
+    from seatrial.boat.schema import NoiseEntry, ProcessEntry
+    from seatrial.identification.regression.equation_error import equation_error
     from seatrial.io.write import write_setting, write_trial
-    from seatrial.plan import DropOuts, Jumps, load_plan
-    from seatrial.schema import NoiseEntry, ProcessEntry
-    from seatrial.simulate import plant_model, simulate
+    from seatrial.simulation.plan import DropOuts, Jumps, load_plan
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan(plan_name)
     pose = msgspec.structs.replace(
@@ -79,8 +79,8 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
     """Arrays for SciPy; the forces of the thrusters are given."""
-    from seatrial.causal import VELOCITY_SPREAD
-    from seatrial.velocity import motion
+    from seatrial.evaluation.filtering import VELOCITY_SPREAD
+    from seatrial.recording.velocity import motion
 
     noise = truth.noise
     sigma = np.array([noise.position, noise.position, noise.heading])
@@ -124,7 +124,7 @@ def steps_between(begin: float, end: float, breaks: Array) -> Array:
 def with_seatrial(folder: Path) -> Measured:
     """The output-error method at given settings: noise held, no process noise, chain stated."""
     import seatrial
-    from seatrial.identify.output_error import OutputErrorSettings, fit
+    from seatrial.identification.estimator import OutputErrorSettings, fit
 
     vehicle, recordings = read(folder)
     start = seatrial.load(folder / "start.yaml")

@@ -4,6 +4,7 @@
     python -m benchmarks.methods
     python -m benchmarks.methods --pushed          # by a force of 4 % of full thrust that no model knows
     python -m benchmarks.methods --seeds 8 --presets hard
+    python -m benchmarks.methods --write           # into docs/choose.md
 
 Trained on S1-S3, tested on S7 one second ahead, from the true velocities against the true ones.
 Under always-forward allocation the truth of a force coefficient is the gain past the dead zone's
@@ -20,13 +21,14 @@ import numpy as np
 
 import seatrial
 from benchmarks.harness import command
-from seatrial.errors import SeatrialError
-from seatrial.frames import Array
-from seatrial.identify import METHODS
-from seatrial.plan import PlanFile, load_plan, with_seed
-from seatrial.predict import predict
-from seatrial.simulate import Trial, plant_model, simulate
-from seatrial.vehicle import load_vehicle
+from benchmarks.harness.page import refill
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.methods import METHODS
+from seatrial.simulation.plan import PlanFile, load_plan, with_seed
+from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Array
 from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
 FIRST = 2001  # seed
@@ -118,14 +120,20 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--presets", nargs="+", default=["paper-like", "hard"])
     parser.add_argument("--pushed", action="store_true", help="by an unmodelled force")
+    parser.add_argument("--write", action="store_true", help="into docs/choose.md, too")
     given = parser.parse_args(arguments)
-    print(
+    lines = [
         "| preset | allocation | method | RMS error of coefficients, %: median | worst | N_ud | "
-        "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |"
-    )
-    print("| --- | --- | --- | ---: | --- | ---: | --- | ---: | ---: |")
+        "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |",
+        "| --- | --- | --- | ---: | --- | ---: | --- | ---: | ---: |",
+    ]
+    print("\n".join(lines))
     for line in rows(given.presets, given.seeds, pushed=given.pushed):
         print(line, flush=True)
+        lines.append(line)
+    if given.write:
+        name = "methods-pushed" if given.pushed else "methods"
+        refill(command.DOCS / "choose.md", {name: "\n".join(lines)})
 
 
 if __name__ == "__main__":

@@ -21,10 +21,10 @@ from scipy.integrate import solve_ivp
 import seatrial
 from benchmarks.harness import command
 from seatrial import _core
+from seatrial.boat.schema import Integration
 from seatrial.io.write import write_setting, write_trial
-from seatrial.plan import load_plan
-from seatrial.schema import Integration
-from seatrial.simulate import plant_model, simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 REPEATS = 7
 STEPS = 15  # one second at 15 Hz

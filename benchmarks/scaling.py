@@ -37,8 +37,8 @@ def prepare(folder: Path, kind: str = "csv") -> None:
 
     import seatrial
     from seatrial.io.write import write_setting, write_trial
-    from seatrial.plan import load_plan
-    from seatrial.simulate import plant_model, simulate
+    from seatrial.simulation.plan import load_plan
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan("hard")
     plan = msgspec.structs.replace(plan, trials={name: plan.trials[name] for name in TRIALS})
@@ -54,8 +54,8 @@ def drive(folder: Path, seconds: float) -> None:
 
     import seatrial
     from seatrial.io.write import write_setting, write_trial
-    from seatrial.plan import TrialEntry, load_plan
-    from seatrial.simulate import plant_model, simulate
+    from seatrial.simulation.plan import TrialEntry, load_plan
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan("hard")
     hours = max(1, round(seconds / HOUR))
@@ -82,7 +82,7 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 def automatic(folder: Path) -> float:
     """All choices made by the estimator [s]."""
-    from seatrial.identify.output_error import output_error
+    from seatrial.identification.estimator import output_error
 
     vehicle, recordings = read(folder)
     begin = time.perf_counter()
@@ -100,8 +100,8 @@ def given(folder: Path) -> float:
 
     import seatrial
     from benchmarks.estimators import read as problem
-    from seatrial.identify.output_error import OutputErrorSettings, output_error
-    from seatrial.identify.weak_form import weak_form
+    from seatrial.identification.estimator import OutputErrorSettings, output_error
+    from seatrial.identification.regression.weak_form import weak_form
 
     vehicle, recordings = problem(folder)
     stated = seatrial.load(folder / "start.yaml").noise
@@ -113,7 +113,7 @@ def given(folder: Path) -> float:
 
 def identify(folder: Path) -> float:
     """`seatrial identify` of all that a folder has [s], reading and writing included."""
-    from seatrial.cli import main as seatrial_main
+    from seatrial.commands.cli import main as seatrial_main
 
     paths = [str(path) for path in sorted(folder.glob("*-MP"))]
     out = ["--vehicle", str(folder / "vehicle-MP.yaml"), "-o", str(folder / "m.yaml")]
@@ -127,8 +127,8 @@ def identify(folder: Path) -> float:
 
 def refits(folder: Path) -> float:
     """200 refits on resampled blocks [s], the first fit not counted."""
-    from seatrial.identify.bootstrap import bootstrap
-    from seatrial.identify.output_error import fit
+    from seatrial.identification.estimator import fit
+    from seatrial.identification.uncertainty.bootstrap import bootstrap
 
     vehicle, recordings = read(folder)
     found = fit(recordings, vehicle)

@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.plan import load_plan
-from seatrial.simulate import simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
 
 TRAINING = ("S1", "S2", "S3")
 PAIRING = (("S4", "u"), ("S5", "v"), ("S6", "r"))  # Table III

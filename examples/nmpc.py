@@ -10,10 +10,10 @@ import numpy as np
 
 import seatrial
 from seatrial.control import Eight, fitted
-from seatrial.mpc import Nmpc
-from seatrial.plan import load_plan
-from seatrial.sim import PoseReading, PoseSettings, Sensors, Simulator
-from seatrial.simulate import plant_model
+from seatrial.control.mpc import Nmpc
+from seatrial.simulation import PoseReading, PoseSettings, Sensors, Simulator
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 PERIOD = 0.1  # [s] of the controller
 LASTS = 40.0  # [s]

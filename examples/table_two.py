@@ -10,11 +10,12 @@ import numpy as np
 
 import seatrial
 from seatrial import _core
-from seatrial.identify import EquationErrorSettings, equation_error
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import Integration
-from seatrial.simulate import plant_model
+from seatrial.boat.schema import Integration
+from seatrial.identification.methods import EquationErrorSettings
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 RATE = 15.0  # [Hz]
 SECONDS = 60

@@ -8,8 +8,8 @@ from bag_tools import Sent, ros1, vehicle
 from mcap_writer import mcap
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.io.bags import open_bag
+from seatrial.io.bags.opening import open_bag
+from seatrial.util.errors import SeatrialError
 
 LENGTH = 3.0  # [s]
 

@@ -19,7 +19,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 import seatrial
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
 
 SECOND = 10**9  # [ns]
 START = 1_700_000_000 * SECOND  # [ns]

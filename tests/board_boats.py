@@ -9,7 +9,7 @@ from conftest import CSE1, make_model
 from test_model import frd
 
 import seatrial
-from seatrial.schema import (
+from seatrial.boat.schema import (
     ChainGroup,
     CorrelatedEntry,
     DeadZone,
@@ -19,7 +19,7 @@ from seatrial.schema import (
     ProcessEntry,
     RecordingEntry,
 )
-from seatrial.vehicle import Vehicle, load_vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
 
 STAGES = [
     ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1, power=1.3, reverse_ratio=0.8)

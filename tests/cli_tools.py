@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The command line within a test."""
 
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 
 def run(capsys, *arguments) -> tuple[int, str, str]:

@@ -13,11 +13,11 @@ from bag_tools import Sent
 from hypothesis import HealthCheck, settings
 
 import seatrial
-from seatrial.cli import main
+from seatrial.boat.model import save
+from seatrial.commands.cli import main
 from seatrial.io.write import write_setting, write_trial
-from seatrial.model import save
-from seatrial.plan import load_plan
-from seatrial.simulate import Trial, plant_model, simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import Trial, plant_model, simulate
 
 settings.register_profile(
     "seatrial",
@@ -133,7 +133,7 @@ def make_model(
     vehicle: seatrial.Vehicle, values: dict[str, float], scheme="runge-kutta", step=1 / 240
 ):
     """A model with given coefficients and the vehicle's own chain."""
-    from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
+    from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 
     names = vehicle.structure.coefficients
     theta = np.array([values[name] for name in names])

@@ -13,10 +13,10 @@ from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
-from seatrial.frames import Axes
-from seatrial.plan import load_plan
-from seatrial.simulate import simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.frames import Axes
 
 STATE_SIGNS = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])  # forward-right-down
 

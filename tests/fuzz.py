@@ -32,8 +32,8 @@ from mcap_writer import mcap
 from mutations import ODD_WORDS, ODD_YAML, bomb, damaged, edited, queried
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.files import dump_yaml
+from seatrial.util.errors import SeatrialError
+from seatrial.util.files import dump_yaml
 
 MEMORY = 3 << 29  # [bytes] 1.5 GB of addresses for a worker, libraries included
 PATIENCE = 10.0  # [s] of the processor for one case, however busy the machine is
@@ -200,7 +200,7 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
 
 def _inspected(path: Path, *, tree: bool) -> str:
     """Through the command line."""
-    from seatrial.cli import main as command_line
+    from seatrial.commands.cli import main as command_line
 
     vehicle = path.parent / "vehicle.yaml"
     vehicle.write_text(dump_yaml(tf_content() if tree else vehicle_content()))

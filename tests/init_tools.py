@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 NAMES = ("F_u", "F_v", "F_r")
 

@@ -10,9 +10,9 @@ import numpy as np
 
 import seatrial
 from seatrial import _core
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
+from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 AXES_OF_JOY = (1, 0, 3)  # where F_u, F_v, F_r are in the joypad's axes, by the mallard's file

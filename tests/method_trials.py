@@ -7,9 +7,9 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.plan import PlanFile, load_plan, with_seed
-from seatrial.recording import Recording, make_recording
-from seatrial.simulate import plant_model, simulate
+from seatrial.recording.recording import Recording, make_recording
+from seatrial.simulation.plan import PlanFile, load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
 
 PULSES = ("S1", "S2", "S3")
 

@@ -9,15 +9,15 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.allocation import Scheme, inverse_for, thruster_matrix
-from seatrial.frames import POSE_SIGNS, Axes
-from seatrial.plan import load_plan
-from seatrial.recording import Recording, Signal, make_recording
-from seatrial.schema import AllocationEntry
-from seatrial.signs import Repair, check_signs, mended
-from seatrial.signs.repair import ANGLES, LENGTHS
-from seatrial.simulate import simulate
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.boat.allocation import Scheme, inverse_for, thruster_matrix
+from seatrial.boat.schema import AllocationEntry
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency import Repair, check_signs, mended
+from seatrial.inspection.consistency.repair import ANGLES, LENGTHS
+from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.frames import POSE_SIGNS, Axes
 
 UNITS = {**LENGTHS, **ANGLES, None: 1.0}
 OTHER = {"mm": "m", "deg": "rad", None: None}

@@ -9,17 +9,17 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.advice import alone, around, gains, next_drive
-from seatrial.advice.gain import Fall, Gain, trial
-from seatrial.advice.information import pseudo_inverse
-from seatrial.advice.manoeuvres import LENGTH, manoeuvres
-from seatrial.advice.words import seconds_said
-from seatrial.errors import ModelError
-from seatrial.identifiability import identifiability
-from seatrial.plan import load_plan
-from seatrial.schema import EnvelopeEntry
-from seatrial.simulate import simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import EnvelopeEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.experiment_design import alone, around, gains, next_drive
+from seatrial.identification.experiment_design.gain import Fall, Gain, trial
+from seatrial.identification.experiment_design.information import pseudo_inverse
+from seatrial.identification.experiment_design.manoeuvres import LENGTH, manoeuvres
+from seatrial.identification.experiment_design.sentences import seconds_said
+from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import ModelError
 
 NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from seatrial.identify.output_error import output_error
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.recording import Signal
-from seatrial.simulate import simulate
+from seatrial.identification.estimator import output_error
+from seatrial.recording.recording import Signal
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")

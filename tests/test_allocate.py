@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from test_allocation import table_one
 
 import seatrial
-from seatrial.allocate import AllocatorScheme, effectiveness
-from seatrial.allocate.allocator import MARGIN
-from seatrial.errors import AllocationError, VehicleError
-from seatrial.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
-from seatrial.vehicle import Vehicle
+from seatrial.boat.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.control.allocation import AllocatorScheme, effectiveness
+from seatrial.control.allocation.allocator import MARGIN
+from seatrial.util.errors import AllocationError, VehicleError
 
 SCHEMES = [s.value for s in AllocatorScheme]
 MALLARD = seatrial.load_vehicle("mallard-mp")

@@ -6,11 +6,11 @@ import pytest
 from test_allocate import MALLARD, SCHEMES, boat
 
 import seatrial
-from seatrial.allocate import AllocatorScheme
-from seatrial.allocate.allocator import ranks
-from seatrial.allocation import Scheme
-from seatrial.errors import AllocationError, VehicleError
-from seatrial.schema import ChainGroup, DeadZone
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.control.allocation import AllocatorScheme
+from seatrial.control.allocation.allocator import ranks
+from seatrial.util.errors import AllocationError, VehicleError
 
 
 @pytest.mark.parametrize(

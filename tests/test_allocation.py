@@ -9,8 +9,8 @@ from hypothesis.extra.numpy import arrays
 
 import seatrial
 from seatrial import _core
-from seatrial.allocation import Scheme, Thruster, inverse_for, thruster_matrix
-from seatrial.errors import VehicleError
+from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.util.errors import VehicleError
 
 S = np.array([[-1, -1, 1, 1], [1, -1, 1, -1], [1, -1, -1, 1]])  # Table I, rows F_u, F_v, F_r
 MP, AF = seatrial.load_vehicle("mallard-mp"), seatrial.load_vehicle("mallard-af")

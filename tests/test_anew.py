@@ -5,17 +5,17 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.errors import IdentificationError
-from seatrial.filter_noise import NOISE_LEAST
-from seatrial.identify import anew as subject
-from seatrial.identify.anew import WORTH, anew, exchanged
-from seatrial.identify.first_noise import all_coloured, first_noise
-from seatrial.identify.output_error import Fit, fit
-from seatrial.identify.search import Point, search
-from seatrial.identify.whiteness import white
-from seatrial.plan import Unmodelled, load_plan, with_seed
-from seatrial.simulate import simulate
-from seatrial.vehicle import Vehicle
+from seatrial.boat.noise_parameters import NOISE_LEAST
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import Fit, fit
+from seatrial.identification.likelihood import noise_structures as subject
+from seatrial.identification.likelihood.noise_structures import WORTH, anew, exchanged
+from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.start_noise import all_coloured, first_noise
+from seatrial.identification.likelihood.whiteness import white
+from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import IdentificationError
 from tests.boats.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
 from tests.boats.scenes import scenes, true_parameters
 

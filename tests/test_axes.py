@@ -14,16 +14,17 @@ from test_model import frd
 
 import seatrial
 from seatrial import _core
-from seatrial.compare.parameters import unlike
-from seatrial.compare.prediction import driven_by
-from seatrial.errors import VehicleError
-from seatrial.identify import DEFAULT_METHOD, METHODS, equation_error
-from seatrial.identify.prior import check_prior
+from seatrial.boat.model import save
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.evaluation.comparison.parameters import unlike
+from seatrial.evaluation.comparison.prediction import driven_by
+from seatrial.identification.methods import DEFAULT_METHOD, METHODS
+from seatrial.identification.prior import check_prior
+from seatrial.identification.regression.equation_error import equation_error
 from seatrial.io.write import write_trial
-from seatrial.model import save
-from seatrial.plan import TrialEntry, load_plan
-from seatrial.simulate import simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import TrialEntry, load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import VehicleError
 
 ODD = {"N_ud", "N_uu"}
 

@@ -30,7 +30,8 @@ from mcap_writer import mcap
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 import seatrial
-from seatrial.faults import FaultKind
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.recording.pose_faults import FaultKind
 
 # What was asked for is not there #
 
@@ -76,11 +77,11 @@ def test_a_vehicle_file_for_tables_only_says_what_to_do(tmp_path, sent):
     path = made(tmp_path, "bag", sent)
     content = vehicle().to_mapping()
     del content["pose"]["topic"]
-    boat = seatrial.vehicle.vehicle_from(content, "v.yaml")
+    boat = vehicle_from(content, "v.yaml")
     refused(path, "v.yaml: pose: no topic; name one for bags, or let 'seatrial init", boat)
     content = vehicle().to_mapping()
     del content["commands"]["topic"]
-    boat = seatrial.vehicle.vehicle_from(content, "v.yaml")
+    boat = vehicle_from(content, "v.yaml")
     refused(path, "v.yaml: commands: inputs: F_u has no topic; name one for bags", boat)
 
 

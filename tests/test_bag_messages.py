@@ -21,8 +21,8 @@ from bags_same import LENGTH, through
 from mcap_writer import mcap
 
 import seatrial
-from seatrial.frames import POSE_SIGNS
-from seatrial.streams import Clock
+from seatrial.recording.timing import Clock
+from seatrial.util.frames import POSE_SIGNS
 
 # Poses #
 

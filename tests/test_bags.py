@@ -30,12 +30,12 @@ from mcap_writer import mcap
 from rosbags.highlevel import AnyReader
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.faults import FaultKind
-from seatrial.io.bags import open_bag
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.write import EPOCH, write_trial
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.streams import Clock
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.timing import Clock
+from seatrial.util.errors import SeatrialError
 
 # One content, every kind of bag #
 

@@ -10,10 +10,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.identify.output_error import fit
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.simulate import simulate
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.identification.estimator import fit
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
 
 QUICK = {
     "X_u": -0.1, "X_uu": -3.0, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -4.0, "Y_F": 0.25,

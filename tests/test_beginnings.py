@@ -8,9 +8,9 @@ import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
 
 import seatrial
-from seatrial.causal import causal
-from seatrial.identify.output_error import output_error
-from seatrial.recording import Signal, make_recording
+from seatrial.evaluation.filtering import causal
+from seatrial.identification.estimator import output_error
+from seatrial.recording.recording import Signal, make_recording
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}
 CHAIN = {"lag": LAG, "latency": LATENCY}

@@ -10,7 +10,6 @@ import pytest
 
 from benchmarks.harness import command, store
 from benchmarks.harness.markdown import table
-from benchmarks.harness.page import refill
 from benchmarks.harness.workers import gathered, spread
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -81,15 +80,6 @@ def test_a_table_has_words_on_the_left_and_figures_on_the_right():
         "| --- | --- | ---: |",
         "| a | u | 1 |",
     ]
-
-
-def test_blocks_of_a_page_are_replaced_and_others_stay(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("a\n<!-- one -->\nold\n<!-- end -->\nb\n<!-- two -->\nkept\n<!-- end -->\n")
-    refill(page, {"one": "new"})
-    assert page.read_text() == (
-        "a\n<!-- one -->\n\nnew\n\n<!-- end -->\nb\n<!-- two -->\n\nkept\n\n<!-- end -->\n"
-    )
 
 
 @pytest.mark.parametrize(("asked", "made"), [([], ["a", "b"]), (["b"], ["b"])])

@@ -15,13 +15,13 @@ from conftest import ROOT
 from test_core_cpp import run
 
 import seatrial
-from seatrial.doubt import believed_on_board
-from seatrial.errors import SeatrialError
-from seatrial.io.poses import heading_of, in_vehicle_terms
+from seatrial.boat.model import load, save
+from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.vehicle import as_column
+from seatrial.io.bags.poses import heading_of, in_vehicle_terms
 from seatrial.io.table import scaled
-from seatrial.model import load, save
-from seatrial.predictor import Estimate, Predictor
-from seatrial.vehicle import as_column
+from seatrial.onboard.predictor import Estimate, Predictor
+from seatrial.util.errors import SeatrialError
 
 
 def events(model: seatrial.Model, seed: int) -> list[tuple[str, list[float]]]:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from seatrial.bootstrap import block_length, block_sums, correlation_time, ratio_interval
+from seatrial.util.block_bootstrap import block_length, block_sums, correlation_time, ratio_interval
 
 N = 3000
 

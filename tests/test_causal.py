@@ -7,14 +7,14 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.causal import believed_noise, causal
-from seatrial.errors import ModelError
-from seatrial.filter_noise import NOISE_LEAST, noise_entry, noise_vector
-from seatrial.plan import load_plan
-from seatrial.recording import make_recording
-from seatrial.schema import CorrelatedEntry, Integration, NoiseEntry, ProcessEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.velocity import motion
+from seatrial.boat.noise_parameters import NOISE_LEAST, noise_entry, noise_vector
+from seatrial.boat.schema import CorrelatedEntry, Integration, NoiseEntry, ProcessEntry
+from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.recording.recording import make_recording
+from seatrial.recording.velocity import motion
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import ModelError
 
 
 def one_trial(preset, vehicle, duration):

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import IdentificationError, SeatrialError, VehicleError
-from seatrial.files import convert
-from seatrial.frames import AXES
-from seatrial.identify.output_error import output_error
-from seatrial.identify.stages import staged, with_room
-from seatrial.model import load, save, thrust_trace
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import ChainGroup
-from seatrial.simulate import plant_model
-from seatrial.vehicle import Vehicle, vehicle_from
+from seatrial.boat.model import load, save, thrust_trace
+from seatrial.boat.schema import ChainGroup
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.actuator_stages import staged, with_room
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
+from seatrial.util.files import convert
+from seatrial.util.frames import AXES
 from tests.boats.hulls import MIDDLE, driven
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers

@@ -13,13 +13,15 @@ from cli_tools import run
 from conftest import CSE1
 
 import seatrial
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 SHIP = [str(CSE1 / "csv" / "CSE1_data_random_run3.csv"), "--vehicle", str(CSE1 / "coupled.yaml")]
 
 
 def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("seatrial.report.png.SCALE", 0.5)  # how large a picture is: test_report_png
+    monkeypatch.setattr(
+        "seatrial.report.figures.png.SCALE", 0.5
+    )  # how large a picture is: test_report_png
     trials = [pool / f"S{i}-AF" for i in range(1, 8)]
     vehicle = ["--vehicle", pool / "vehicle-AF.yaml"]
     code, out, err = run(capsys, "inspect", trials[0], *vehicle)

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.recording import Signal
-from seatrial.signs import check_signs
-from seatrial.signs.findings import Wrong
+from seatrial.inspection.consistency import check_signs
+from seatrial.inspection.consistency.findings import Wrong
+from seatrial.recording.recording import Signal
 
 
 def late(recording, offset):

@@ -11,19 +11,19 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 import seatrial
-from seatrial.cli import main
-from seatrial.compare import compare, comparison_json, drive_of
-from seatrial.compare.parameters import Factor, Joint, factors, joint, pairs, views
-from seatrial.compare.prediction import rms_difference
-from seatrial.compare.text import _factor as factor_text
-from seatrial.compare.text import comparison_text
-from seatrial.errors import ModelError
+from seatrial.boat.model import AT_BOUND, load, save
+from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.evaluation.comparison import compare, comparison_json, drive_of
+from seatrial.evaluation.comparison.console import _factor as factor_text
+from seatrial.evaluation.comparison.console import comparison_text
+from seatrial.evaluation.comparison.parameters import Factor, Joint, factors, joint, pairs, views
+from seatrial.evaluation.comparison.prediction import rms_difference
 from seatrial.io.write import write_trial
-from seatrial.model import AT_BOUND, load, save
-from seatrial.plan import load_plan
-from seatrial.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import ModelError
 from tests.boats.hulls import FREE, MIDDLE
 
 MORE = 1.2  # times the mass

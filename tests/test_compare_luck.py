@@ -10,16 +10,16 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 from seatrial import _core
-from seatrial.compare import compare
-from seatrial.compare.chance import luck
-from seatrial.compare.parameters import pairs, views
-from seatrial.compare.prediction import beyond_luck
-from seatrial.compare.text import comparison_text
-from seatrial.model import AT_BOUND
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
-from seatrial.simulate import plant_model, simulate
+from seatrial.boat.model import AT_BOUND
+from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
+from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.console import comparison_text
+from seatrial.evaluation.comparison.parameters import pairs, views
+from seatrial.evaluation.comparison.prediction import beyond_luck
+from seatrial.evaluation.comparison.significance import luck
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 TRUTH = TABLE_II["AF"]
 

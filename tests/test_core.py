@@ -14,9 +14,9 @@ from scipy.linalg import expm
 
 import seatrial
 from seatrial import _core
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.recording.recording import Signal, make_recording
 
 CHAIN = [
     ChainGroup(latency=0.037, dead_zone=DeadZone(0.08, 0.1), reverse_ratio=0.8, power=1.3, lag=0.09)
@@ -153,7 +153,7 @@ def test_sensitivities_equal_finite_differences(mp, scheme):
     code = {"runge-kutta": 0, "forward-euler": 1}[scheme]
 
     def run(p, tangents=False):
-        from seatrial.model import thrust_trace
+        from seatrial.boat.model import thrust_trace
 
         boat = _core.Boat(vehicle.structure.compiled, p[6:17], code, 1 / 60)
         trace = thrust_trace(

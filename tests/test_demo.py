@@ -14,7 +14,7 @@ from conftest import CSE1, ROOT
 from test_docs import plain
 
 import seatrial
-from seatrial.cli import main
+from seatrial.commands.cli import main
 from seatrial.demo import bundled_data
 
 

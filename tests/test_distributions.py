@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seatrial.distributions import chi2_sf, holm, normal_two_sided
+from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 7, 15, 60, 400])

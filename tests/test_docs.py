@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.files import read_yaml
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.write import EPOCH
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.plan import PlanFile, _merged, load_plan
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import PlanFile, _merged, load_plan
+from seatrial.util.files import read_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
 def blocks(page: Path, language: str) -> list[str]:

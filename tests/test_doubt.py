@@ -11,16 +11,16 @@ from conftest import make_model
 import seatrial
 from benchmarks.predictor import accuracy
 from seatrial import _core
-from seatrial.doubt import believed_on_board
-from seatrial.filter_noise import NOISE_START
-from seatrial.predictor import Predictor
-from seatrial.schema import (
+from seatrial.boat.noise_parameters import NOISE_START
+from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.schema import (
     CorrelatedEntry,
     EnvelopeEntry,
     EstimatorEntry,
     NoiseEntry,
     ProcessEntry,
 )
+from seatrial.onboard.predictor import Predictor
 from tests.boats.drives import SCENES, model
 
 EXACT = next(iter(SCENES))

@@ -13,21 +13,21 @@ from test_model import frd
 
 import seatrial
 from seatrial import _core
-from seatrial.compare import drive_of
-from seatrial.errors import SeatrialError
-from seatrial.filter_noise import folded, noise_entry
-from seatrial.frames import Axes
-from seatrial.identify.belief import plain_noise
-from seatrial.identify.lever import of_origin
-from seatrial.identify.output_error import OutputErrorSettings, fit, output_error
-from seatrial.identify.search import Point
-from seatrial.identify.solution import with_lever
-from seatrial.identify.text import plus_minus, summary
-from seatrial.io.poses import in_vehicle_terms
-from seatrial.model import LEVER_ERRORS, load, save
-from seatrial.plan import load_plan, with_seed
-from seatrial.recording import Signal, make_recording
-from seatrial.simulate import plant_model, simulate
+from seatrial.boat.model import LEVER_ERRORS, load, save
+from seatrial.boat.noise_parameters import folded, noise_entry
+from seatrial.evaluation.comparison import drive_of
+from seatrial.identification.console import plus_minus, summary
+from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.solution import with_lever
+from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Axes
 
 LEVER = np.array([0.25, -0.08])  # [m]
 FAR = np.array([-8.0, 6.0])  # [m]
@@ -251,7 +251,9 @@ def test_a_lever_arms_search_that_begins_far_off_ends_no_elsewhere(known, monkey
     moved = [of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
     settings = OutputErrorSettings(effects=("lever",))
     usual = fit(moved, vehicle, settings=settings)
-    module = sys.modules["seatrial.identify.output_error"]  # the package has a function of its name
+    module = sys.modules[
+        "seatrial.identification.estimator"
+    ]  # the package has a function of its name
     monkeypatch.setattr(module, "first_lever", lambda *_: FAR)
     found = fit(moved, vehicle, settings=settings)
     for name in usual.names:

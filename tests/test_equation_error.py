@@ -10,12 +10,13 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import IdentificationError, ModelError, RecordingError
-from seatrial.excitation import excitation, find_roles
-from seatrial.identify import METHODS, EquationErrorSettings, equation_error, identify
-from seatrial.identify.least_squares import solve
-from seatrial.recording import Signal, make_recording
-from seatrial.velocity import Motion
+from seatrial.identification.methods import METHODS, EquationErrorSettings, identify
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.identification.regression.least_squares import solve
+from seatrial.recording.excitation import excitation, find_roles
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.velocity import Motion
+from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 
 RATE = 15.0  # [Hz]
 

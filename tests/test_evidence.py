@@ -10,19 +10,19 @@ import pytest
 import survey_boat
 
 import seatrial
-from seatrial.errors import IdentificationError
-from seatrial.identify import minutes as minutes_module
-from seatrial.identify import profile as profile_module
-from seatrial.identify.bootstrap import bootstrap, intervals
-from seatrial.identify.covariance import at_bounds, sandwich
-from seatrial.identify.evidence import evidence, profile_text
-from seatrial.identify.minutes import minutes, minutes_text
-from seatrial.identify.output_error import OutputErrorSettings, fit
-from seatrial.identify.profile import profile
-from seatrial.identify.search import Point
-from seatrial.model import AT_BOUND
-from seatrial.plan import load_plan
-from seatrial.simulate import simulate
+from seatrial.boat.model import AT_BOUND
+from seatrial.identification.estimator import OutputErrorSettings, fit
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.on_request import evidence, profile_text
+from seatrial.identification.uncertainty import profile as profile_module
+from seatrial.identification.uncertainty import record_length as minutes_module
+from seatrial.identification.uncertainty.bootstrap import bootstrap, intervals
+from seatrial.identification.uncertainty.covariance import at_bounds, sandwich
+from seatrial.identification.uncertainty.profile import profile
+from seatrial.identification.uncertainty.record_length import minutes, minutes_text
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import IdentificationError
 
 SETTINGS = OutputErrorSettings(block=5.0, extras=False)  # 48 blocks
 

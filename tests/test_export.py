@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What holds for every format: files whole or not at all, known names, no boat that runs away; the command."""
 
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,13 @@ from conftest import TABLE_II, make_model
 from export_tools import BOATS, boat
 
 import seatrial
-from seatrial.cli import main
 from seatrial.commands import make_parser
-from seatrial.errors import ExportError, ModelError
+from seatrial.commands.cli import main
 from seatrial.export import FORMATS, Hull, export
 from seatrial.export.content import Content, identifier
-from seatrial.frames import Axes
+from seatrial.util.errors import ExportError, ModelError
+from seatrial.util.files import read_yaml
+from seatrial.util.frames import Axes
 
 HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2))
 TEXT = [name for name, chosen in FORMATS.items() if name not in {"fmu", "casadi"}]
@@ -47,7 +49,7 @@ def test_text_has_the_boats_name_and_axes_and_where_it_is_from(tmp_path, name):
     model = boat("right_down") if name != "sdf" else boat("always_forward")
     text = written(tmp_path, name, model).read_text()
     assert "mallard" in text
-    assert f"seatrial {seatrial.model.version('seatrial')}" in text
+    assert f"seatrial {version('seatrial')}" in text
     assert name == "sdf" or "forward-right-down" in text
     assert str(Path.home()) not in text.replace(str(Path.cwd()), "")
 
@@ -75,7 +77,7 @@ def test_in_its_vehicles_axes_a_boat_is_the_model_file(tmp_path, name):
     """Values as `save` writes them, which is another way to turn them; T and T+ undo each other."""
     model = boat(name)
     seatrial.save(model, tmp_path / "model.yaml")
-    saved = seatrial.files.read_yaml(tmp_path / "model.yaml")
+    saved = read_yaml(tmp_path / "model.yaml")
     content = Content(model)
     for kind in ("coefficients", "constants"):
         for parameter, entry in saved[kind].items():

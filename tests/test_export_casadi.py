@@ -8,11 +8,11 @@ import pytest
 from export_tools import BOATS, STATE_SIGNS, boat, core_states, drive, run
 
 from seatrial import _core
-from seatrial.errors import ExportError
+from seatrial.boat.physics import direct_chain
 from seatrial.export import casadi as own
 from seatrial.export import export
-from seatrial.frames import Axes
-from seatrial.sanity import direct_chain
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import Axes
 
 ca = pytest.importorskip("casadi")
 

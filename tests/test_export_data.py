@@ -12,9 +12,9 @@ from conftest import ROOT
 from export_tools import BOATS, boat, core_states, drive
 
 from seatrial import _core
-from seatrial.chain import STAGES, USES
-from seatrial.errors import ExportError
+from seatrial.boat.actuators import STAGES, USES
 from seatrial.export import export
+from seatrial.util.errors import ExportError
 
 SYSTEM_PYTHON = "/usr/bin/python3"
 FACTORS = ("u", "v", "r", "|u|", "|v|", "|r|")

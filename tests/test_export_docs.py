@@ -13,10 +13,10 @@ from test_docs import blocks
 
 import seatrial
 from seatrial import _core
-from seatrial.cli import main
+from seatrial.commands.cli import main
 from seatrial.export import FORMATS
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 PAGE = ROOT / "docs" / "export.md"
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from export_tools import BOATS, boat, drive, program, run, trace_states
 
-from seatrial.errors import ExportError
 from seatrial.export import export
+from seatrial.util.errors import ExportError
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")

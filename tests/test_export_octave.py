@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from export_tools import BOATS, boat, core_states, drive, program, run
 
-from seatrial.errors import ExportError
 from seatrial.export import export
+from seatrial.util.errors import ExportError
 
 EVERY, SECONDS = 7, 20.0  # commands, and time, of S7: Octave interprets
 SCRIPT = """

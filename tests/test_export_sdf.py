@@ -12,8 +12,9 @@ from export_tools import boat, program
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import ExportError, ModelError
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.export import Hull, export
+from seatrial.util.errors import ExportError, ModelError
 
 HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2), (3.0, 4.0, 0.1))
 NAMES = ("always_forward", "right_down", "ship")
@@ -177,7 +178,7 @@ def test_what_gazebo_has_not_is_one_clear_line(tmp_path):
         export(boat("bare"), "sdf", out, hull=HULL)
     wrench = seatrial.load_vehicle("mallard-mp").to_mapping()
     wrench |= {"thrusters": {}, "allocation": {"scheme": "direct"}}
-    direct = make_model(seatrial.vehicle.vehicle_from(wrench, "direct"), TABLE_II["AF"])
+    direct = make_model(vehicle_from(wrench, "direct"), TABLE_II["AF"])
     with pytest.raises(ExportError, match="F_r gives a moment without a force"):
         export(direct, "sdf", out, hull=HULL)
     with pytest.raises(ExportError, match="less than that of the thrusters alone"):

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from survey_boat import TRUTH, as_stated, driven
 
-from seatrial.causal import filter_pass, series
-from seatrial.filter_noise import noise_vector
-from seatrial.identify import output_error
-from seatrial.recording import make_recording
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.evaluation.filtering import filter_pass, series
+from seatrial.identification.estimator import output_error
+from seatrial.recording.recording import make_recording
 
 UTM = np.array([500_000.0, 5_800_000.0])  # [m]
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import seatrial
 from seatrial import load_vehicle
-from seatrial.errors import FileError, SeatrialError
-from seatrial.files import convert, dump_yaml, read_yaml, write_text
-from seatrial.plan import load_plan
-from seatrial.schema import VehicleFile
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import VehicleFile
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import FileError, SeatrialError
+from seatrial.util.files import convert, dump_yaml, read_yaml, write_text
 
 
 def test_numbers_are_numbers_and_words_are_words(tmp_path):

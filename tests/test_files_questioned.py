@@ -7,12 +7,12 @@ import pytest
 from survey_boat import driven
 
 import seatrial
-from seatrial.excitation import beyond_full
-from seatrial.identify import output_error
-from seatrial.identify.text import summary
-from seatrial.inspect import inspect
-from seatrial.inspect.text import inspection_text
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.console import summary
+from seatrial.identification.estimator import output_error
+from seatrial.inspection.console import inspection_text
+from seatrial.inspection.overview import inspect
+from seatrial.recording.excitation import beyond_full
 
 
 def raft(*angles):

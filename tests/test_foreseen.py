@@ -9,13 +9,14 @@ import pytest
 from conftest import TABLE_II, make_model
 from scipy.linalg import expm
 
-from seatrial.foreseen import pushed, unsure
-from seatrial.model import Model
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.predict import Lookahead
-from seatrial.schema import NoiseEntry, ProcessEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.validate import unforeseen, validate
+from seatrial.boat.model import Model
+from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.expected_error import pushed, unsure
+from seatrial.evaluation.prediction import Lookahead
+from seatrial.evaluation.unexpected_error import unforeseen
+from seatrial.evaluation.validation import validate
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
 
 FORCE = Unmodelled(share=0.04, correlation=2.0)
 
@@ -61,7 +62,7 @@ def test_what_the_force_makes_is_the_closed_form(af, drive, seconds):
     model = replace(make_model(af, values), noise=NoiseEntry(1e-3, 1e-3, process))
     look = Lookahead(model, recording)
     found = look.predict(seconds)
-    variance = pushed(model, recording, look.begin, found.begun, found.index)
+    variance = pushed(model, recording, look.reference, found.begun, found.index)
     a = np.array([[-drag, 1.0], [0.0, -1.0 / memory]])
     q = np.diag([walk**2, 2.0 * force**2 / memory])
     both = expm(np.block([[-a, q], [np.zeros((2, 2)), a.T]]) * seconds)
@@ -92,7 +93,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
             for off in (column, -column)
         )
         total += np.mean(np.square(ahead - back) / 4.0, axis=0)
-    variance = unsure(uncertain, recording, look.begin, found.begun, found.index)
+    variance = unsure(uncertain, recording, look.reference, found.begun, found.index)
     np.testing.assert_allclose(variance, total, rtol=0.01)
 
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identify.freeing import problem_of
-from seatrial.identify.problem import quadratic_drag
-from seatrial.identify.score_test import score_test
-from seatrial.identify.solution import OutputErrorSettings
-from seatrial.identify.stages import extras, with_free_stages
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
+from seatrial.identification.likelihood.problem import quadratic_drag
+from seatrial.identification.selection.actuator_selection import problem_of
+from seatrial.identification.selection.actuator_stages import extras, with_free_stages
+from seatrial.identification.selection.score_test import score_test
+from seatrial.identification.solution import OutputErrorSettings
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3, 1e-9])
 

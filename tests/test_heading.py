@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.identify.heading import psi_offset, without_offset
-from seatrial.identify.output_error import output_error
-from seatrial.io.poses import in_vehicle_terms
-from seatrial.plan import Unmodelled
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
+from seatrial.identification.estimator import output_error
+from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.simulation.plan import Unmodelled
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.1}

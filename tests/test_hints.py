@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from survey_boat import TRUTH, driven
 
-from seatrial.errors import IdentificationError
-from seatrial.identify.hints import ASKED
-from seatrial.identify.lever import first_lever, of_origin
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.recording import make_recording
-from seatrial.select import select, selection_text
+from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.regression.start_lever import first_lever, of_origin
+from seatrial.identification.selection.terms import select, selection_text
+from seatrial.recording.recording import make_recording
+from seatrial.util.errors import IdentificationError
 
 
 def both(rng):

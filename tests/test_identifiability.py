@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identifiability import Verdict, condition, full_thrust, identifiability
-from seatrial.model import AT_BOUND
-from seatrial.plan import load_plan
-from seatrial.schema import ChainGroup, DeadZone, EnvelopeEntry
-from seatrial.simulate import plant_model
+from seatrial.boat.model import AT_BOUND
+from seatrial.boat.schema import ChainGroup, DeadZone, EnvelopeEntry
+from seatrial.identification.uncertainty.identifiability import (
+    Verdict,
+    condition,
+    full_thrust,
+    identifiability,
+)
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 ENVELOPE = {"u": (-0.2, 0.3), "v": (-0.3, 0.3), "r": (-1.0, 1.5)}
 FORCES = dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))

@@ -11,7 +11,7 @@ import pytest
 from test_docs import ROOT, blocks
 
 import seatrial
-from seatrial.cli import main
+from seatrial.commands.cli import main
 
 PAGE = ROOT / "docs" / "identify.md"
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"

@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identify import summary
-from seatrial.identify.output_error import METHOD
-from seatrial.identify.text import correlation_text, minutes, percent, plus_minus, table
-from seatrial.plan import load_plan
-from seatrial.schema import (
+from seatrial.boat.schema import (
     ChainGroup,
     CorrelatedEntry,
     EnvelopeEntry,
@@ -20,8 +16,12 @@ from seatrial.schema import (
     NoiseEntry,
     ProcessEntry,
 )
-from seatrial.schema import RecordingEntry as Entry
-from seatrial.simulate import plant_model
+from seatrial.boat.schema import RecordingEntry as Entry
+from seatrial.identification.console import correlation_text, minutes, percent, plus_minus, table
+from seatrial.identification.estimator import METHOD
+from seatrial.identification.methods import summary
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 NOTE = "dead zone not sought: every thruster stays on one side of it"
 

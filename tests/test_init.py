@@ -12,13 +12,13 @@ from init_tools import NAMES, one_table, refused, same_boat, tables
 from logs import JOY, drive, half, nanoseconds
 
 import seatrial
-from seatrial.cli import main
-from seatrial.identify import DEFAULT_METHOD
-from seatrial.init import init
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.plan import load_plan
-from seatrial.signs import check_signs
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.identification.methods import DEFAULT_METHOD
+from seatrial.inspection.consistency import check_signs
+from seatrial.inspection.proposal import init
+from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.simulation.plan import load_plan
 
 WRITERS = {
     "ros1": lambda log, out: log.write(out / "pool.bag"),

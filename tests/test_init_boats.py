@@ -12,12 +12,12 @@ from logs import drive, half, nanoseconds
 from test_model import frd
 
 import seatrial
-from seatrial.cli import main
-from seatrial.identify.lever import of_origin
-from seatrial.init.drive import _evened
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.signs import check_signs
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.inspection.consistency import check_signs
+from seatrial.inspection.proposal.inputs import _evened
+from seatrial.io.bags.write import BagTopic, write_bag
 from tests.boats.hulls import MIDDLE, driven
 
 # Thrusters. #

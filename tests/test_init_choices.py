@@ -15,12 +15,12 @@ from init_tools import NAMES, refused, tables
 from logs import AXES_OF_JOY, JOY, POSE, drive, half
 
 import seatrial
-from seatrial.cli import main
-from seatrial.errors import RecordingError
-from seatrial.init import Choices, init
-from seatrial.io.write_bag import BagTopic, write_bag
-from seatrial.signs import check_signs
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.inspection.consistency import check_signs
+from seatrial.inspection.proposal import Choices, init
+from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.util.errors import RecordingError
 
 # Which topics. #
 

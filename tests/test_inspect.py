@@ -14,9 +14,9 @@ from logs import JOY, POSE, drive, nanoseconds, wave
 from test_model import frd
 
 import seatrial
-from seatrial.inspect.coverage import input_use
-from seatrial.inspect.text import inspection_text
-from seatrial.recording import Signal, make_recording
+from seatrial.inspection.console import inspection_text
+from seatrial.inspection.coverage import input_use
+from seatrial.recording.recording import Signal, make_recording
 
 # Nothing wrong. #
 

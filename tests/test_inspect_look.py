@@ -8,7 +8,7 @@ import pytest
 from inspect_tools import GOOD, said
 from logs import EPOCH, JOY, POSE, drive, nanoseconds
 
-from seatrial.io.write_bag import BagTopic, write_bag
+from seatrial.io.bags.write import BagTopic, write_bag
 
 # Without a vehicle file. #
 

@@ -11,9 +11,9 @@ from inspect_tools import GOOD, fault, said, stream
 from logs import EPOCH, JOY, POSE, drive, nanoseconds
 
 import seatrial
-from seatrial.inspect.text import inspection_text
-from seatrial.recording import Signal, make_recording
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.inspection.console import inspection_text
+from seatrial.recording.recording import Signal, make_recording
 
 # Clocks. #
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.util.errors import SeatrialError
 
 T = np.arange(0, 20, 1 / 15)
 POSE = np.column_stack([T, 0.5 * np.sin(0.4 * T), 0.3 * np.cos(0.5 * T), 0.6 * T])

@@ -4,7 +4,7 @@
 import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
-from seatrial.identify import output_error
+from seatrial.identification.estimator import output_error
 
 STERN, BOW = ["left", "right"], ["bow"]
 

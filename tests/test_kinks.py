@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from seatrial.identify import kinks
-from seatrial.identify.covariance import sandwich
-from seatrial.identify.output_error import OutputErrorSettings, fit
-from seatrial.identify.profile import profile
-from seatrial.identify.search import Point
-from seatrial.identify.short_lag import by_squares
-from seatrial.statistics import NORMAL_95
+from seatrial.identification.estimator import OutputErrorSettings, fit
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.uncertainty import dead_zone as kinks
+from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.identification.uncertainty.lag import by_squares
+from seatrial.identification.uncertainty.profile import profile
+from seatrial.util.statistics import NORMAL_95
 from tests.boats.scenes import scenes, true_parameters, vehicle_of
 
 EDGES = "edge_forward", "edge_reverse"

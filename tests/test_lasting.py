@@ -7,11 +7,11 @@ from conftest import make_model
 from survey_boat import driven, pulses
 
 from seatrial import _core
-from seatrial.identify.first_noise import first_noise
-from seatrial.identify.output_error import fit, output_error
-from seatrial.identify.search import search
-from seatrial.recording import Signal, make_recording
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.estimator import fit, output_error
+from seatrial.identification.likelihood.optimiser import search
+from seatrial.identification.likelihood.start_noise import first_noise
+from seatrial.recording.recording import Signal, make_recording
 
 SURGE = {
     "X_u": -0.2, "X_uu": -1.7, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -1.3, "Y_F": 0.3, "N_r": -0.7, "N_rr": -0.3, "N_F": 1.4,

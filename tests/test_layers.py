@@ -3,6 +3,7 @@
 
 import ast
 import graphlib
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -10,24 +11,12 @@ from pathlib import Path
 import seatrial
 
 ROOT = Path(seatrial.__file__).parent
-LAYERS = [  # from the bottom; a module may import only from layers below its own, or from its own
-    {"_core", "errors"},
-    {"bootstrap", "distributions", "files", "frames", "parallel", "progress", "schema", "statistics", "words"},
-    {"faults", "streams"},
-    {"allocation", "chain", "plan", "recording", "structure"},
-    {"filter_noise", "noise", "vehicle", "velocity"},
-    {"model"},
-    {"allocate", "causal", "doubt", "excitation", "foreseen", "identifiability", "operators", "predict", "residuals", "sanity", "signs", "stencil_noise", "stretches"},
-    {"against", "identify", "inspect", "odometer", "predictor", "simulate", "validate", "validate_text"},
-    {"advice", "compare", "control", "live", "mimic", "sim"},
-    {"select"},
-    {"io", "report"},
-    {"export", "init"},
-    {"demo", "mpc"},
-    {"commands"},
-    {"cli"},
-]  # fmt: skip
-LEVEL = {name: i for i, layer in enumerate(LAYERS) for name in layer}
+ROOMS = (  # from the bottom; a room imports only from rooms before it, and from itself
+    "_core", "util", "boat", "recording", "evaluation", "onboard", "simulation", "io", "inspection",
+    "identification", "report", "export", "control", "demo", "commands",
+)  # fmt: skip
+LEVEL = {name: i for i, name in enumerate(ROOMS)}
+MOST_FILES = 20  # in one folder
 EDGES = {
     "plotly",
     "resvg_py",
@@ -54,13 +43,47 @@ def _imports(path: Path):
                 yield node.module or ""
 
 
-def _module(path: Path) -> str:
+def _modules(path: Path, known: set[str]):
+    """Modules that a file imports: `from package import module` is the module."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                yield from {full if full in known else node.module} & known
+
+
+def _room(path: Path) -> str:
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
 
-def test_every_module_has_a_layer():
-    found = {_module(p) for p in ROOT.rglob("*.py")} - {"__init__"}
-    assert found | {"_core"} == set(LEVEL)
+def _dotted(path: Path) -> str:
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _by_attributes(dotted: str) -> object:
+    found: object = seatrial
+    for name in dotted.split(".")[1:]:
+        found = getattr(found, name)
+    return found
+
+
+def test_every_module_is_in_a_room():
+    found = {_room(p) for p in ROOT.rglob("*.py")} - {"__init__"}
+    assert found | {"_core"} == set(ROOMS)
+
+
+def test_no_folder_is_crowded():
+    for folder in {p.parent for p in ROOT.rglob("*.py")}:
+        assert len(list(folder.glob("*.py"))) <= MOST_FILES, folder
+
+
+def test_no_public_function_shadows_a_room():
+    assert not set(seatrial.__all__) & set(ROOMS)
+    for path in ROOT.rglob("*.py"):
+        if path != ROOT / "__init__.py":
+            importlib.import_module(_dotted(path))
+            assert sys.modules[_dotted(path)] is _by_attributes(_dotted(path)), path
 
 
 def test_imports_go_down_only():
@@ -68,28 +91,24 @@ def test_imports_go_down_only():
     for path in ROOT.rglob("*.py"):
         if path == ROOT / "__init__.py":
             continue
-        own = _module(path)
         for name in _imports(path):
             parts = name.split(".")
             if parts[0] != "seatrial" or len(parts) == 1:
                 continue
-            if LEVEL[parts[1]] > LEVEL[own]:
+            if LEVEL[parts[1]] > LEVEL[_room(path)]:
                 wrong.append(f"{path.relative_to(ROOT)} imports {name}")
     assert not wrong, wrong
 
 
 def test_modules_do_not_import_each_other_in_circles():
-    graph = {name: set() for name in LEVEL}
-    for path in ROOT.rglob("*.py"):
-        if path != ROOT / "__init__.py":
-            found = (n.split(".")[1] for n in _imports(path) if n.startswith("seatrial."))
-            graph[_module(path)] |= set(found) - {_module(path)}
-    assert len(tuple(graphlib.TopologicalSorter(graph).static_order())) == len(LEVEL)
+    modules = {_dotted(p): p for p in ROOT.rglob("*.py") if p != ROOT / "__init__.py"}
+    graph = {name: set(_modules(path, set(modules))) - {name} for name, path in modules.items()}
+    assert len(tuple(graphlib.TopologicalSorter(graph).static_order())) == len(modules)
 
 
-def test_inner_layers_do_not_import_plotting_or_bag_libraries():
+def test_only_edges_import_plotting_or_bag_libraries():
     for path in ROOT.rglob("*.py"):
-        if LEVEL.get(_module(path), 99) < LEVEL["io"]:
+        if _room(path) not in ("io", "report", "export", "control"):
             assert not EDGES & {n.split(".")[0] for n in _imports(path)}, path
 
 

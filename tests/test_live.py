@@ -16,16 +16,16 @@ import pytest
 from test_model import frd
 
 import seatrial
-from seatrial.cli import main
-from seatrial.errors import LiveError, ModelError
-from seatrial.frames import POSE_SIGNS
-from seatrial.live import Reader, Settings, Writer, serve
-from seatrial.live import replay as along_recording
-from seatrial.live.lines import CSV_HEADER
-from seatrial.live.sources import Pipes
-from seatrial.odometer import Odometer
-from seatrial.predictor import Taken
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.onboard.live import Reader, Settings, Writer, serve
+from seatrial.onboard.live import replay as along_recording
+from seatrial.onboard.live.endpoints import Pipes
+from seatrial.onboard.live.protocol import CSV_HEADER
+from seatrial.onboard.odometer import Odometer
+from seatrial.onboard.predictor import Taken
+from seatrial.util.errors import LiveError, ModelError
+from seatrial.util.frames import POSE_SIGNS
 from tests.boats.drives import IDENTIFIED, drive, model, trials
 
 SCENE = "hard"

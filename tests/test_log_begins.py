@@ -7,12 +7,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.causal import LASTING, believed_noise, filter_pass, series
-from seatrial.identify.output_error import output_error
-from seatrial.plan import load_plan, with_seed
-from seatrial.predict import Lookahead
-from seatrial.recording import Recording, Signal
-from seatrial.simulate import plant_model, simulate
+from seatrial.evaluation.filtering import LASTING, believed_noise, filter_pass, series
+from seatrial.evaluation.prediction import Lookahead
+from seatrial.identification.estimator import output_error
+from seatrial.recording.recording import Recording, Signal
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
 
 
 @pytest.fixture(scope="module")

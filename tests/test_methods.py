@@ -8,9 +8,9 @@ import pytest
 from method_trials import changed, driven
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.identify import METHODS
-from seatrial.recording import Signal
+from seatrial.identification.methods import METHODS
+from seatrial.recording.recording import Signal
+from seatrial.util.errors import SeatrialError
 
 
 @pytest.fixture(scope="module", params=METHODS)

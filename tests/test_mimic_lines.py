@@ -12,11 +12,11 @@ import pytest
 from test_model import frd
 
 import seatrial
-from seatrial.cli import main
-from seatrial.frames import POSE_SIGNS
-from seatrial.mimic import Carrier, Mimic
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
+from seatrial.commands.cli import main
+from seatrial.simulation.mimic import Carrier, Mimic
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.frames import POSE_SIGNS
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
 

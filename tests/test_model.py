@@ -12,10 +12,10 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import FileError, ModelError, SeatrialError
-from seatrial.model import AT_BOUND, load, save
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.model import AT_BOUND, load, save
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.util.errors import FileError, ModelError, SeatrialError
 
 
 @pytest.fixture

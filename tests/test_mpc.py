@@ -12,14 +12,14 @@ import pytest
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import ControlError, ExportError, ModelError
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.control.mpc import Grid, Nmpc, Weights, by_thrusters
+from seatrial.control.mpc.interior_point import minimum
+from seatrial.control.mpc.problem import stage
 from seatrial.export import export
-from seatrial.mpc import Grid, Nmpc, Weights, by_thrusters
-from seatrial.mpc.interior import minimum
-from seatrial.mpc.problem import stage
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
-from seatrial.vehicle import load_vehicle
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import ControlError, ExportError, ModelError
 
 ca = pytest.importorskip("casadi")
 

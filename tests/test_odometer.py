@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.odometer import Odometer
-from seatrial.predictor import Health, Taken
+from seatrial.onboard.odometer import Odometer
+from seatrial.onboard.predictor import Health, Taken
 from tests.boats.drives import drive, model
 
 

@@ -6,10 +6,10 @@ import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
 
 import seatrial
-from seatrial.compare import compare
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import output_error
-from seatrial.model import load, save
+from seatrial.boat.model import load, save
+from seatrial.evaluation.comparison import compare
+from seatrial.identification.estimator import output_error
+from seatrial.util.errors import SeatrialError
 
 EDGE = 0.1
 ZONE = {"dead_zone": {"forward": EDGE, "reverse": EDGE}}

@@ -13,17 +13,17 @@ from scipy.linalg import expm
 
 import seatrial
 from seatrial import _core
-from seatrial.chain import STAGES
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import OutputErrorSettings, output_error, with_free_stages
-from seatrial.identify.problem import Problem
-from seatrial.identify.search import Point
-from seatrial.plan import load_plan, with_seed
-from seatrial.recording import Signal, make_recording
-from seatrial.sanity import direct_chain
-from seatrial.schema import ChainGroup
-from seatrial.simulate import simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.physics import direct_chain
+from seatrial.boat.schema import ChainGroup
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 
 DRAG = -0.7  # [1/s]
 # position, heading, walks, disturbances, memory; correlated errors, their memory
@@ -168,7 +168,9 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
 
 
 def test_a_search_that_got_lost_says_so(far, monkeypatch):
-    monkeypatch.setattr(import_module("seatrial.identify.search"), "astray", lambda _: False)
+    monkeypatch.setattr(
+        import_module("seatrial.identification.likelihood.optimiser"), "astray", lambda _: False
+    )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
     for start in starts[:2]:
@@ -180,7 +182,7 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
     def nowhere(problem, *begin, hold):
         return Point(*begin, problem.passes(*begin))
 
-    monkeypatch.setattr(import_module("seatrial.identify.output_error"), "search", nowhere)
+    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "search", nowhere)
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):

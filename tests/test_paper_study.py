@@ -7,8 +7,8 @@ import pytest
 from benchmarks.studies.paper import coupling, maps, open_points, page, tables
 from benchmarks.studies.paper.grid import Grid, draw
 from benchmarks.studies.paper.trials import boat, changed
-from seatrial.errors import FileError
-from seatrial.plan import load_plan
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import FileError
 
 
 def cell(mp, af, edge=0.08, seed=1):

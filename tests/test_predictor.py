@@ -15,9 +15,9 @@ from test_docs import blocks
 import seatrial
 from benchmarks.predictor import accuracy, board, consistency, matches, unknown
 from seatrial import _core
-from seatrial.errors import PredictorError
-from seatrial.predictor import Health, Predictor, Taken
-from seatrial.schema import EnvelopeEntry, Integration
+from seatrial.boat.schema import EnvelopeEntry, Integration
+from seatrial.onboard.predictor import Health, Predictor, Taken
+from seatrial.util.errors import PredictorError
 from tests.boats import drives
 from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 

@@ -9,18 +9,25 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.cli import main
-from seatrial.errors import IdentificationError
-from seatrial.identify import identify
-from seatrial.identify.output_error import OutputErrorSettings, fit, output_error
-from seatrial.identify.prior import Shift, check_prior, commons, conflicts, shift_notes, widened
-from seatrial.identify.provenance import recording_entry
+from seatrial.boat.model import AT_BOUND
+from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
+from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.methods import identify
+from seatrial.identification.prior import (
+    Shift,
+    check_prior,
+    commons,
+    conflicts,
+    shift_notes,
+    widened,
+)
+from seatrial.identification.provenance import recording_entry
 from seatrial.io.write import write_trial
-from seatrial.model import AT_BOUND
-from seatrial.plan import Unmodelled, load_plan, with_seed
-from seatrial.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
-from seatrial.simulate import plant_model, simulate
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import IdentificationError
 from tests.boats.hulls import MIDDLE, driven
 
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}

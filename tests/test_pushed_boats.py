@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from survey_boat import as_stated
 
-from seatrial.identify import output_error
-from seatrial.plan import Unmodelled
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.estimator import output_error
+from seatrial.simulation.plan import Unmodelled
 from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}

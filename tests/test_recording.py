@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from recording_tools import COMMANDS, kinds, poses
 
-from seatrial.errors import RecordingError
-from seatrial.faults import FaultKind
-from seatrial.model import thrust_trace
-from seatrial.noise import pose_noise
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording, rising
-from seatrial.simulate import plant_model
-from seatrial.velocity import motion
+from seatrial.boat.model import thrust_trace
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Signal, make_recording, rising
+from seatrial.recording.velocity import motion
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import RecordingError
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.0007, 0.004, 0.008])

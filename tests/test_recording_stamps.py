@@ -6,9 +6,9 @@ import pytest
 from conftest import trials
 from recording_tools import COMMANDS, poses
 
-from seatrial.errors import RecordingError
-from seatrial.faults import FaultKind
-from seatrial.recording import make_recording
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.recording import make_recording
+from seatrial.util.errors import RecordingError
 
 # Stamps. #
 

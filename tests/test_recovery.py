@@ -15,9 +15,9 @@ from benchmarks.recovery import bounds, tables
 from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.work import work
 from seatrial import _core
-from seatrial.causal import VELOCITY_SPREAD
-from seatrial.model import thrust_trace
-from seatrial.plan import TrialEntry, load_plan
+from seatrial.boat.model import thrust_trace
+from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.simulation.plan import TrialEntry, load_plan
 from tests.boats.scenes import (
     SIGMAS,
     by_thrusters,

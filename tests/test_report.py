@@ -13,24 +13,25 @@ from conftest import TABLE_II, make_model
 from html_tables import Tables
 
 import seatrial
-from seatrial.errors import FileError, RecordingError
-from seatrial.excitation import excitation
-from seatrial.identifiability import identifiability
-from seatrial.identify import METHODS
-from seatrial.identify.equation_error import METHOD as PAPERS
+from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.assessment import assess
+from seatrial.evaluation.validation import validate
+from seatrial.identification.methods import METHODS
+from seatrial.identification.regression.equation_error import METHOD as PAPERS
+from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.recording.excitation import excitation
 from seatrial.report import report, write_report
-from seatrial.report.advice import advice
-from seatrial.report.draw.errors import correlation, histogram
-from seatrial.report.embed import decode, pack
-from seatrial.report.evidence import collect
-from seatrial.report.markup import number
-from seatrial.report.names import html_symbol, mathml_symbol, sentence
-from seatrial.report.runs import WINDOW, busy_window, gather, time_base
-from seatrial.report.verdict import verdict
-from seatrial.report.words import ratio_word
-from seatrial.schema import NoiseEntry, ProcessEntry
-from seatrial.statistics import NORMAL_95
-from seatrial.validate import validate
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import collect
+from seatrial.report.evidence.runs import WINDOW, busy_window, gather, time_base
+from seatrial.report.evidence.verdict import verdict
+from seatrial.report.figures.embed import decode, pack
+from seatrial.report.figures.errors import correlation, histogram
+from seatrial.report.text.markup import number
+from seatrial.report.text.names import html_symbol, mathml_symbol, sentence
+from seatrial.report.text.numbers import ratio_word
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.statistics import NORMAL_95
 
 HOSTILE = '</script><b onclick="x()">&amp;'
 SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "foreseen", "excess", "bias", "kurtosis")
@@ -61,7 +62,7 @@ def tables(text):
 
 @pytest.fixture(scope="module")
 def runs(model, cse1):
-    return gather(model, list(cse1.values()), 1.0)
+    return gather(model, assess(model, list(cse1.values()), 1.0))
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +237,7 @@ def test_histogram_counts_all_errors_under_a_normal_curve_of_their_spread(runs):
 
 def test_autocorrelation_plot_against_numpy(mallard, clean_af):
     recording = clean_af["S4"].recording
-    (run,) = gather(mallard, [recording], 1.0)
+    (run,) = gather(mallard, assess(mallard, [recording], 1.0))
     figure = correlation(run, 0)
     curve, area, upper, lower = figure["data"]
     errors = run.prediction.errors[:, 0]

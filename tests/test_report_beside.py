@@ -10,9 +10,9 @@ import pytest
 from html_tables import Tables
 
 import seatrial
-from seatrial.compare import compare
-from seatrial.report.beside import comparison_report, write_comparison
-from seatrial.report.embed import decode
+from seatrial.evaluation.comparison import compare
+from seatrial.report.comparison import comparison_report, write_comparison
+from seatrial.report.figures.embed import decode
 
 
 @pytest.fixture(scope="module")

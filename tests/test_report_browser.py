@@ -12,10 +12,10 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.compare import compare
-from seatrial.recording import Signal, make_recording
+from seatrial.evaluation.comparison import compare
+from seatrial.recording.recording import Signal, make_recording
 from seatrial.report import write_report
-from seatrial.report.beside import write_comparison
+from seatrial.report.comparison import write_comparison
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [

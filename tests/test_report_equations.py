@@ -8,8 +8,9 @@ from xml.etree import ElementTree
 import pytest
 from conftest import TABLE_II, make_model
 
-from seatrial.report.equations import equations
-from seatrial.report.names import (
+from seatrial.boat.structure import Force, parse
+from seatrial.report.text.equations import equations
+from seatrial.report.text.names import (
     html_symbol,
     latex_symbol,
     mathml_symbol,
@@ -17,7 +18,6 @@ from seatrial.report.names import (
     plotly_symbol,
     sentence,
 )
-from seatrial.structure import Force, parse
 
 ODD = {"surge": ["2 * v * r", "X_u * u"], "sway": ["- u * r", "0.5"], "yaw": []}
 CORE = {"math", "mi", "mn", "mo", "mtext", "msub", "mover"}  # of MathML Core: what browsers know

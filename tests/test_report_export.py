@@ -10,10 +10,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from seatrial.faults import Fault, FaultKind
+from seatrial.recording.pose_faults import Fault, FaultKind
 from seatrial.report import write_report
-from seatrial.report.cells import Interval, Name, Number, Said, Text, Unit, between, known
-from seatrial.report.draw.base import (
+from seatrial.report.figures.base import (
     area,
     figure,
     level,
@@ -24,10 +23,11 @@ from seatrial.report.draw.base import (
     upright,
     whiskers,
 )
-from seatrial.report.draw.recorded import timeline
-from seatrial.report.svg import svg
-from seatrial.report.svg_axes import Axis
-from seatrial.report.table import Table
+from seatrial.report.figures.recorded import timeline
+from seatrial.report.figures.svg import svg
+from seatrial.report.figures.svg_axes import Axis
+from seatrial.report.text.cells import Interval, Name, Number, Said, Text, Unit, between, known
+from seatrial.report.text.table import Table
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identifiability import identifiability
-from seatrial.plan import load_plan
+from seatrial.boat.schema import EnvelopeEntry
+from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report import report
-from seatrial.report.evidence import Evidence, collect
+from seatrial.report.evidence.model_evidence import Evidence, collect
 from seatrial.report.sections import known
-from seatrial.schema import EnvelopeEntry
-from seatrial.simulate import plant_model, simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from seatrial.errors import FileError
-from seatrial.report import png as drawing
 from seatrial.report import write_report
-from seatrial.report.draw.base import figure, line
-from seatrial.report.png import SCALE, png
-from seatrial.report.svg import HEIGHT, WIDTH, svg
+from seatrial.report.figures import png as drawing
+from seatrial.report.figures.base import figure, line
+from seatrial.report.figures.png import SCALE, png
+from seatrial.report.figures.svg import HEIGHT, WIDTH, svg
+from seatrial.util.errors import FileError
 
 resvg_py = pytest.importorskip("resvg_py")
 
@@ -81,7 +81,7 @@ def test_a_figure_is_on_white_in_its_colours(drawn, monkeypatch):
 
 
 def test_letters_come_from_the_own_font(drawn):
-    with resources.as_file(resources.files("seatrial.report") / drawing.FONT) as font:
+    with resources.as_file(resources.files("seatrial.report") / "assets" / drawing.FONT) as font:
         alone = resvg_py.svg_to_bytes(
             svg_string=drawn, zoom=SCALE, font_files=[str(font)], skip_system_fonts=True
         )

@@ -6,10 +6,10 @@ import json
 import numpy as np
 import pytest
 
-from seatrial.report.embed import decode, encode, pack
-from seatrial.report.markup import number, unit
-from seatrial.report.words import ratio_word
-from seatrial.words import joined
+from seatrial.report.figures.embed import decode, encode, pack
+from seatrial.report.text.markup import number, unit
+from seatrial.report.text.numbers import ratio_word
+from seatrial.util.format import joined
 
 
 def test_columns_keep_five_digits_and_gaps():

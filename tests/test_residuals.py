@@ -8,10 +8,10 @@ import pytest
 from test_bootstrap import lasting
 from test_causal import one_trial, truth  # noqa: F401
 
-from seatrial.causal import causal
-from seatrial.recording import Signal, make_recording
-from seatrial.residuals import _correlation, in_words, residuals
-from seatrial.statistics import autocorrelation, bartlett_band, cross_correlation, white_band
+from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.residuals import _correlation, in_words, residuals
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.util.statistics import autocorrelation, bartlett_band, cross_correlation, white_band
 
 
 @pytest.fixture(scope="module")

@@ -13,14 +13,14 @@ from conftest import ROOT
 from ros1_tools import DRIVE, JOY_CHANGES, PARTS, RATE, Ros1, circle, read_by_rosbag
 
 import seatrial
-from seatrial.cli import main
-from seatrial.errors import RecordingError
-from seatrial.faults import FaultKind
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
 from seatrial.io.write import EPOCH, write_trial
-from seatrial.plan import TrialEntry, load_plan
-from seatrial.simulate import simulate
-from seatrial.streams import Clock
-from seatrial.vehicle import vehicle_from
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.timing import Clock
+from seatrial.simulation.plan import TrialEntry, load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import RecordingError
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in PARTS), reason="Debian's ROS 1 is not installed"

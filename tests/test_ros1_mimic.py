@@ -13,8 +13,8 @@ from ros1_tools import PARTS, Ros1
 
 import seatrial
 from seatrial import _core
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"

@@ -25,8 +25,8 @@ from ros1_tools import PARTS, Ros1
 
 import seatrial
 from seatrial.io.write import EPOCH, write_trial
-from seatrial.plan import TrialEntry, load_plan
-from seatrial.simulate import simulate
+from seatrial.simulation.plan import TrialEntry, load_plan
+from seatrial.simulation.trials import simulate
 from tests.boats.drives import model
 
 pytestmark = pytest.mark.skipif(
@@ -151,7 +151,7 @@ def test_odom_never_jumps_and_tf_says_the_same(recorded):
 def test_the_pose_in_the_map_is_near_the_truth_and_seatrial_reads_it(recorded, trial):
     content = trial.vehicle.to_mapping()
     content["pose"]["topic"] = "/map_pose"
-    from seatrial.vehicle import vehicle_from
+    from seatrial.boat.vehicle import vehicle_from
 
     again = seatrial.read(recorded[0], vehicle_from(content, "again"))
     late = compared(again.stamps)

@@ -14,10 +14,10 @@ from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
 from ros1_tools import PARTS, Ros1
 
 import seatrial
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.control import Circle, Course, Reference, save_gains, save_ros, tune
-from seatrial.plan import load_plan
-from seatrial.simulate import plant_model
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"

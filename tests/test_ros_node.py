@@ -13,9 +13,9 @@ from board_boats import changed, skiff
 from conftest import ROOT, TABLE_II, make_model
 
 import seatrial
-from seatrial.odometer import Odometer
-from seatrial.schema import EnvelopeEntry, NoiseEntry
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.schema import EnvelopeEntry, NoiseEntry
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.onboard.odometer import Odometer
 
 EPOCH = 1_700_000_000 * 10**9
 

@@ -9,12 +9,12 @@ from conftest import TABLE_II, make_model
 from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
-from seatrial.errors import SeatrialError
-from seatrial.inspect import implausible
-from seatrial.recording import Signal
-from seatrial.sanity import sanity, sanity_line
-from seatrial.schema import EnvelopeEntry
-from seatrial.validate import validate
+from seatrial.boat.physics import sanity, sanity_line
+from seatrial.boat.schema import EnvelopeEntry
+from seatrial.evaluation.validation import validate
+from seatrial.inspection.overview import implausible
+from seatrial.recording.recording import Signal
+from seatrial.util.errors import SeatrialError
 
 
 def both(rng):

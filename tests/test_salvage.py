@@ -25,7 +25,7 @@ from bag_tools import (
 from mcap_writer import mcap
 
 import seatrial
-from seatrial.io.bags import open_bag
+from seatrial.io.bags.opening import open_bag
 
 PAGE = 4096  # [bytes] of a database
 

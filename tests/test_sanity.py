@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
 
-from seatrial.errors import ModelError
-from seatrial.sanity import doubts, early, sanity, sanity_line
-from seatrial.schema import ChainGroup, NoiseEntry, ProcessEntry
+from seatrial.boat.physics import doubts, early, sanity, sanity_line
+from seatrial.boat.schema import ChainGroup, NoiseEntry, ProcessEntry
+from seatrial.util.errors import ModelError
 
 
 def top_speed(quadratic: float, linear: float, force: float) -> float:
@@ -83,7 +83,7 @@ def test_a_model_that_runs_away_is_refused_with_the_coefficients_at_fault(mp):
 
 
 def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
-    from seatrial.vehicle import vehicle_from
+    from seatrial.boat.vehicle import vehicle_from
 
     content = mp.to_mapping()
     content["structure"] = {

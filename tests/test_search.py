@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import seatrial
-from seatrial.chain import ESTIMATE
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.search import lowest_within
-from seatrial.identify.stages import alike
-from seatrial.schema import ChainGroup
+from seatrial.boat.actuators import ESTIMATE
+from seatrial.boat.schema import ChainGroup
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.likelihood.optimiser import lowest_within
+from seatrial.identification.selection.actuator_stages import alike
 
 SIZES = st.floats(-3.0, 3.0, allow_subnormal=False)
 

@@ -12,21 +12,32 @@ from scipy import stats
 
 import seatrial
 from seatrial import _core
-from seatrial.cli import main
-from seatrial.errors import IdentificationError, SeatrialError, StructureError
-from seatrial.identify.output_error import OutputErrorSettings, output_error
+from seatrial.commands.cli import main
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.selection.terms import (
+    default_candidates,
+    given_candidates,
+    select,
+    selection_text,
+)
+from seatrial.identification.selection.terms.aliasing import aliases
+from seatrial.identification.selection.terms.candidates import is_essential, with_terms
+from seatrial.identification.selection.terms.cross_validation import folds
+from seatrial.identification.selection.terms.decisions import Evidence, Verdict, reason_to_go
+from seatrial.identification.selection.terms.held_out import Change, HeldOut, retrained
+from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.significance import (
+    Estimate,
+    Repeats,
+    estimate,
+    repeats,
+    t_chance,
+)
+from seatrial.identification.selection.terms.stepwise import Search, looks
 from seatrial.io.write import write_setting, write_trial
-from seatrial.plan import load_plan, with_seed
-from seatrial.select import default_candidates, given_candidates, select, selection_text
-from seatrial.select.aliasing import aliases
-from seatrial.select.candidates import is_essential, with_terms
-from seatrial.select.chance import Estimate, Repeats, estimate, repeats, t_chance
-from seatrial.select.folds import folds
-from seatrial.select.held_out import Change, HeldOut, retrained
-from seatrial.select.search import Search, looks
-from seatrial.select.slopes import Slopes, slopes
-from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
-from seatrial.simulate import plant_model, simulate
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 COUPLED = {"Y_r": 0.02}  # [m/s / rad] a term that the bundled structure lacks

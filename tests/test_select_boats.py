@@ -7,14 +7,19 @@ import msgspec
 import pytest
 
 import seatrial
-from seatrial.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.select import default_candidates, given_candidates, select, selection_text
-from seatrial.select.candidates import with_terms
-from seatrial.select.chance import Estimate, Repeats
-from seatrial.select.held_out import Change
-from seatrial.select.search import Search
-from seatrial.select.verdicts import Evidence, Verdict, reason_to_go
-from seatrial.simulate import plant_model, simulate
+from seatrial.identification.selection.terms import (
+    default_candidates,
+    given_candidates,
+    select,
+    selection_text,
+)
+from seatrial.identification.selection.terms.candidates import with_terms
+from seatrial.identification.selection.terms.decisions import Evidence, Verdict, reason_to_go
+from seatrial.identification.selection.terms.held_out import Change
+from seatrial.identification.selection.terms.significance import Estimate, Repeats
+from seatrial.identification.selection.terms.stepwise import Search
+from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
 
 FIRST, SECOND = ("S1", "S2", "S3"), ("S4", "S5", "S6")
 

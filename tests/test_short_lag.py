@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from survey_boat import LATENCY, driven
 
-from seatrial.identify import output_error
-from seatrial.identify.short_lag import lag_error
-from seatrial.statistics import NORMAL_95
+from seatrial.identification.estimator import output_error
+from seatrial.identification.uncertainty.lag import lag_error
+from seatrial.util.statistics import NORMAL_95
 
 QUIET = np.array([1e-5, 1e-5, 1e-5])  # [m], [rad]
 

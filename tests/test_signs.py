@@ -24,14 +24,14 @@ from sign_tables import (
 )
 
 import seatrial
-from seatrial.errors import IdentificationError
-from seatrial.excitation import even_times
-from seatrial.plan import load_plan, with_seed
-from seatrial.recording import Signal, make_recording
-from seatrial.signs import Wrong, assignments, check_signs, mended
-from seatrial.signs.gains import gains, read_run
-from seatrial.simulate import simulate
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency import Wrong, assignments, check_signs, mended
+from seatrial.inspection.consistency.gains import gains, read_run
+from seatrial.recording.excitation import even_times
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import IdentificationError
 from tests.boats.hulls import MIDDLE
 
 
@@ -65,7 +65,7 @@ def test_every_fault_in_three_trials_together_is_found():
 
 
 def test_every_fault_is_found_in_recordings_so_long_that_fewer_windows_must_do(monkeypatch):
-    monkeypatch.setattr("seatrial.signs.check.LONG", 120.0)  # of 600 s
+    monkeypatch.setattr("seatrial.inspection.consistency.check.LONG", 120.0)  # of 600 s
     test_every_fault_in_three_trials_together_is_found()
 
 
@@ -135,7 +135,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     def nothing(*_):
         raise IdentificationError("no solution after 40 steps")
 
-    monkeypatch.setattr(import_module("seatrial.identify"), "_output_error", nothing)
+    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_output_error", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
         seatrial.identify(read_all(given, wrong), wrong)
 
@@ -280,7 +280,7 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
     """As degrees the boat did not turn; sideways drift by a current fits that as well."""
     table, vehicle = simulated("hard", "S7", "mallard-mp")
     recording = read_all([table], vehicle)[0]
-    poses = import_module("seatrial.signs.poses")
+    poses = import_module("seatrial.inspection.consistency.poses")
     found = []
     for size, least in ((0.5, poses.RADIANS), (5.0, poses.RADIANS), (5.0, 0.0)):
         raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]

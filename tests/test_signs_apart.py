@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.identify import identify
-from seatrial.plan import load_plan, with_seed
-from seatrial.recording import Recording, Signal
-from seatrial.signs import Wrong, check_apart, check_signs
-from seatrial.simulate import simulate
+from seatrial.identification.methods import identify
+from seatrial.inspection.consistency import Wrong, check_apart, check_signs
+from seatrial.recording.recording import Recording, Signal
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import simulate
 
 
 def turned(recording: Recording, *signs: int) -> Recording:

@@ -5,11 +5,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.frames import Axes
-from seatrial.io.poses import in_vehicle_terms
-from seatrial.recording import make_recording
-from seatrial.signs import Wrong, check_apart, check_signs
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency import Wrong, check_apart, check_signs
+from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.recording.recording import make_recording
+from seatrial.util.frames import Axes
 from tests.boats.hulls import MIDDLE, driven
 
 ORIGIN = (0.0, 0.0)

@@ -9,10 +9,10 @@ from conftest import make_model
 from survey_boat import pulses
 
 from seatrial import _core
-from seatrial.recording import Signal, make_recording
-from seatrial.signs import check_apart, check_signs
-from seatrial.signs.findings import Wrong
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.inspection.consistency import check_apart, check_signs
+from seatrial.inspection.consistency.findings import Wrong
+from seatrial.recording.recording import Signal, make_recording
 
 TRUTH = {
     "X_u": -0.2, "X_uu": -0.8, "X_F": 0.6, "Y_v": -0.3, "Y_vv": -1.2, "Y_F": 0.5,

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_recording import kinds, poses
 
-from seatrial.errors import RecordingError
-from seatrial.faults import FaultKind
-from seatrial.recording import Signal, make_recording
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.util.errors import RecordingError
 
 
 def pressed(*stretches, rate=50.0, end=40.0, steady=True):

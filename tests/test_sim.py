@@ -9,9 +9,7 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import SeatrialError, SimulatorError
-from seatrial.plan import load_plan
-from seatrial.sim import (
+from seatrial.simulation import (
     ImuReading,
     ImuSettings,
     LidarSettings,
@@ -20,8 +18,10 @@ from seatrial.sim import (
     Sensors,
     World,
 )
-from seatrial.sim.scene import BoatEntry, PoolEntry, PostEntry, SceneFile, box, pool
-from seatrial.simulate import plant_model
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.scene import BoatEntry, PoolEntry, PostEntry, SceneFile, box, pool
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import SeatrialError, SimulatorError
 
 NONE = Sensors(pose=None, imu=None, lidar=None)
 EXACT = {"position_noise": 0.0, "heading_noise": 0.0, "stamp_jitter": 0.0}

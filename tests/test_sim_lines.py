@@ -13,11 +13,11 @@ import pytest
 from test_model import frd
 
 import seatrial
-from seatrial.cli import main
-from seatrial.frames import POSE_SIGNS
-from seatrial.plan import load_plan
-from seatrial.sim.loop import Settings, Stream
-from seatrial.simulate import plant_model
+from seatrial.commands.cli import main
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.server import Settings, Stream
+from seatrial.simulation.trials import plant_model
+from seatrial.util.frames import POSE_SIGNS
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
 SCRIPT = [(0.0, [0.8, 0.0, 0.1]), (2.0, [0.3, -0.6, 0.5]), (5.0, [-0.5, 0.2, -0.4])]

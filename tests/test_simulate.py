@@ -10,11 +10,11 @@ from conftest import TABLE_II, make_model, trials
 
 import seatrial
 from seatrial import _core
-from seatrial.errors import ModelError, VehicleError
-from seatrial.faults import FaultKind
 from seatrial.io.write import write_setting, write_trial
-from seatrial.plan import TrialEntry, Unmodelled, load_plan
-from seatrial.simulate import plant_model, simulate
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.simulation.plan import TrialEntry, Unmodelled, load_plan
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import ModelError, VehicleError
 
 
 def test_the_same_seed_gives_the_same_trials_and_another_seed_others(mp):
@@ -46,7 +46,7 @@ def test_the_operator_keeps_half_a_metre_from_the_walls(mp, af, seed):
 
 
 def test_single_axis_trials_are_dominantly_that_axis_and_s7_is_mixed(clean_mp):
-    from seatrial.excitation import excitation
+    from seatrial.recording.excitation import excitation
 
     found = [excitation(t.vehicle, t.recording) for t in clean_mp.values()]
     assert [e.dominant for e in found] == [0, 1, 2, 0, 1, 2, None]

@@ -19,10 +19,10 @@ from benchmarks.studies.slam.mapping import Map, Match, matrix
 from benchmarks.studies.slam.scene import pool_scene
 from benchmarks.studies.slam.se2 import between, compose, exponential, inverse, logarithm, transform
 from benchmarks.studies.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
-from seatrial.model import Model
-from seatrial.plan import load_plan
-from seatrial.sim.scene import Scene, box
-from seatrial.simulate import plant_model
+from seatrial.boat.model import Model
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.scene import Scene, box
+from seatrial.simulation.trials import plant_model
 
 ROOM = Scene(box(0.0, 0.0, 8.0, 6.0), np.array([[2.0, 0.0, 0.5]]))
 NO_POSTS = np.zeros((0, 3))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from method_trials import driven, truth
 
-from seatrial.errors import IdentificationError
-from seatrial.identify.smoother import ROUGHNESS, smoothed, smoother
-from seatrial.identify.weak_form import weak_form
-from seatrial.recording import Signal, make_recording
+from seatrial.identification.regression.smoother import ROUGHNESS, smoothed, smoother
+from seatrial.identification.regression.weak_form import weak_form
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.util.errors import IdentificationError
 
 
 def recording_of(vehicle, t, eta):

@@ -10,12 +10,12 @@ from conftest import CSE1
 from method_trials import changed, driven, pulses_of, truth
 
 import seatrial
-from seatrial.errors import IdentificationError
-from seatrial.identify.output_error import with_free_stages
-from seatrial.identify.start import ENOUGH, pieces, start_values
-from seatrial.plan import load_plan
-from seatrial.recording import Signal
-from seatrial.schema import ChainGroup, DeadZone
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.identification.estimator import with_free_stages
+from seatrial.identification.regression.start_values import ENOUGH, pieces, start_values
+from seatrial.recording.recording import Signal
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import IdentificationError
 
 
 def started(vehicle, recordings):

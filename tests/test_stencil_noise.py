@@ -6,11 +6,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from test_recording import COMMANDS
 
-from seatrial.noise import left_of
-from seatrial.recording import Recording, make_recording
-from seatrial.schema import CorrelatedEntry, NoiseEntry
-from seatrial.stencil_noise import StencilNoise
-from seatrial.velocity import five_point_stencil
+from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
+from seatrial.recording.pose_noise import left_of
+from seatrial.recording.recording import Recording, make_recording
+from seatrial.recording.stencil_noise import StencilNoise
+from seatrial.recording.velocity import five_point_stencil
 
 PERIOD = 0.1  # [s]
 SHORT = CorrelatedEntry(0.004, 0.003, 0.3)

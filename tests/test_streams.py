@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.streams import Clock, beat, describe, longest_rising, only_changes
+from seatrial.recording.timing import Clock, beat, describe, longest_rising, only_changes
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 

@@ -10,17 +10,17 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.cli import main
-from seatrial.errors import IdentificationError, RecordingError
-from seatrial.faults import FaultKind
-from seatrial.identify.text import summary
+from seatrial.commands.cli import main
+from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_said
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.console import summary
+from seatrial.identification.selection.terms import of_files
 from seatrial.io.write import write_trial
-from seatrial.plan import load_plan
-from seatrial.predict import predict
-from seatrial.recording import make_recording
-from seatrial.select import of_files
-from seatrial.simulate import plant_model
-from seatrial.stretches import MANY, stretches, stretches_said
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.recording import make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import IdentificationError, RecordingError
 
 HELD = 12.0  # [s] at the end of a recording
 FRUITFUL = 0.2  # of the standard errors with a stretch, those without it

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial import _core, structure
-from seatrial.errors import StructureError
-from seatrial.structure import Force, parse
+from seatrial import _core
+from seatrial.boat import structure
+from seatrial.boat.structure import Force, parse
+from seatrial.util.errors import StructureError
 
 FORCES = (Force("F_u", 0), Force("F_v", 1), Force("F_r", 2))
 

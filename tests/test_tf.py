@@ -8,7 +8,7 @@ from mcap_writer import mcap
 from scipy.spatial.transform import Rotation, Slerp
 
 import seatrial
-from seatrial.errors import SeatrialError
+from seatrial.util.errors import SeatrialError
 
 LENGTH = 3.0  # [s]
 TF = "tf2_msgs/msg/TFMessage"

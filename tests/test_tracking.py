@@ -21,9 +21,9 @@ from seatrial.control import (
     save_gains,
     tune,
 )
-from seatrial.control.linear import steady_motions
-from seatrial.errors import ControlError
-from seatrial.sim import Sensors, Simulator
+from seatrial.control.tuning.linear import steady_motions
+from seatrial.simulation import Sensors, Simulator
+from seatrial.util.errors import ControlError
 
 RATE = 50.0  # [Hz]
 BLIND = Sensors(pose=None, imu=None, lidar=None)

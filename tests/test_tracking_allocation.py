@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from seatrial import Allocator, Model
-from seatrial.cli import main
+from seatrial.boat.model import save
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.commands.cli import main
 from seatrial.control import (
     ALLOCATIONS,
     Reference,
@@ -18,12 +20,10 @@ from seatrial.control import (
     save_gains,
     tune,
 )
-from seatrial.errors import ControlError
-from seatrial.model import save
-from seatrial.plan import load_plan
-from seatrial.sim import Sensors, Simulator
-from seatrial.simulate import plant_model
-from seatrial.vehicle import vehicle_from
+from seatrial.simulation import Sensors, Simulator
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import ControlError
 
 RATE = 50.0  # [Hz]
 BLIND = Sensors(pose=None, imu=None, lidar=None)
@@ -62,7 +62,7 @@ def axis_commands(tuning, errors):
 def test_the_push_is_what_the_gains_ask_for(boat, tunings, scheme):
     """Thrust by the chain's own curve, accelerations by the equations; the dead zone is gone."""
     from seatrial import _core
-    from seatrial.control.linear import linearise
+    from seatrial.control.tuning.linear import linearise
 
     tuning = tunings[scheme]
     errors = np.array(

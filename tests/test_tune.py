@@ -9,13 +9,13 @@ from conftest import TABLE_II
 from tune_tools import CHAIN, LAG, LATENCY, boat_by_hand, mallard, poles_by_pade, with_chain
 
 from seatrial.control import tune
-from seatrial.control.dead_zone import dead_zone
-from seatrial.control.linear import linearise, redrawn
-from seatrial.control.loops import Feedback, frequencies, margins, open_loop
-from seatrial.control.robust import drawn, draws_of, worst_of
-from seatrial.control.rules import pd_gains, pid_gains
-from seatrial.control.tuning import LIMIT, gains_for, rounded_up, smallest_knob
-from seatrial.errors import ControlError
+from seatrial.control.tuning.dead_zone import dead_zone
+from seatrial.control.tuning.design import LIMIT, gains_for, rounded_up, smallest_knob
+from seatrial.control.tuning.linear import linearise, redrawn
+from seatrial.control.tuning.loops import Feedback, frequencies, margins, open_loop
+from seatrial.control.tuning.robustness import drawn, draws_of, worst_of
+from seatrial.control.tuning.rules import pd_gains, pid_gains
+from seatrial.util.errors import ControlError
 
 C = TABLE_II["AF"]
 HOLD = 0.01  # [s]

@@ -11,12 +11,12 @@ from conftest import ROOT
 from tune_tools import mallard
 
 import seatrial
-from seatrial.cli import main
+from seatrial.commands.cli import main
 from seatrial.control import gains_of, load_gains, ros_parameters, save_gains, tune
-from seatrial.control.responses import responses, steps_of
-from seatrial.control.text import tuning_text
-from seatrial.errors import FileError, SeatrialError
-from seatrial.report.tuning import tuning_report
+from seatrial.control.tuning.console import tuning_text
+from seatrial.control.tuning.page import tuning_report
+from seatrial.control.tuning.responses import responses, steps_of
+from seatrial.util.errors import FileError, SeatrialError
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import pytest
 from survey_boat import TRUTH, boat, driven
 from test_hints import asked, both
 
-from seatrial.identify.freeing import problem_of
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.stages import with_free_stages
-from seatrial.identify.unequal import WithGains, with_gains
+from seatrial.identification.diagnostics.thruster_gains import WithGains, with_gains
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.selection.actuator_selection import problem_of
+from seatrial.identification.selection.actuator_stages import with_free_stages
 
 GAINS = {"left": 1.15, "right": 0.85}
 NONE = {"dead_zone": {"forward": 0.0, "reverse": 0.0}}

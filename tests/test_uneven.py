@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from survey_boat import LAG, LATENCY, NOISE, TRUTH, as_stated, driven
 
-from seatrial.causal import causal
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import output_error
-from seatrial.noise import pose_noise
-from seatrial.recording import make_recording
+from seatrial.evaluation.filtering import causal
+from seatrial.identification.estimator import output_error
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import make_recording
+from seatrial.util.errors import SeatrialError
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}
 STAMPS = {

@@ -7,17 +7,18 @@ from conftest import TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.errors import ModelError, RecordingError
-from seatrial.identify import equation_error
-from seatrial.plan import load_plan
-from seatrial.predict import predict
-from seatrial.recording import make_recording
-from seatrial.schema import NoiseEntry
-from seatrial.simulate import plant_model
-from seatrial.statistics import autocorrelation, kurtosis, moving_average_band, white_band
-from seatrial.validate import scores_json, validate
-from seatrial.validate_text import scores_text
-from seatrial.velocity import motion
+from seatrial.boat.schema import NoiseEntry
+from seatrial.evaluation.console import scores_text
+from seatrial.evaluation.prediction import predict
+from seatrial.evaluation.scores import scores_json
+from seatrial.evaluation.validation import validate
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.recording.recording import make_recording
+from seatrial.recording.velocity import motion
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.statistics import autocorrelation, kurtosis, moving_average_band, white_band
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +40,7 @@ def test_a_perfect_models_score_is_the_noise_floor(af, preset):
     """The floor is computed from noise and sensitivities; the score is measured."""
     import msgspec
 
-    from seatrial.simulate import simulate
+    from seatrial.simulation.trials import simulate
 
     plan = load_plan(preset)
     pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
@@ -110,7 +111,7 @@ def test_a_prediction_ends_at_the_pose_that_is_nearest_to_the_horizon(af, paper_
 
 
 def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
-    from seatrial.recording import Signal, make_recording
+    from seatrial.recording.recording import Signal, make_recording
 
     model, trial = make_model(af, TABLE_II["AF"]), clean_af["S7"]
     signal = trial.recording.commands
@@ -189,7 +190,7 @@ def test_the_floor_is_that_of_the_recordings_own_noise(clean_af, af):
     """A model of clean poses, scored on noisy ones, and the other way round."""
     from dataclasses import replace
 
-    from seatrial.recording import make_recording
+    from seatrial.recording.recording import make_recording
 
     model = replace(plant_model(load_plan("clean"), af), noise=NoiseEntry(1.0, 1.0))
     trial, rng = clean_af["S7"], np.random.default_rng(3)

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_recording import COMMANDS
 
-from seatrial.recording import make_recording
-from seatrial.schema import NoiseEntry
-from seatrial.velocity import (
+from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.recording import make_recording
+from seatrial.recording.velocity import (
     STENCIL_NOISE,
     five_point_stencil,
     motion,

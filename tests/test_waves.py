@@ -11,14 +11,14 @@ from survey_boat import pulses
 from test_lasting import SURGE, tug
 
 from seatrial import _core
-from seatrial.causal import causal
-from seatrial.identify import output_error
-from seatrial.identify.anew import _periods
-from seatrial.identify.text import summary
-from seatrial.model import load, save
-from seatrial.predictor import Predictor
-from seatrial.recording import Signal, make_recording
-from seatrial.schema import NoiseEntry, ProcessEntry
+from seatrial.boat.model import load, save
+from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.filtering import causal
+from seatrial.identification.console import summary
+from seatrial.identification.estimator import output_error
+from seatrial.identification.likelihood.noise_structures import _periods
+from seatrial.onboard.predictor import Predictor
+from seatrial.recording.recording import Signal, make_recording
 
 PUSHED = ProcessEntry(2e-3, 1e-2, 3e-2, 5e-2, 2.0)
 

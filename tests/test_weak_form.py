@@ -8,13 +8,19 @@ import numpy as np
 import pytest
 from method_trials import driven, pulses_of, truth
 
-import seatrial
-from seatrial.errors import IdentificationError, RecordingError
-from seatrial.identify.equation_error import equation_error
-from seatrial.identify.weak_form import WeakFormSettings, weak_form
-from seatrial.identify.weak_rows import Widths, choose_widths, make_kernels, weigh, weighed
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.identification.regression.weak_form import WeakFormSettings, weak_form
+from seatrial.identification.regression.weak_rows import (
+    Widths,
+    choose_widths,
+    make_kernels,
+    weigh,
+    weighed,
+)
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import IdentificationError, RecordingError
 
 WIDTHS = Widths(state=0.2, test=0.6)  # [s]
 
@@ -155,7 +161,7 @@ def test_what_the_data_do_not_hold_is_refused_in_words():
     lines = dict(boat.structure.lines())
     lines["surge"] = [*lines["surge"], "X_twice * u"]
     content["structure"] = lines
-    twice = seatrial.vehicle.vehicle_from(content, "twice")
+    twice = vehicle_from(content, "twice")
     with pytest.raises(IdentificationError, match="X_u, X_twice can't be told apart"):
         weak_form(recordings, twice)
 
@@ -167,7 +173,7 @@ def test_any_structure_of_the_term_list_will_do(mp):
     lines = dict(boat.structure.lines())
     lines["sway"] = [*lines["sway"], "Y_r * r", "Y_rd * |u| * r_dot", "Y_uF * |u| * F_v"]
     content["structure"] = lines
-    model = weak_form(recordings, seatrial.vehicle.vehicle_from(content, "more"))
+    model = weak_form(recordings, vehicle_from(content, "more"))
     for name, value in truth("clean", "mallard-mp").items():
         assert model.values[name] == pytest.approx(value, rel=0.01), name
     for name in ("Y_r", "Y_rd"):

@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.identify.output_error import output_error
-from seatrial.plan import Unmodelled, load_plan, with_seed
-from seatrial.recording import Recording, Signal
-from seatrial.select.candidates import with_terms
-from seatrial.simulate import simulate
+from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.terms.candidates import with_terms
+from seatrial.recording.recording import Recording, Signal
+from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import simulate
 
 PUSH = Unmodelled(0.04, 2.0)
 NOTE = re.compile(r"thrust (.*) % less at the (beginning|end) of (a recording like )?(S\d)-MP than")

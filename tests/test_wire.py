@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from seatrial.errors import RecordingError
-from seatrial.io.wire import (
+from seatrial.io.bags.wire import (
     MOST_ELEMENTS,
     PRIMITIVES,
     Wire,
@@ -18,6 +17,7 @@ from seatrial.io.wire import (
     parse_definition,
     plain,
 )
+from seatrial.util.errors import RecordingError
 
 ROOT = "test_msgs/msg/Root"
 NUMBERS = ("bool", "byte", "char", *(p for p in PRIMITIVES if p[-1].isdigit()))

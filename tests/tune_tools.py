@@ -7,7 +7,7 @@ import numpy as np
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.vehicle import vehicle_from
+from seatrial.boat.vehicle import vehicle_from
 
 LAG, LATENCY = 0.08, 0.05  # [s]
 CHAIN = [{"latency": LATENCY, "lag": LAG, "dead_zone": {"forward": 0.08, "reverse": 0.08}}]

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.table import Table
-from seatrial.io.write_bag import BagTopic, write_bag
 
 FOLDER = Path(__file__).resolve().parents[1] / "data" / "cse1"
 EPOCH = 1_300_000_000 * 10**9  # [ns] some time in March 2011; the runs' date is not known

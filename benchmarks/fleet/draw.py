@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.plan import Unmodelled
-from seatrial.recording import Recording
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import Unmodelled
 from tests.boats.hulls import CORNERS, CROSS, TUG, Hull, driven
 
 LENGTH = (0.3, 2.0)  # [m]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.fleet.work import Row
-from seatrial.statistics import NORMAL_95
+from seatrial.util.statistics import NORMAL_95
 
 FAR = 4.0  # standard errors: worth a line
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.fleet.draw import draw
-from seatrial.errors import SeatrialError
-from seatrial.identify.freeing import ASKED_FOR, CURVE
-from seatrial.identify.output_error import output_error
+from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.actuator_selection import ASKED_FOR, CURVE
+from seatrial.util.errors import SeatrialError
 
 
 @dataclass(frozen=True)

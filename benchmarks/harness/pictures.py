@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.report.draw.base import Figure, figure, line
-from seatrial.report.svg import HEIGHT, WIDTH, svg
+from seatrial.report.figures.base import Figure, figure, line
+from seatrial.report.figures.svg import HEIGHT, WIDTH, svg
+from seatrial.util.frames import Array
 
 DASH = 0.04  # [m] length of the dash that stands for a point
 

@@ -5,8 +5,8 @@ import numpy as np
 
 import seatrial
 from benchmarks.cse1 import local_polynomial
-from seatrial.frames import Array
-from seatrial.velocity import Motion, motion
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.frames import Array
 from tests.boats.drives import SCENES, SETTLED, Drive, Inputs, drive, follow, model
 
 SEED = 31

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import seatrial
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 from tests.boats.drives import SCENES, SETTLED, Inputs, drive, give, model
 
 SEED = 31

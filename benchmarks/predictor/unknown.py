@@ -8,11 +8,11 @@ import numpy as np
 
 import seatrial
 from benchmarks.predictor.accuracy import SEED, rms
-from seatrial.frames import Array
-from seatrial.plan import load_plan
-from seatrial.predictor import Health, Predictor
-from seatrial.sim import PoseReading, PoseSettings, Sensors, Simulator
-from seatrial.simulate import plant_model
+from seatrial.onboard.predictor import Health, Predictor
+from seatrial.simulation import PoseReading, PoseSettings, Sensors, Simulator
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.frames import Array
 from tests.boats.drives import SCENES, SETTLED, model
 
 CURRENTS = ((0.0, 0.0), (0.03, 0.02), (0.1, 0.05))  # [m/s]

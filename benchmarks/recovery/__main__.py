@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, tables, write (docs/recovery.md), reachable (its block there), figure."""
+"""Command line: run, tables, write (into their pages), reachable (its block), figure."""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.reachable import reachable
 from benchmarks.recovery.work import FIRST, Record, groups, one
 
-PAGE = command.DOCS / "recovery.md"
+PAGES = (command.DOCS / "recovery.md", command.DOCS / "identify.md")
 Block = tuple[list[str], Callable[[], str]]  # scenes that it is of, and what makes it
 
 
@@ -30,9 +30,9 @@ def blocks(records: Sequence[Record]) -> dict[str, Block]:
         "ahead-pushed": (names["pushed"], lambda: tables.prediction(records, " pushed")),
         "faults": (names["faults"], lambda: tables.fault_moves(records, names["faults"])),
         "noise": (names["noise"], lambda: numbers(records)),
-        "believed": (driven, lambda: tables.believed(records, driven)),
+        "noise-levels": (driven, lambda: tables.noise_levels(records, driven)),
         "parameters": (driven, lambda: "\n".join(tables.recovery(records, n) for n in driven)),
-        "moved": ([], lambda: moved.table(records)),
+        "bumps": ([], lambda: moved.table(records)),
         "terms": ([], lambda: terms.summary(records)),
     }
 
@@ -64,14 +64,15 @@ def main(arguments: Sequence[str]) -> None:
         store.run(given.results, jobs, one, present, given.processes)
         return
     if given.verb == "reachable":
-        refill(PAGE, {"reachable": reachable()})
+        refill(PAGES[0], {"reachable": reachable()})
         return
     records = store.chosen(store.read(given.results), present, any_code=given.any_code)
     if given.verb == "tables":
         print("\n".join(f"## {name}\n\n{text}" for name, text in made(records).items()))
         print(tables.failures(records))
     elif given.verb == "write":
-        refill(PAGE, made(records))
+        for page in PAGES:
+            refill(page, made(records))
     else:
         draw(records, given.out)
 

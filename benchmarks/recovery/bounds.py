@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.filter_noise import NOISE_LEAST
-from seatrial.frames import Array
-from seatrial.identify.output_error import OutputErrorSettings
-from seatrial.identify.problem import Problem
-from seatrial.model import thrust_trace
-from seatrial.plan import PlanFile
-from seatrial.recording import Recording
-from seatrial.simulate import Trial
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.noise_parameters import NOISE_LEAST
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile
+from seatrial.simulation.trials import Trial
+from seatrial.util.frames import Array
 
 FREE_VELOCITY = np.full(3, 10.0)  # [m/s, m/s, rad/s] a start of which nothing is known
 

@@ -11,8 +11,8 @@ from benchmarks.harness import pictures
 from benchmarks.harness.markdown import table
 from benchmarks.harness.store import Record
 from benchmarks.recovery.tables import good, rms, stack
-from seatrial.frames import Array
-from seatrial.report.draw.base import BLUE, RED, Figure, figure, line, logarithmic
+from seatrial.report.figures.base import BLUE, RED, Figure, figure, line, logarithmic
+from seatrial.util.frames import Array
 from tests.boats.scenes import SIGMAS
 
 COEFFICIENTS = 11

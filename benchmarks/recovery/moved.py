@@ -14,16 +14,16 @@ from unittest.mock import patch
 
 import numpy as np
 
-import seatrial.simulate
 from benchmarks.harness import markdown
-from seatrial.control.linear import linearise
-from seatrial.errors import IdentificationError
-from seatrial.identify.output_error import fit
-from seatrial.model import Model
-from seatrial.plan import Unmodelled
-from seatrial.recording import Recording, make_recording
-from seatrial.simulate import PUSH
-from seatrial.stretches import clearest, squared_errors
+from seatrial.boat.model import Model
+from seatrial.control.tuning.linear import linearise
+from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
+from seatrial.identification.estimator import fit
+from seatrial.recording.recording import Recording, make_recording
+from seatrial.simulation import trials
+from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.trials import PUSH
+from seatrial.util.errors import IdentificationError
 from tests.boats.scenes import Scene, scenes, true_parameters, vehicle_of
 
 SCENES = ("paper-like MP", "hard MP", "hard AF", "hard MP pushed")
@@ -34,7 +34,7 @@ HELD = 12.0  # [s] at the end
 Row = dict[str, Any]  # of one fit: standard errors, largest error in these, advice, gain
 
 
-class BumpedPlant(seatrial.simulate.PushedPlant):
+class BumpedPlant(trials.PushedPlant):
     """The plant with a push from outside."""
 
     def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
@@ -54,7 +54,7 @@ class BumpedPlant(seatrial.simulate.PushedPlant):
 
 def bumped(scene: Scene, seed: int, name: str) -> Recording:
     """One of the scene's recordings with a bump."""
-    with patch.object(seatrial.simulate, "PushedPlant", BumpedPlant):
+    with patch.object(trials, "PushedPlant", BumpedPlant):
         (trial,) = scene.trials(seed, [name]).values()
     return trial.recording
 

@@ -14,10 +14,10 @@ from benchmarks.harness.markdown import table
 from benchmarks.recovery import bounds
 from benchmarks.recovery.tables import SYMBOLS, rms
 from benchmarks.recovery.work import HORIZON
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.predict import predict
-from seatrial.simulate import Trial
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import predict
+from seatrial.simulation.trials import Trial
+from seatrial.util.frames import Array
 from tests.boats.scenes import (
     ALLOCATIONS,
     PRESETS,

@@ -12,9 +12,9 @@ from typing import Any
 import msgspec
 
 import seatrial
-from seatrial.plan import PlanFile, load_plan, with_seed
-from seatrial.select import given_candidates, select
-from seatrial.simulate import simulate
+from seatrial.identification.selection.terms import given_candidates, select
+from seatrial.simulation.plan import PlanFile, load_plan, with_seed
+from seatrial.simulation.trials import simulate
 from tests.boats.scenes import FORCE
 
 TRIALS = ("S1", "S2", "S3", "S4", "S5", "S6")

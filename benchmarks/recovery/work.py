@@ -10,17 +10,17 @@ import numpy as np
 import seatrial
 from benchmarks.harness.store import Record
 from benchmarks.recovery import bounds, moved, terms
-from seatrial.errors import SeatrialError
-from seatrial.filter_noise import noise_vector
-from seatrial.frames import Array
-from seatrial.identify.equation_error import equation_error
-from seatrial.identify.output_error import OutputErrorSettings
-from seatrial.model import Model
-from seatrial.predict import predict
-from seatrial.recording import Recording
-from seatrial.simulate import Trial
-from seatrial.vehicle import Vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.regression.equation_error import equation_error
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.simulation.trials import Trial
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Array
 from tests.boats.scenes import (
     TRAINING,
     UNSEEN,

@@ -11,8 +11,8 @@ import numpy as np
 
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
-from seatrial.mimic import Carrier
-from seatrial.mimic.wheels import Ground
+from seatrial.simulation.mimic import Carrier
+from seatrial.simulation.mimic.wheels import Ground
 from tests.boats.carrier import driven, follow
 
 LAG = 0.14  # [s] the ground's lag and delay

@@ -19,14 +19,14 @@ import numpy as np
 import seatrial
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
-from seatrial.compare import compare
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import OutputErrorSettings, output_error
-from seatrial.identify.prior import widened
-from seatrial.model import Model
-from seatrial.plan import PlanFile, load_plan, with_seed
-from seatrial.recording import Recording
-from seatrial.simulate import simulate
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison import compare
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.prior import widened
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile, load_plan, with_seed
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
 MORE = 1.2  # times mass and inertia

@@ -14,15 +14,15 @@ from benchmarks.harness import command
 from benchmarks.harness.pictures import dots, path_of, plan, rectangle, ring, write
 from benchmarks.studies.mimic import CASES
 from benchmarks.studies.tracking.scenes import identified
-from seatrial.allocate import compare_schemes
 from seatrial.control import tune
-from seatrial.control.responses import responses
-from seatrial.plan import load_plan
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure, figure, line
-from seatrial.report.schemes.draw import slices
-from seatrial.report.tuning.draw import sensitivity, step
-from seatrial.sim import Simulator
-from seatrial.simulate import plant_model
+from seatrial.control.allocation import compare_schemes
+from seatrial.control.allocation.page.draw import slices
+from seatrial.control.tuning.page.draw import sensitivity, step
+from seatrial.control.tuning.responses import responses
+from seatrial.report.figures.base import BLACK, BLUE, RED, SKY, Figure, figure, line
+from seatrial.simulation import Simulator
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 from tests.boats.carrier import driven, follow
 
 SHOWN = 60.0  # [s] of the carrier's path

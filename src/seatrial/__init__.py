@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Dynamic models of small surface vehicles from a recording: identify, prove, use."""
 
-from seatrial.allocate import Allocator
+from seatrial.boat.model import Model, load, save
+from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.control import TrackingController, Tuning, tune
-from seatrial.errors import SeatrialError
-from seatrial.identify import EquationErrorSettings, identify
-from seatrial.init import init
-from seatrial.inspect import inspect
+from seatrial.control.allocation import Allocator
+from seatrial.evaluation.prediction import Prediction, predict
+from seatrial.evaluation.scores import Scores
+from seatrial.evaluation.validation import validate
+from seatrial.identification.methods import EquationErrorSettings, identify
+from seatrial.inspection.overview import inspect
+from seatrial.inspection.proposal import init
 from seatrial.io import read
-from seatrial.mimic import Carrier, Mimic
-from seatrial.model import Model, load, save
-from seatrial.odometer import Odometer, Odometry
-from seatrial.predict import Prediction, predict
-from seatrial.predictor import Estimate, Health, Predictor, Taken
-from seatrial.recording import Recording
-from seatrial.sim import Scene, Sensors, Simulator, World
-from seatrial.validate import Scores, validate
-from seatrial.vehicle import Vehicle, load_vehicle
-from seatrial.velocity import Motion, motion
+from seatrial.onboard.odometer import Odometer, Odometry
+from seatrial.onboard.predictor import Estimate, Health, Predictor, Taken
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.simulation import Scene, Sensors, Simulator, World
+from seatrial.simulation.mimic import Carrier, Mimic
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 
 __all__ = [
     "Allocator",
@@ -47,11 +50,13 @@ __all__ = [
     "init",
     "inspect",
     "load",
+    "load_plan",
     "load_vehicle",
     "motion",
     "predict",
     "read",
     "save",
+    "simulate",
     "tune",
     "validate",
 ]

@@ -5,23 +5,24 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 
-from seatrial.errors import FileError
-from seatrial.files import dump_json, write_text
-from seatrial.identify import DEFAULT_METHOD, identify
-from seatrial.identify.text import table
-from seatrial.init import Choices, init
-from seatrial.inspect import inspect
-from seatrial.inspect.text import inspection_text
+from seatrial.boat.model import Model, save
+from seatrial.boat.physics import concerns, sanity_line
+from seatrial.boat.vehicle import Vehicle, load_vehicle
+from seatrial.evaluation.scores import Scores, scores_json
+from seatrial.evaluation.validation import validate
+from seatrial.identification.methods import DEFAULT_METHOD, identify
+from seatrial.inspection.console import inspection_text
+from seatrial.inspection.overview import inspect
+from seatrial.inspection.proposal import Choices, init
 from seatrial.io import read
 from seatrial.io.write import write_setting, write_trial
-from seatrial.model import Model, save
-from seatrial.plan import load_plan
-from seatrial.recording import Recording
+from seatrial.recording.recording import Recording
 from seatrial.report import write_report
-from seatrial.sanity import concerns, sanity_line
-from seatrial.simulate import SUFFIX, plant_model, simulate
-from seatrial.validate import Scores, scores_json, validate
-from seatrial.vehicle import Vehicle, load_vehicle
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import SUFFIX, plant_model, simulate
+from seatrial.util.errors import FileError
+from seatrial.util.files import dump_json, write_text
+from seatrial.util.format import table
 
 PAPER = "equation-error"
 METHODS = (PAPER, DEFAULT_METHOD)

@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.frames import Array
-from seatrial.mimic import Carrier, Mimic, Motion
-from seatrial.mimic.wheels import Ground, SimulatedCarrier
-from seatrial.plan import load_plan
-from seatrial.simulate import Trial, plant_model, simulate
+from seatrial.simulation.mimic import Carrier, Mimic, Motion
+from seatrial.simulation.mimic.wheels import Ground, SimulatedCarrier
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.util.frames import Array
 
 DT = 0.02  # [s] of the carrier's velocities
 

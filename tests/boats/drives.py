@@ -11,11 +11,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import seatrial
-from seatrial.faults import FaultKind
-from seatrial.frames import Array
-from seatrial.plan import Unmodelled, load_plan, with_seed
-from seatrial.recording import Recording
-from seatrial.simulate import Trial, simulate
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import Trial, simulate
+from seatrial.util.frames import Array
 
 SCENES = {"hard": 0.0, "hard, pushed": 0.04}  # share of full thrust that no model knows of
 LASTS = 2.0  # [s]

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.plan import Unmodelled
-from seatrial.recording import Recording, Signal, make_recording
-from seatrial.schema import EnvelopeEntry, Integration, NoiseEntry
-from seatrial.simulate import PushedPlant
-from seatrial.vehicle import Vehicle, vehicle_from
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.trials import PushedPlant
+from seatrial.util.frames import Array
 
 FREE = {  # added mass of its own along and across
     "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],

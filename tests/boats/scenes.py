@@ -9,11 +9,11 @@ import numpy as np
 
 import seatrial
 from seatrial import _core
-from seatrial.frames import Array
-from seatrial.plan import DropOuts, Jumps, PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.recording import Recording, Signal
-from seatrial.simulate import Trial, simulate
-from seatrial.vehicle import Vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.recording.recording import Recording, Signal
+from seatrial.simulation.plan import DropOuts, Jumps, PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import Trial, simulate
+from seatrial.util.frames import Array
 
 PRESETS = ("paper-like", "hard")
 ALLOCATIONS = ("MP", "AF")

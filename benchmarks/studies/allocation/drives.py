@@ -9,12 +9,12 @@ import numpy as np
 
 import seatrial
 from benchmarks.harness.markdown import table
-from seatrial.allocate import AllocationComparison, compare_schemes
-from seatrial.plan import load_plan
-from seatrial.recording import Recording, Signal
-from seatrial.schema import ChainGroup, DeadZone
-from seatrial.simulate import plant_model, simulate
-from seatrial.vehicle import Vehicle
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import Vehicle
+from seatrial.control.allocation import AllocationComparison, compare_schemes
+from seatrial.recording.recording import Recording, Signal
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 CSE1 = Path(__file__).parents[3] / "data" / "cse1"
 ZONE = DeadZone(0.2, 0.3)  # of the Voith-Schneider propellers' pitch, PROVENANCE.md

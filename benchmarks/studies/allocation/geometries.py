@@ -6,8 +6,8 @@ import numpy as np
 
 import seatrial
 from benchmarks.harness.markdown import table
-from seatrial.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
-from seatrial.vehicle import Vehicle
+from seatrial.boat.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
+from seatrial.boat.vehicle import Vehicle
 
 ZONE = ChainGroup(dead_zone=DeadZone(0.08, 0.08))
 BOATS = {  # x, y [m], angle of push [deg]

@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.harness import pictures
 from benchmarks.studies.mpc.study import WALLED, at_walls, controller
 from benchmarks.studies.mpc.tables import dead_zone
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, figure, line
+from seatrial.report.figures.base import BLACK, BLUE, RED, SKY, figure, line
 
 COLOURS = (BLUE, SKY, RED, BLACK)
 

@@ -8,8 +8,8 @@ import numpy as np
 import seatrial
 from benchmarks.studies.tracking.pilots import Pilot
 from seatrial.control import Course
-from seatrial.frames import Array
-from seatrial.mpc import Nmpc
+from seatrial.control.mpc import Nmpc
+from seatrial.util.frames import Array
 
 PERIOD = 0.1  # [s] from one programme to the next
 

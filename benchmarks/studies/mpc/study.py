@@ -21,9 +21,9 @@ from benchmarks.studies.tracking.scenes import (
 )
 from benchmarks.studies.tracking.study import PILOTS, SEEDS
 from seatrial.control import Course, Shape, fitted
-from seatrial.frames import Array
-from seatrial.mpc import Nmpc, by_thrusters
-from seatrial.plan import load_plan
+from seatrial.control.mpc import Nmpc, by_thrusters
+from seatrial.simulation.plan import load_plan
+from seatrial.util.frames import Array
 
 PID = "tuned PID, feed-forward"
 OWN = "MP"  # allocation of the trials that the predictive controller's model is of: it has the dead zone

@@ -11,7 +11,7 @@ from benchmarks.studies.tracking.loop import Outcome
 from benchmarks.studies.tracking.scenes import SCHEMES, SHAPES, truth
 from benchmarks.studies.tracking.study import SEEDS
 from benchmarks.studies.tracking.tables import position
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 WEATHER = ("hard", "paper-like, current")
 

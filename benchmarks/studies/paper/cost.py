@@ -7,8 +7,8 @@ import seatrial
 from benchmarks.harness.markdown import table
 from benchmarks.studies.paper.trials import ABOVE, boat
 from seatrial import _core
-from seatrial.frames import Array
-from seatrial.vehicle import Vehicle
+from seatrial.boat.vehicle import Vehicle
+from seatrial.util.frames import Array
 
 EDGE = 0.08  # of the dead zone
 MARGINS = (0.0, 0.01, 0.02, 0.04, 0.08)  # F_os above it

@@ -9,11 +9,11 @@ import numpy as np
 
 from benchmarks.studies.paper.trials import TRAINING, boat, driven
 from seatrial import _core, identify
-from seatrial.model import Model
-from seatrial.plan import load_plan
-from seatrial.recording import Signal, make_recording
-from seatrial.simulate import plant_model
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
 
 LEVELS = (0.3, 0.6, 1.0)  # of full command
 PUSH, DRIFT = 2.0, 3.0  # [s]

@@ -17,10 +17,9 @@ from benchmarks.studies.paper.trials import (
     driven,
     identified,
 )
-from seatrial.frames import SYMBOLS, Array
-from seatrial.model import Model
-from seatrial.predict import Prediction, predict
-from seatrial.report.draw.base import (
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import Prediction, predict
+from seatrial.report.figures.base import (
     BLACK,
     BLUE,
     GREEN,
@@ -32,7 +31,8 @@ from seatrial.report.draw.base import (
     level,
     line,
 )
-from seatrial.statistics import autocorrelation, white_band
+from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.statistics import autocorrelation, white_band
 
 PLAN = "paper-like"
 SAMPLE = (150.0, 190.0)  # [s] that are drawn

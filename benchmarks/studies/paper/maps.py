@@ -15,8 +15,8 @@ from benchmarks.studies.paper.trials import (
     rms,
     true_error,
 )
-from seatrial.errors import SeatrialError
-from seatrial.plan import load_plan
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import SeatrialError
 
 EDGES = (0.0, 0.04, 0.08, 0.12, 0.16)  # share of full command
 AMPLITUDES = {"small": (0.1, 0.4), "as in the trials": (0.2, 1.0), "large": (0.6, 1.0)}

@@ -15,15 +15,15 @@ from benchmarks.studies.paper.trials import (
     driven,
     rms,
 )
-from seatrial.identify import EquationErrorSettings, equation_error
-from seatrial.model import Model
-from seatrial.noise import pose_noise
-from seatrial.plan import load_plan
-from seatrial.predict import predict
-from seatrial.recording import Recording
-from seatrial.schema import Integration, NoiseEntry
-from seatrial.simulate import plant_model
-from seatrial.statistics import autocorrelation, white_band
+from seatrial.boat.model import Model
+from seatrial.boat.schema import Integration, NoiseEntry
+from seatrial.evaluation.prediction import predict
+from seatrial.identification.methods import EquationErrorSettings, equation_error
+from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from seatrial.util.statistics import autocorrelation, white_band
 
 PLANS = ("paper-like", "hard")
 LAGS = 60

@@ -14,7 +14,7 @@ from benchmarks.harness.page import fill
 from benchmarks.studies.paper import cost, coupling, maps, minutes, open_points, payload, tables
 from benchmarks.studies.paper.grid import Grid, draw
 from benchmarks.studies.paper.trials import ALLOCATIONS
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 PAPER, OURS = maps.METHODS
 MEASURED_RATIOS = (1.28, 1.59, 1.43)  # the paper's Table III, MP / AF

@@ -6,13 +6,13 @@ from typing import Any
 import msgspec
 
 from benchmarks.studies.payload import AFTER, FIRST, VEHICLE, driven, loaded
-from seatrial.compare import compare
-from seatrial.errors import SeatrialError
-from seatrial.identify.output_error import output_error
-from seatrial.identify.prior import widened
-from seatrial.model import Model
-from seatrial.plan import PlanFile, load_plan
-from seatrial.recording import Recording
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison import compare
+from seatrial.identification.estimator import output_error
+from seatrial.identification.prior import widened
+from seatrial.recording.recording import Recording
+from seatrial.simulation.plan import PlanFile, load_plan
+from seatrial.util.errors import SeatrialError
 from tests.boats.scenes import FORCE, TRAINING, UNSEEN
 
 KINDS = {"still": None, "pushed": FORCE}

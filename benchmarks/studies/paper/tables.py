@@ -16,8 +16,8 @@ from benchmarks.studies.paper.trials import (
     paired,
     rms,
 )
-from seatrial.predict import predict
-from seatrial.statistics import autocorrelation, kurtosis
+from seatrial.evaluation.prediction import predict
+from seatrial.util.statistics import autocorrelation, kurtosis
 
 PLANS = ("paper-like", "hard")
 LAGS = 60

@@ -9,13 +9,13 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.frames import SYMBOLS, Array
-from seatrial.model import Model
-from seatrial.plan import PlanFile, load_plan, with_seed
-from seatrial.predict import predict
-from seatrial.schema import DeadZone
-from seatrial.simulate import Trial, simulate
-from seatrial.vehicle import Vehicle
+from seatrial.boat.model import Model
+from seatrial.boat.schema import DeadZone
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.evaluation.prediction import predict
+from seatrial.simulation.plan import PlanFile, load_plan, with_seed
+from seatrial.simulation.trials import Trial, simulate
+from seatrial.util.frames import SYMBOLS, Array
 
 TRAINING = ("S1", "S2", "S3")
 PAIRING = (("S4", "u"), ("S5", "v"), ("S6", "r"))  # Table III
@@ -35,7 +35,7 @@ def boat(allocation: str, edge: float = 0.08) -> Vehicle:
         return vehicle
     content = vehicle.to_mapping()
     content["allocation"] = {**content["allocation"], "F_os": round(edge + ABOVE, 6)}
-    return seatrial.vehicle.vehicle_from(content, "mallard-af")
+    return vehicle_from(content, "mallard-af")
 
 
 def changed(

@@ -4,7 +4,7 @@
 from typing import Any
 
 from benchmarks.studies.paper import coupling, maps, minutes, open_points, payload, tables
-from seatrial.errors import SeatrialError
+from seatrial.util.errors import SeatrialError
 
 FINDINGS = {
     "tables": tables, "coupling": coupling, "open": open_points, "minutes": minutes, "maps": maps,

@@ -6,7 +6,7 @@ from functools import partial
 
 import benchmarks.studies.slam
 from benchmarks.harness import command
-from seatrial.errors import SeatrialError
+from seatrial.util.errors import SeatrialError
 
 try:
     from benchmarks.studies.slam.figure import draw

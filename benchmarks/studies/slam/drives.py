@@ -9,12 +9,12 @@ import numpy as np
 import seatrial
 from benchmarks.studies.slam.scene import POOL, pool_scene
 from benchmarks.studies.slam.se2 import turned
-from seatrial.errors import ModelError
-from seatrial.frames import Array, body_velocity
-from seatrial.operators import Operator
-from seatrial.plan import OperatorEntry, Pool, Unmodelled, load_plan, with_seed
-from seatrial.simulate import PushedPlant, plant_model
-from seatrial.vehicle import WRENCH
+from seatrial.boat.vehicle import WRENCH
+from seatrial.simulation.pilots import Operator
+from seatrial.simulation.plan import OperatorEntry, Pool, Unmodelled, load_plan, with_seed
+from seatrial.simulation.trials import PushedPlant, plant_model
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array, body_velocity
 from tests.boats.drives import LASTS, SCENES
 
 PUSHED = "hard, pushed"  # the preset that models are identified from

@@ -9,9 +9,9 @@ from benchmarks.harness import pictures
 from benchmarks.studies.slam.scene import POOL, pool_scene
 from benchmarks.studies.slam.study import OFF, SEEDS, Case, driven, track
 from benchmarks.studies.slam.tables import MIDDLE
-from seatrial.frames import Array
-from seatrial.report.draw.base import BLACK, BLUE, RED, SKY, Figure
-from seatrial.sim.scene import Scene
+from seatrial.report.figures.base import BLACK, BLUE, RED, SKY, Figure
+from seatrial.simulation.scene import Scene
+from seatrial.util.frames import Array
 
 SHOWN = ("constant pose", "constant velocity", "predictor")
 SEED = SEEDS[0]

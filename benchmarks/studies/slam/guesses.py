@@ -9,7 +9,7 @@ import seatrial
 from benchmarks.studies.slam.drives import Drive
 from benchmarks.studies.slam.lidar import Poses
 from benchmarks.studies.slam.se2 import between, compose, exponential, logarithm
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay
 WINDOW = 2.0  # [s] that a pose may be late

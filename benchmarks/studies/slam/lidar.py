@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.studies.slam.se2 import between, transform
-from seatrial.frames import Array
-from seatrial.sim.scene import Scene
+from seatrial.simulation.scene import Scene
+from seatrial.util.frames import Array
 
 RATE = 15.0  # [Hz] turns of the mirror
 FIELD = np.deg2rad(270.0)

@@ -10,7 +10,7 @@ from benchmarks.studies.slam.guesses import Guess
 from benchmarks.studies.slam.lidar import Scan, undistorted
 from benchmarks.studies.slam.mapping import REACH, Map, Match
 from benchmarks.studies.slam.se2 import between
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 
 SHARE = 0.5  # of a scan's points that must be on the map; a turn brings up to half into view
 FASTEST = np.array([0.6, 2.0])  # [m/s], [rad/s] that a boat may have moved since the last match,

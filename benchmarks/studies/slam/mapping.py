@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.studies.slam.se2 import transform
-from seatrial.errors import SeatrialError
-from seatrial.frames import Array
+from seatrial.util.errors import SeatrialError
+from seatrial.util.frames import Array
 
 try:
     import small_gicp

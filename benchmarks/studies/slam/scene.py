@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from seatrial.plan import Pool
-from seatrial.sim.scene import Scene, box
+from seatrial.simulation.plan import Pool
+from seatrial.simulation.scene import Scene, box
 
 POOL = Pool(length=12.0, width=5.0, margin=0.5)
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from seatrial.frames import Array
+from seatrial.util.frames import Array
 
 
 def turned(angle: Array) -> Array:

@@ -21,8 +21,8 @@ from benchmarks.studies.slam.localise import Track, localise
 from benchmarks.studies.slam.mapping import REACH
 from benchmarks.studies.slam.scene import pool_scene
 from benchmarks.studies.slam.se2 import between
-from seatrial.frames import Array, Mask
-from seatrial.plan import DropOuts
+from seatrial.simulation.plan import DropOuts
+from seatrial.util.frames import Array, Mask
 from tests.boats.drives import model
 
 SEEDS = range(51, 56)

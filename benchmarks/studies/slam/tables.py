@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.studies.slam.drives import STICKS
 from benchmarks.studies.slam.lidar import RATE
 from benchmarks.studies.slam.study import DROP_OUTS, GUESSES, OFF, Case, Outcome
-from seatrial.frames import Array, Mask
+from seatrial.util.frames import Array, Mask
 
 EVERY, MIDDLE, SLOW = 1, 3, 15  # of the scans that one is matched
 PACES = {"gentle": (EVERY, SLOW), "aggressive": (EVERY, MIDDLE, 7, SLOW)}
@@ -64,8 +64,8 @@ def per_cent(parts: Sequence[Mask]) -> str:
 
 def matched(found: Mapping[Case, Sequence[Outcome]], cases: Sequence[Case]) -> str:
     """Guess, match, pose and map by pace and guess."""
-    rows = ["| scans matched | guess | it is off, 95 %: mm | mrad | iterations | rejected, % | pose false, % "
-            "| drives lost | pose off, 95 %: mm | mrad | map points off, % |",
+    rows = ["| scans matched | guess | guess error, 95 %: mm | mrad | iterations | rejected, % | pose false, % "
+            "| drives lost | pose error, 95 %: mm | mrad | map points off, % |",
             "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for case in cases:
         o = found[case]

@@ -7,10 +7,10 @@ import numpy as np
 
 from benchmarks.studies.tracking.pilots import Pilot
 from benchmarks.studies.tracking.scenes import Conditions, sensors
+from seatrial.boat.model import Model
 from seatrial.control import Course
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.sim import PoseReading, Simulator
+from seatrial.simulation import PoseReading, Simulator
+from seatrial.util.frames import Array
 
 RATE = 50.0  # [Hz] of the controller
 SETTLING = 8.0  # [s] at the start, standing still, not counted: filters find out where they are

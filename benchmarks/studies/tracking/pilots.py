@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import Odometer
+from seatrial.boat.model import Model
 from seatrial.control import Course, Reference, TrackingController, Tuning
-from seatrial.frames import Array, body_velocity
-from seatrial.model import Model
+from seatrial.util.frames import Array, body_velocity
 
 SMOOTHING = 0.2  # [s] of differenced poses
 NS = 1_000_000_000

@@ -7,11 +7,11 @@ from functools import cache
 import msgspec
 
 import seatrial
+from seatrial.boat.model import Model
 from seatrial.control import Circle, Course, Eight, Square, fitted
-from seatrial.model import Model
-from seatrial.plan import Unmodelled, load_plan
-from seatrial.sim import PoseSettings, Sensors
-from seatrial.simulate import plant_model, simulate
+from seatrial.simulation import PoseSettings, Sensors
+from seatrial.simulation.plan import Unmodelled, load_plan
+from seatrial.simulation.trials import plant_model, simulate
 
 SCHEMES = {"AF": "mallard-af", "MP": "mallard-mp"}
 IDENTIFIED = ("S1", "S2", "S3")

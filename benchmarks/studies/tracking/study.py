@@ -11,10 +11,10 @@ from benchmarks.studies.tracking.hand import by_hand
 from benchmarks.studies.tracking.loop import Outcome, run
 from benchmarks.studies.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tuned
 from benchmarks.studies.tracking.scenes import CONDITIONS, Conditions, course, identified, truth
+from seatrial.boat.model import Model
 from seatrial.control import KNOB, Course, Shape, Tuning, tune
-from seatrial.frames import Array
-from seatrial.model import Model
-from seatrial.mpc import by_thrusters
+from seatrial.control.mpc import by_thrusters
+from seatrial.util.frames import Array
 
 SEEDS = (1, 2, 3)
 KNOBS = (0.35, 0.5, 1.0, 2.0, 4.0)  # [s]

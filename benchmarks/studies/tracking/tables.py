@@ -23,8 +23,8 @@ from benchmarks.studies.tracking.study import (
     outcomes,
     tuned,
 )
-from seatrial.control.dead_zone import dead_zone
-from seatrial.mpc import by_thrusters
+from seatrial.control.mpc import by_thrusters
+from seatrial.control.tuning.dead_zone import dead_zone
 
 
 def tracking() -> str:
@@ -72,7 +72,7 @@ def knobs() -> str:
         )  # fmt: skip
     head = ["knob [s]", "sensitivity", "phase [deg]"]
     for conditions in ("paper-like", "hard", "current"):
-        head += [f"{conditions} [mm]", "unrest"]
+        head += [f"{conditions} [mm]", "command change"]
     return table(head, rows)
 
 

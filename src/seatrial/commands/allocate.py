@@ -5,7 +5,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.allocate import PRIORITY, AllocatorScheme
 from seatrial.commands.shared import (
     add_command,
     add_exports,
@@ -15,7 +14,8 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.control.allocation import PRIORITY, AllocatorScheme
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -55,15 +55,15 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """The schemes on the terminal and as a page; the commands for one wrench."""
-    from seatrial.allocate import (
+    from seatrial.control.allocation import (
         allocation_json,
         allocation_text,
         compare_schemes,
         load_boat,
         wrench_text,
     )
-    from seatrial.errors import FileError
-    from seatrial.files import dump_json, write_text
+    from seatrial.util.errors import FileError
+    from seatrial.util.files import dump_json, write_text
 
     inputs = args.boat, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.json is not None:
         write_text(args.json, dump_json(allocation_json(found)))
     if args.out is not None:
-        from seatrial.report.schemes import write_allocation
+        from seatrial.control.allocation.page import write_allocation
 
         write_allocation(found, args.out, figures=args.figures, raster=args.png, tables=args.tables)
     progress.clear()

@@ -15,12 +15,12 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.progress import Progress
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
-    from seatrial.recording import Recording
+    from seatrial.recording.recording import Recording
 
 
 def add(verbs: "Verbs") -> None:
@@ -44,12 +44,12 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Two models side by side, on the terminal and as a page."""
-    from seatrial.compare import compare, comparison_json, drive_of
-    from seatrial.compare.text import comparison_text
-    from seatrial.errors import FileError
-    from seatrial.files import dump_json, write_text
-    from seatrial.model import load
-    from seatrial.vehicle import load_vehicle
+    from seatrial.boat.model import load
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.evaluation.comparison import compare, comparison_json, drive_of
+    from seatrial.evaluation.comparison.console import comparison_text
+    from seatrial.util.errors import FileError
+    from seatrial.util.files import dump_json, write_text
 
     inputs = args.a, args.b, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.json is not None:
         write_text(args.json, dump_json(comparison_json(found)))
     if args.out is not None:
-        from seatrial.report.beside import write_comparison
+        from seatrial.report.comparison import write_comparison
 
         progress.say("drawing")
         write_comparison(

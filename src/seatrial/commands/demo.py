@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_command,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs

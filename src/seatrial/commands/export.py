@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command, guard, load_model
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -64,8 +64,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
 
 def _hull(args: argparse.Namespace) -> "Hull | None":
     """Mass and size, where they are given. Raises ExportError where only some are."""
-    from seatrial.errors import ExportError
     from seatrial.export import Hull
+    from seatrial.util.errors import ExportError
 
     given = [name for name in HULL if getattr(args, name) is not None]
     if not given:

@@ -12,8 +12,8 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.identify import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
-from seatrial.progress import Progress
+from seatrial.identification.methods import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -65,10 +65,10 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """A model, its summary, and the evidence that was asked for."""
-    from seatrial.errors import IdentificationError
-    from seatrial.identify import EquationErrorSettings, identify, summary
-    from seatrial.model import load, save
-    from seatrial.vehicle import load_vehicle
+    from seatrial.boat.model import load, save
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.identification.methods import EquationErrorSettings, identify, summary
+    from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     if args.prior_spread is not None and args.prior is None:
@@ -88,7 +88,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.clear()
     print(summary(model))
     if args.minutes or args.profile or args.bootstrap:
-        from seatrial.identify.evidence import evidence
+        from seatrial.identification.on_request import evidence
 
         progress.say("weighing the evidence")
         told = evidence(
@@ -101,8 +101,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
 
 
 def _roles(given: Sequence[str]) -> dict[str, list[str]]:
-    from seatrial.errors import RecordingError
-    from seatrial.frames import AXES
+    from seatrial.util.errors import RecordingError
+    from seatrial.util.frames import AXES
 
     roles: dict[str, list[str]] = {}
     for text in given:

@@ -12,8 +12,8 @@ from seatrial.commands.shared import (
     add_salvage,
     guard,
 )
-from seatrial.frames import Axes
-from seatrial.progress import Progress
+from seatrial.util.frames import Axes
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -52,9 +52,9 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
-    from seatrial.errors import FileError
-    from seatrial.files import write_text
-    from seatrial.init import Choices, init
+    from seatrial.inspection.proposal import Choices, init
+    from seatrial.util.errors import FileError
+    from seatrial.util.files import write_text
 
     guard(args.out, "", *args.recordings)
     if args.out.exists() and not args.force:

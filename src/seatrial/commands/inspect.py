@@ -11,7 +11,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -31,8 +31,8 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
-    from seatrial.errors import VehicleError
-    from seatrial.files import dump_json, write_text
+    from seatrial.util.errors import VehicleError
+    from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.vehicle, *args.recordings)
     if args.vehicle is None:
@@ -45,9 +45,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         found = [look(path, salvage=args.salvage) for path in args.recordings]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
     else:
-        from seatrial.inspect import inspect, inspection_json
-        from seatrial.inspect.text import inspection_text
-        from seatrial.vehicle import load_vehicle
+        from seatrial.boat.vehicle import load_vehicle
+        from seatrial.inspection.console import inspection_text
+        from seatrial.inspection.overview import inspect, inspection_json
 
         vehicle = load_vehicle(args.vehicle)
         inspection = inspect(read_all(args, vehicle, progress), vehicle)

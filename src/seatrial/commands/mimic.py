@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
-from seatrial.live.lines import FORMATS
-from seatrial.live.stream import CLOCKS, RATE
-from seatrial.progress import Progress
+from seatrial.onboard.live.line_loop import CLOCKS, RATE
+from seatrial.onboard.live.protocol import FORMATS
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -59,12 +59,12 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends."""
-    from seatrial.errors import LiveError
-    from seatrial.live import Settings
-    from seatrial.live.sources import Datagrams, Pipes
-    from seatrial.mimic import Carrier, Mimic
-    from seatrial.mimic.loop import MimicStream
-    from seatrial.sanity import sanity
+    from seatrial.boat.physics import sanity
+    from seatrial.onboard.live import Settings
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
+    from seatrial.simulation.mimic import Carrier, Mimic
+    from seatrial.simulation.mimic.server import MimicStream
+    from seatrial.util.errors import LiveError
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")

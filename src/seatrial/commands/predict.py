@@ -13,14 +13,14 @@ from seatrial.commands.shared import (
     load_model,
     read_all,
 )
-from seatrial.live.lines import FORMATS as LINE_FORMATS
-from seatrial.live.stream import CLOCKS as LINE_CLOCKS
-from seatrial.live.stream import RATE as LINE_RATE
-from seatrial.progress import Progress
+from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
+from seatrial.onboard.live.line_loop import RATE as LINE_RATE
+from seatrial.onboard.live.protocol import FORMATS as LINE_FORMATS
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
-    from seatrial.live import Settings
+    from seatrial.onboard.live import Settings
 
 
 def add(verbs: "Verbs") -> None:
@@ -61,8 +61,8 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Odometry along a recording, or live."""
-    from seatrial.errors import LiveError
-    from seatrial.live import Settings
+    from seatrial.onboard.live import Settings
+    from seatrial.util.errors import LiveError
 
     if args.live == bool(args.recordings):
         raise LiveError("give a recording, or --live for lines from standard input or --udp PORT")
@@ -75,9 +75,9 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
 
 
 def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
-    from seatrial.errors import LiveError
-    from seatrial.live import serve
-    from seatrial.live.sources import Datagrams, Pipes
+    from seatrial.onboard.live import serve
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
+    from seatrial.util.errors import LiveError
 
     if args.out is not None or args.vehicle is not None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
@@ -92,9 +92,9 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 
 def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
-    from seatrial.errors import LiveError
-    from seatrial.files import write_text
-    from seatrial.live import Writer, replay
+    from seatrial.onboard.live import Writer, replay
+    from seatrial.util.errors import LiveError
+    from seatrial.util.files import write_text
 
     if args.udp is not None or args.to is not None:
         raise LiveError("--udp and --to belong to --live")

@@ -15,7 +15,7 @@ from seatrial.commands.shared import (
     load_model,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -27,22 +27,28 @@ def add(verbs: "Verbs") -> None:
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
+    command.add_argument(
+        "--scores", type=Path, metavar="FILE",
+        help="scores.json of this model and these recordings, as validate --json wrote it: not computed again",
+    )  # fmt: skip
     command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     add_exports(command)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """The page, and its figures and tables beside it."""
+    from seatrial.evaluation.scores import load_scores
     from seatrial.report import write_report
 
-    guard(args.out, "<!doctype html", args.model, args.vehicle, *args.recordings)
+    guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
     check_png(args)
     model = load_model(args)
+    scores = None if args.scores is None else load_scores(args.scores)
     recordings = read_all(args, model.vehicle, progress)
     progress.say("drawing")
     write_report(
         model, recordings, args.out,
-        horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+        horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
     )  # fmt: skip
     progress.clear()
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]

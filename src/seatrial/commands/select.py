@@ -13,7 +13,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -36,9 +36,14 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """The table of terms, and the vehicle with the chosen ones."""
-    from seatrial.files import dump_json, dump_yaml, write_text
-    from seatrial.select import given_candidates, select, selection_json, selection_text
-    from seatrial.vehicle import load_vehicle
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.identification.selection.terms import (
+        given_candidates,
+        select,
+        selection_json,
+        selection_text,
+    )
+    from seatrial.util.files import dump_json, dump_yaml, write_text
 
     guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())

@@ -8,13 +8,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.predict import DEFAULT_HORIZON
-from seatrial.progress import Progress
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
-    from seatrial.model import Model
-    from seatrial.recording import Recording
-    from seatrial.vehicle import Vehicle
+    from seatrial.boat.model import Model
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.recording.recording import Recording
 
     Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
 
@@ -25,7 +25,7 @@ OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's);
 
 def guard(out: Path | None, begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
-    from seatrial.errors import FileError
+    from seatrial.util.errors import FileError
 
     given = [Path(str(path)).resolve() for path in inputs if path is not None]
     if out is not None and out.resolve() in given:
@@ -62,7 +62,7 @@ def read_all(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -
 
 def _called(name: str, recordings: "list[Recording]", paths: list[Path]) -> int:
     """Which recording is meant, by its name or by its path."""
-    from seatrial.errors import RecordingError
+    from seatrial.util.errors import RecordingError
 
     own = [i for i, path in enumerate(paths) if path == Path(name)]
     own = own or [i for i, recording in enumerate(recordings) if recording.name == name]
@@ -78,7 +78,7 @@ def _called(name: str, recordings: "list[Recording]", paths: list[Path]) -> int:
 
 def _stretch(text: str) -> tuple[str, float, float]:
     """NAME, FROM and TO [s] of a stretch to leave out."""
-    from seatrial.errors import RecordingError
+    from seatrial.util.errors import RecordingError
 
     found = re.fullmatch(r"(.+)=([\d.]*)-([\d.]*)", text)
     with suppress(ValueError):
@@ -91,8 +91,8 @@ def _stretch(text: str) -> tuple[str, float, float]:
 
 def load_model(args: argparse.Namespace) -> "Model":
     """The model, with another vehicle where one is given."""
-    from seatrial.model import load
-    from seatrial.vehicle import load_vehicle
+    from seatrial.boat.model import load
+    from seatrial.boat.vehicle import load_vehicle
 
     model = load(args.model)
     return model if args.vehicle is None else model.with_vehicle(load_vehicle(args.vehicle))
@@ -100,8 +100,8 @@ def load_model(args: argparse.Namespace) -> "Model":
 
 def check_png(args: argparse.Namespace) -> None:
     """Before the work of minutes: where to, and whether it can be done."""
-    from seatrial.errors import FileError
-    from seatrial.report.png import check
+    from seatrial.report.figures.png import check
+    from seatrial.util.errors import FileError
 
     if args.png and args.figures is None:
         raise FileError("--png belongs to the figures: say where with --figures FOLDER")

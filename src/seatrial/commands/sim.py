@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
-from seatrial.progress import Progress
-from seatrial.sim.lines import KINDS
-from seatrial.sim.loop import Settings
+from seatrial.simulation.protocol import KINDS
+from seatrial.simulation.server import Settings
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -55,11 +55,11 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends, or the duration is over."""
-    from seatrial.errors import LiveError
-    from seatrial.live.sources import Datagrams, Pipes
-    from seatrial.sanity import early, sanity
-    from seatrial.sim.loop import serve
-    from seatrial.sim.world import World
+    from seatrial.boat.physics import early, sanity
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
+    from seatrial.simulation.server import serve
+    from seatrial.simulation.world import World
+    from seatrial.util.errors import LiveError
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_command,
 )
-from seatrial.io.write_bag import FORMATS
-from seatrial.progress import Progress
+from seatrial.io.bags.write import FORMATS
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -32,12 +32,12 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Trials of a plan, written vehicle by vehicle."""
+    from seatrial.boat.model import load
+    from seatrial.boat.physics import early
+    from seatrial.boat.vehicle import load_vehicle
     from seatrial.io.write import guard_trials, write_setting, write_trial
-    from seatrial.model import load
-    from seatrial.plan import load_plan, with_seed
-    from seatrial.sanity import early
-    from seatrial.simulate import plant_model, simulate
-    from seatrial.vehicle import load_vehicle
+    from seatrial.simulation.plan import load_plan, with_seed
+    from seatrial.simulation.trials import plant_model, simulate
 
     plan = load_plan(args.plan)
     if args.seed is not None:

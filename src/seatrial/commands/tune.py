@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command, guard
 from seatrial.control import ALLOCATIONS, KNOB, RATE, VEHICLE
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -44,8 +44,8 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Gains and margins, shown and written."""
+    from seatrial.boat.model import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
-    from seatrial.model import load
 
     ros = "seatrial_tracking:"
     begins = ("seatrial: gains", ros, ros, "<!doctype html")
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
     )  # fmt: skip
     if args.report is not None:
-        from seatrial.report.tuning import write_tuning_report
+        from seatrial.control.tuning.page import write_tuning_report
 
         progress.say("drawing")
         write_tuning_report(found, args.report)

@@ -14,7 +14,7 @@ from seatrial.commands.shared import (
     load_model,
     read_all,
 )
-from seatrial.progress import Progress
+from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -34,12 +34,13 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Scores, horizons, and another model beside it."""
-    from seatrial.against import against_text
-    from seatrial.files import dump_json, write_text
-    from seatrial.model import load
-    from seatrial.sanity import concerns
-    from seatrial.validate import scores_json, validate
-    from seatrial.validate_text import LEGEND, horizons_text, scores_text
+    from seatrial.boat.model import load
+    from seatrial.boat.physics import concerns
+    from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
+    from seatrial.evaluation.head_to_head import against_text
+    from seatrial.evaluation.scores import scores_json
+    from seatrial.evaluation.validation import validate
+    from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
     model = load_model(args)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Control by the identified model: gains of a tracking controller, their margins, reference courses."""
 
-from seatrial.control.controller import Tracked, TrackingController
-from seatrial.control.courses import Circle, Course, Eight, Shape, Square, fitted
 from seatrial.control.gains_file import (
     GainsFile,
     gains_of,
@@ -11,10 +9,12 @@ from seatrial.control.gains_file import (
     save_gains,
     save_ros,
 )
-from seatrial.control.reference import Reference
-from seatrial.control.text import tuning_text
-from seatrial.control.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
-from seatrial.control.tuning import KNOB, RATE, Tuning, tune
+from seatrial.control.tracking.controller import Tracked, TrackingController
+from seatrial.control.tracking.courses import Circle, Course, Eight, Shape, Square, fitted
+from seatrial.control.tracking.reference import Reference
+from seatrial.control.tracking.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
+from seatrial.control.tuning.console import tuning_text
+from seatrial.control.tuning.design import KNOB, RATE, Tuning, tune
 
 __all__ = [
     "ALLOCATIONS",

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Final, Literal
 import msgspec
 import numpy as np
 
-from seatrial.control.dead_zone import dead_zone
-from seatrial.control.loops import Margins
-from seatrial.control.thrusters import VEHICLE, ThrusterAllocation, as_numbers
-from seatrial.control.tuning import Tuning
-from seatrial.errors import ControlError
-from seatrial.files import convert, dump_yaml, expect_format, read_yaml, write_text
-from seatrial.frames import AXES, Array
-from seatrial.schema import Positive, Strict
+from seatrial.boat.schema import Positive, Strict
+from seatrial.control.tracking.thrusters import VEHICLE, ThrusterAllocation, as_numbers
+from seatrial.control.tuning.dead_zone import dead_zone
+from seatrial.control.tuning.design import Tuning
+from seatrial.control.tuning.loops import Margins
+from seatrial.util.errors import ControlError
+from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
+from seatrial.util.frames import AXES, Array
 
 GAINS_FORMAT: Final = "gains 1"
 Three = tuple[float, float, float]  # surge, sway, yaw

@@ -3,13 +3,13 @@
 
 from pathlib import Path
 
-from seatrial.errors import ExportError
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
 from seatrial.export.content import Content
 from seatrial.export.formats import FORMATS, Request, format_of
 from seatrial.export.hull import Hull
-from seatrial.files import write_bytes
-from seatrial.model import Model
-from seatrial.sanity import sanity
+from seatrial.util.errors import ExportError
+from seatrial.util.files import write_bytes
 
 __all__ = ["FORMATS", "Hull", "export", "format_of"]
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """A C99 header: reset, command, step. What runs is the core's model, written out for one boat."""
 
-from seatrial.allocation import Scheme
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.structure import ACCELERATIONS
 from seatrial.export.content import Actuator, Content
 from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product, signed_sum
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.structure import ACCELERATIONS
+from seatrial.util.frames import AXES, SYMBOLS
 
 FASTEST = 1000.0  # [Hz] commands for which the queue of those under way has room
 MOST_PENDING = 1 << 16

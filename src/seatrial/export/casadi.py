@@ -11,11 +11,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from seatrial.allocation import Scheme
-from seatrial.errors import ExportError
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
 from seatrial.export.content import Actuator, Content
-from seatrial.frames import SYMBOLS, Axes
-from seatrial.model import Model
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import SYMBOLS, Axes
 
 if TYPE_CHECKING:
     import casadi

@@ -11,12 +11,12 @@ from importlib.metadata import version
 
 import numpy as np
 
-from seatrial.allocation import Scheme
-from seatrial.chain import SHORTEST_LAG, STAGES, USES
-from seatrial.errors import ExportError
-from seatrial.frames import Array, Axes
-from seatrial.model import Model
-from seatrial.structure import Structure
+from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
+from seatrial.boat.structure import Structure
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import Array, Axes
 
 TIDY = 14  # decimals of matrices whose entries are about 1
 

@@ -12,11 +12,11 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from seatrial.errors import ExportError
 from seatrial.export import c
 from seatrial.export.content import Content
 from seatrial.export.template import fill, template
 from seatrial.export.terms import number
+from seatrial.util.errors import ExportError
 
 STATES = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
 UNITS = {"m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}}

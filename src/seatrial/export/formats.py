@@ -5,10 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from seatrial.errors import ExportError
 from seatrial.export import c, casadi, fmu, json, latex, octave, ros, sdf
 from seatrial.export.content import Content, identifier
 from seatrial.export.hull import Hull
+from seatrial.util.errors import ExportError
 
 
 @dataclass(frozen=True)

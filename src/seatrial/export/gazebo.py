@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-from seatrial.allocation import Thruster
-from seatrial.errors import ExportError
+from seatrial.boat.allocation import Thruster
+from seatrial.boat.structure import Term
 from seatrial.export.content import Content
 from seatrial.export.hull import Hull
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.structure import Term
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 LETTERS = "xyn"  # of the plugin's parameters: surge, sway, yaw
 NEGLIGIBLE = 1e-9  # of mass: a term that only rounding has left

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.errors import ExportError
-from seatrial.frames import Array
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import Array
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 
 from seatrial.export.content import Content
-from seatrial.files import dump_json
-from seatrial.frames import AXES
-from seatrial.statistics import NORMAL_95
+from seatrial.util.files import dump_json
+from seatrial.util.frames import AXES
+from seatrial.util.statistics import NORMAL_95
 
 FORMAT = "boat 1"
 

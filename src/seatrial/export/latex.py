@@ -2,12 +2,12 @@
 """Equations and coefficients for a paper: LaTeX, by the report's own cells."""
 
 from seatrial.export.content import Content
-from seatrial.identifiability import identifiability
-from seatrial.report.cells import Cell, Name, Number, Text, Unit, between, known
-from seatrial.report.equations import latex_equations
-from seatrial.report.latex import latex_text
-from seatrial.report.table import Table
-from seatrial.statistics import NORMAL_95
+from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.text.equations import latex_equations
+from seatrial.report.text.latex import latex_text
+from seatrial.report.text.table import Table
+from seatrial.util.statistics import NORMAL_95
 
 HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """A MATLAB and Octave function: reset, command, step, and x_dot for ode45."""
 
-from seatrial.allocation import Scheme
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.structure import ACCELERATIONS
 from seatrial.export.content import Actuator, Content
 from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product
-from seatrial.frames import AXES, SYMBOLS, Array
-from seatrial.structure import ACCELERATIONS
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 
 def function(content: Content, name: str) -> str:

@@ -4,9 +4,9 @@
 from pathlib import Path
 from typing import Any
 
-from seatrial.errors import ExportError
 from seatrial.export.content import Content
-from seatrial.files import dump_yaml
+from seatrial.util.errors import ExportError
+from seatrial.util.files import dump_yaml
 
 NODE = "seatrial_odometry"
 HOW = {

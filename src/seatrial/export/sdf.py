@@ -9,13 +9,13 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from seatrial.errors import ExportError
+from seatrial.boat.model import Model
 from seatrial.export.content import Content
 from seatrial.export.gazebo import Gazebo, Propeller
 from seatrial.export.hull import Hull
 from seatrial.export.terms import number
-from seatrial.frames import Axes
-from seatrial.model import Model
+from seatrial.util.errors import ExportError
+from seatrial.util.frames import Axes
 
 PROPELLER_MASS = 1e-4  # of the boat's, for each; taken off the hull's
 PROPELLER_SIZE = 0.02  # [m] radius

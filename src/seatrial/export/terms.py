@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable
 
-from seatrial.structure import Term
+from seatrial.boat.structure import Term
 
 Spell = Callable[[str], str]  # a factor or coefficient as the language has it
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Recordings from files."""
 
-from seatrial.io.read import read
+from seatrial.io.reader import read
 
 __all__ = ["read"]

@@ -11,9 +11,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from seatrial.errors import FileError, RecordingError
-from seatrial.frames import Array
 from seatrial.io.table import Table
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 EPOCH = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100

@@ -4,9 +4,9 @@
 from pathlib import Path
 from typing import Any
 
-from seatrial.io.bags import is_bag
+from seatrial.io.bags.contents import contents, contents_json, contents_text
+from seatrial.io.bags.opening import is_bag
 from seatrial.io.columns import columns_json, columns_text, look_at_columns
-from seatrial.io.contents import contents, contents_json, contents_text
 
 
 def look(path: Path, *, salvage: bool = False) -> tuple[str, dict[str, Any]]:

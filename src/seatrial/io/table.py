@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.frames import Array
-from seatrial.schema import TO_SI, Column
+from seatrial.boat.schema import TO_SI, Column
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")

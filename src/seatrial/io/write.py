@@ -6,20 +6,20 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from seatrial.errors import RecordingError
-from seatrial.files import dump_yaml, write_text
-from seatrial.frames import POSE_SIGNS, Array, Axes, Stamps
-from seatrial.io.from_bag import field_path
-from seatrial.io.poses import pose_columns
-from seatrial.io.read import COMMAND_FILE, POSE_FILE
+from seatrial.boat.model import Model, save
+from seatrial.boat.schema import TO_SI, Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.bags.poses import pose_columns
+from seatrial.io.bags.recording import field_path
+from seatrial.io.bags.write import BagTopic, message_for, write_bag
+from seatrial.io.reader import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS
-from seatrial.io.write_bag import BagTopic, message_for, write_bag
 from seatrial.io.written import DIGESTS, edited, noted
-from seatrial.model import Model, save
-from seatrial.plan import PlanFile
-from seatrial.schema import TO_SI, Column
-from seatrial.simulate import SUFFIX, Trial
-from seatrial.vehicle import Vehicle, as_column
+from seatrial.simulation.plan import PlanFile
+from seatrial.simulation.trials import SUFFIX, Trial
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import dump_yaml, write_text
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
 
 EPOCH = 1_700_000_000 * 10**9  # [ns] ROS has no time before 1970: a trial's zero in its bag
 TRUTH = "truth"  # folder of what a real boat would not tell

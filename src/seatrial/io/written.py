@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from seatrial.files import dump_json, sha256, write_text
+from seatrial.util.files import dump_json, sha256, write_text
 
 DIGESTS = "written.json"
 

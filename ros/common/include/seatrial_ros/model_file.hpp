@@ -2,8 +2,8 @@
 // `model.yaml` for a node on board: the model as the predictor takes it, and how its signals are
 // read from messages. What Python's `seatrial.Predictor(model)` builds, without Python.
 #pragma once
-#include "seatrial/doubt.hpp"
-#include "seatrial/onboard.hpp"
+#include "seatrial/onboard/parameter_uncertainty.hpp"
+#include "seatrial/onboard/predictor_state.hpp"
 #include "seatrial_ros/model_signals.hpp"
 #include "seatrial_ros/model_vehicle.hpp"
 
@@ -62,9 +62,9 @@ inline void read_covariance(const Value& rows, const std::vector<double>& sign,
 }
 
 /// Standard deviations and memory as the file has them; without `process` the estimator's start.
-inline MotionNoise read_noise(const Value& noise) {
+inline NoiseParameters read_noise(const Value& noise) {
   noise.only({"position", "heading", "process", "correlated"});
-  MotionNoise n;
+  NoiseParameters n;
   n.position = noise.at("position").not_negative();
   n.heading = noise.at("heading").not_negative();
   if (const auto coloured = noise.find("correlated")) {
@@ -158,7 +158,7 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
 
-inline void read_integration(const Value& integration, DrivenBoat& boat) {
+inline void read_integration(const Value& integration, OnboardBoat& boat) {
   integration.only({"scheme", "step"});
   const int scheme = integration.at("scheme").choice({"runge-kutta", "forward-euler"});
   boat.integrator = scheme == 0 ? Integrator::kRungeKutta : Integrator::kForwardEuler;

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The report's sections, one file each, in the order in which they stand on the page."""
 
-from seatrial.report.evidence import Evidence
+from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections import (
     actuators,
     advice,
     coefficients,
     errors,
+    homogeneity,
     horizons,
     known,
     physics,
     prediction,
     provenance,
     recorded,
-    repeat,
     scores,
     verdict,
 )
@@ -21,13 +21,13 @@ from seatrial.report.sections.base import Section
 
 ORDER = (
     verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
-    repeat, physics, advice, provenance,
+    homogeneity, physics, advice, provenance,
 )  # fmt: skip
 
 
-def sections(evidence: Evidence) -> list[Section]:
+def all_sections(evidence: Evidence) -> list[Section]:
     """All that there is something to say in."""
     return [found for one in ORDER if (found := one.section(evidence)) is not None]
 
 
-__all__ = ["Section", "sections"]
+__all__ = ["Section", "all_sections"]

@@ -3,14 +3,14 @@
 
 from html import escape
 
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Name, Number, Text, between, known
-from seatrial.report.draw import actuators as draw
-from seatrial.report.evidence import Evidence
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures import actuators as draw
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import said
-from seatrial.report.table import Table
-from seatrial.statistics import NORMAL_95
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Number, Text, between, known
+from seatrial.report.text.table import Table
+from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:

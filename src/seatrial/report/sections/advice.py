@@ -5,18 +5,18 @@ from html import escape
 
 import numpy as np
 
-from seatrial.advice.words import seconds_said
-from seatrial.identify.solution import METHOD as OUTPUT_ERROR
-from seatrial.report import prose
-from seatrial.report.advice import advice
-from seatrial.report.cells import Cell, Name, Number, Said, Text
-from seatrial.report.draw import advice as draw
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import listing
-from seatrial.report.names import names_in, sentence
+from seatrial.identification.experiment_design.sentences import seconds_said
+from seatrial.identification.solution import METHOD as OUTPUT_ERROR
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures import advice as draw
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.table import Table
-from seatrial.statistics import NORMAL_95
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Number, Said, Text
+from seatrial.report.text.markup import listing
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.table import Table
+from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report.draw.base import Figure
-from seatrial.report.runs import Run
-from seatrial.report.table import Table
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import Figure
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 HEAD, ROW = 130, 21  # [px] of a plot with rows: around them, and each
 ALL = "all"  # the store of plots that belong to no recording

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The equations, with names and with numbers, and every coefficient."""
 
-from seatrial.frames import Axes
-from seatrial.identify.equation_error import METHOD
-from seatrial.model import Model
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Name, Number, Text, Unit, between, known
-from seatrial.report.equations import equations
-from seatrial.report.evidence import Evidence
+from seatrial.boat.model import Model
+from seatrial.boat.physics import TOLD_APART
+from seatrial.identification.regression.equation_error import METHOD
+from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.sections.known import said
-from seatrial.report.table import Table
-from seatrial.sanity import TOLD_APART
-from seatrial.statistics import NORMAL_95
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.text.equations import equations
+from seatrial.report.text.table import Table
+from seatrial.util.frames import Axes
+from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:

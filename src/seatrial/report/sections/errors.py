@@ -5,20 +5,20 @@ from collections.abc import Sequence
 from html import escape
 from string import Template
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Name, Number, Text
-from seatrial.report.draw import errors as draw
-from seatrial.report.draw.base import Figure
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import listing, number
-from seatrial.report.names import names_in, sentence
-from seatrial.report.runs import Run
+from seatrial.evaluation.residuals import in_words
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures import errors as draw
+from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
 from seatrial.report.sections.prediction import sizes
-from seatrial.report.table import Table
-from seatrial.report.words import UNITS
-from seatrial.residuals import in_words
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Number, Text
+from seatrial.report.text.markup import listing, number
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 MOST_SAID = 4  # sentences on the residuals of a recording
 

@@ -3,18 +3,19 @@
 
 from html import escape
 
-from seatrial.identifiability import Finding, Identifiability, Verdict
-from seatrial.identify import caution
-from seatrial.identify.equation_error import METHOD
-from seatrial.identify.text import combined, condition_said, percent
-from seatrial.report import prose
-from seatrial.report.cells import NOTHING, Cell, Name, Number, Text
-from seatrial.report.draw import known as draw
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import listing, number, true_minus
-from seatrial.report.names import html_symbol, names_in, sentence
+from seatrial.identification.console import combined, condition_said
+from seatrial.identification.methods import caution
+from seatrial.identification.regression.equation_error import METHOD
+from seatrial.identification.uncertainty.identifiability import Finding, Identifiability, Verdict
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures import known as draw
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.table import Table
+from seatrial.report.text import prose
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text
+from seatrial.report.text.markup import listing, number, true_minus
+from seatrial.report.text.names import html_symbol, names_in, sentence
+from seatrial.report.text.table import Table
+from seatrial.util.format import percent
 
 SHADES = ("0,114,178", "213,94,0")  # of negative and positive correlations
 

@@ -3,14 +3,14 @@
 
 from html import escape
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Number, Text, between
-from seatrial.report.draw import physics as draw
-from seatrial.report.evidence import Evidence
+from seatrial.boat.physics import sanity_line
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures import physics as draw
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.table import Table
-from seatrial.sanity import sanity_line
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Number, Text, between
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 UNITS = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
 MANY_LOST = 0.02  # share of draws that are no boat, from which on it is said

@@ -4,14 +4,14 @@
 from html import escape
 from string import Template
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.draw import prediction as draw
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import number
-from seatrial.report.runs import WINDOW, Run
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.runs import WINDOW, Run
+from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
-from seatrial.report.words import UNITS
+from seatrial.report.text import prose
+from seatrial.report.text.markup import number
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import AXES, SYMBOLS
 
 BUTTONS = (
     ("whole", "whole run"),

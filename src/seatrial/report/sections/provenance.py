@@ -4,16 +4,16 @@
 from html import escape
 from importlib.metadata import version
 
-from seatrial.frames import SYMBOLS
-from seatrial.model import Model
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Name, Number, Text
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import NOT_A_NUMBER, number
+from seatrial.boat.model import Model
+from seatrial.boat.schema import SourceEntry
+from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
-from seatrial.report.table import Table
-from seatrial.report.words import minutes
-from seatrial.schema import SourceEntry
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Name, Number, Text
+from seatrial.report.text.markup import NOT_A_NUMBER, number
+from seatrial.report.text.numbers import minutes
+from seatrial.report.text.table import Table
+from seatrial.util.frames import SYMBOLS
 
 
 def section(evidence: Evidence) -> Section:

@@ -4,14 +4,10 @@
 from collections.abc import Sequence
 from string import Template
 
-from seatrial.faults import FaultKind
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Number, Text
-from seatrial.report.draw import recorded as draw
-from seatrial.report.evidence import Evidence
-from seatrial.report.markup import number
-from seatrial.report.runs import Run
+from seatrial.recording.pose_faults import FaultKind
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures import recorded as draw
 from seatrial.report.sections.base import (
     ALL,
     Section,
@@ -22,8 +18,12 @@ from seatrial.report.sections.base import (
     store_of,
     three,
 )
-from seatrial.report.table import Table
-from seatrial.report.words import minutes
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Number, Text
+from seatrial.report.text.markup import number
+from seatrial.report.text.numbers import minutes
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section:

@@ -3,13 +3,13 @@
 
 from string import Template
 
-from seatrial.frames import AXES, SYMBOLS
-from seatrial.report import prose
-from seatrial.report.cells import Cell, Text, between, known
-from seatrial.report.evidence import Evidence
+from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
-from seatrial.report.table import Table
-from seatrial.report.words import UNITS
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Text, between, known
+from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section | None:

@@ -3,11 +3,11 @@
 
 from html import escape
 
-from seatrial.report.evidence import Evidence
-from seatrial.report.names import names_in, sentence
+from seatrial.boat.physics import concerns
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.verdict import verdict
 from seatrial.report.sections.base import Section
-from seatrial.report.verdict import verdict
-from seatrial.sanity import concerns
+from seatrial.report.text.names import names_in, sentence
 
 
 def section(evidence: Evidence) -> Section:

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: MIT
+"""The actuator chain of a vehicle file: which constants there are, and which actuator uses which."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
+
+ESTIMATE: Final = "estimate"
+STAGES = (
+    "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
+    "pair_offset_along", "pair_offset_across", "pair_dead_zone",
+)  # in the order of the core's Actuator  # fmt: skip
+SHORTEST_LAG = 1e-6  # [s] a smaller one counts as none, as in the core
+USES = ("scale", "tabulated", "partner", "across", "mirrored")  # the core's after these
+CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
+CONSTANT_UNITS = {"latency": "s", "lag": "s"}  # all others have none
+STARTS = {  # of constants that are to be estimated
+    "latency": 0.0,  # [s]
+    "lag": 0.05,  # [s]
+    "edge_forward": 0.05,
+    "edge_reverse": 0.05,
+    "reverse_ratio": 1.0,
+    "power": 1.0,
+    "scale_power": 2.0,  # thrust grows with the square of a propeller's speed
+    "pair_offset_along": 0.0,
+    "pair_offset_across": 0.0,
+    "pair_dead_zone": 0.05,
+}
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the actuator chain: names, values, and where each actuator finds its own."""
+
+    names: tuple[str, ...]
+    values: Array  # (n,) start values of those that are to be estimated
+    index: NDArray[np.int32]  # (actuators, 11): STAGES -> place in `values`, -1: stage absent
+    estimated: tuple[str, ...]  # names of those that the file leaves to the estimator
+
+    def of_each(self, stage: str, values: Array) -> Array:
+        """A stage's constant (actuators,) out of all values (n,); 0 where there is no such stage."""
+        index = self.index[:, STAGES.index(stage)]
+        return np.where(index >= 0, np.append(values, 0.0)[index], 0.0)
+
+    def unit(self, name: str) -> str:
+        """SI unit of a constant; a suffix after the dot is its group."""
+        return CONSTANT_UNITS.get(name.partition(".")[0], "-")
+
+
+@dataclass(frozen=True)
+class ChainReader:
+    """The groups of a chain beside the actuators that they are about."""
+
+    groups: Sequence[ChainGroup]
+    actuators: Sequence[str]
+    source: str  # for errors
+
+    def place(self, name: str, where: str) -> int:
+        """Number of an actuator. Raises VehicleError."""
+        if name not in self.actuators:
+            raise VehicleError(
+                f"{self.source}: {where} names '{name}'; the actuators are {', '.join(self.actuators)}"
+            )
+        return self.actuators.index(name)
+
+    def members(self, group: ChainGroup) -> list[int]:
+        """Actuators that a group is about."""
+        names = group.actuators or self.actuators
+        if len(set(names)) != len(names):
+            raise VehicleError(
+                f"{self.source}: chain group '{group.name}' names an actuator twice: {', '.join(names)}"
+            )
+        return [self.place(n, f"chain group '{group.name}'") for n in names]
+
+    def constants(self) -> Constants:
+        """All constants, group by group. Raises VehicleError."""
+        names: list[str] = []
+        values: list[float] = []
+        estimated: list[str] = []
+        index = np.full((len(self.actuators), len(STAGES)), -1, dtype=np.int32)
+        for group in self.groups:
+            for stage, name, given, members in self._stages(group):
+                for one in (stage, *_also(group, stage)):
+                    column = STAGES.index(one)
+                    if np.any(index[members, column] >= 0):
+                        raise VehicleError(
+                            f"{self.source}: chain: two groups give an actuator's {one}"
+                        )
+                    index[members, column] = len(values)
+                names.append(name)
+                values.append(STARTS[stage] if isinstance(given, str) else given)
+                estimated += [name] if isinstance(given, str) else []
+        if len(set(names)) != len(names):
+            raise VehicleError(
+                f"{self.source}: chain: two groups with the same name; name them apart"
+            )
+        self._check_pairs(index)
+        return Constants(tuple(names), np.array(values, dtype=float), index, tuple(estimated))
+
+    def rows(self, constants: Constants, scales: Sequence[str], signs: Array) -> NDArray[np.int32]:
+        """Rows (actuators, 16) as the core takes them: STAGES, then USES, -1 where absent.
+
+        `signs` (actuators,): -1 where the recorded command was turned when it was read; its edges are
+        exchanged.
+        """
+        rows = np.full((len(self.actuators), len(USES)), -1, dtype=np.int32)
+        for group in self.groups:
+            members = self.members(group)
+            if group.scale is not None:
+                if group.scale.signal not in scales:
+                    raise VehicleError(
+                        f"{self.source}: chain uses scale '{group.scale.signal}'; "
+                        f"scales has {', '.join(scales) or 'none'}"
+                    )
+                rows[members, USES.index("scale")] = scales.index(group.scale.signal)
+            if group.table is not None:
+                rows[members, USES.index("tabulated")] = 1
+            if group.pair is not None:
+                self._place_pairs(rows, group.pair, signs)
+            if group.table is not None and not _odd(group.table):
+                self._refuse_turned([k for k in members if signs[k] < 0], "a table")
+        uneven = constants.index[:, STAGES.index("reverse_ratio")] >= 0
+        self._refuse_turned(np.flatnonzero(uneven & (signs < 0)).tolist(), "reverse_ratio")
+        index, turned = constants.index.copy(), signs < 0
+        ahead, astern = STAGES.index("edge_forward"), STAGES.index("edge_reverse")
+        index[turned, ahead] = constants.index[turned, astern]
+        index[turned, astern] = constants.index[turned, ahead]
+        return np.ascontiguousarray(np.column_stack([index, rows]))
+
+    def _refuse_turned(self, places: Sequence[int], stage: str) -> None:
+        """Full reverse of a command that was turned when it was read would be taken for full forward."""
+        if places:
+            names = " and ".join(self.actuators[k] for k in places)
+            raise VehicleError(
+                f"{self.source}: chain: {stage} tells full forward from full reverse, but in "
+                f"forward-right-down axes {names} count the other way; give the inputs other names, and "
+                "forces: that say what they move"
+            )
+
+    def _place_pairs(self, rows: NDArray[np.int32], pair: PairEntry, signs: Array) -> None:
+        for names in pair.of:
+            for across, (own, other) in enumerate((names, names[::-1])):
+                k = self.place(own, "chain: pair")
+                # offset and mirror are of the commands as the file has them
+                turned = (own in pair.mirrored) != (signs[k] < 0)
+                partner = self.place(other, "chain: pair")
+                rows[k, USES.index("partner") :] = (partner, across, turned)
+
+    def _stages(self, group: ChainGroup) -> Iterator[tuple[str, str, float | str, list[int]]]:
+        """Stage, the constant's name, value or 'estimate', and whose it is."""
+        suffix = f".{group.name}" if group.name else ""
+        members = self.members(group)
+        if group.table is not None:
+            _check_table(group)
+        for stage, value in _single(group).items():
+            yield stage, stage + suffix, value, members
+        if group.pair is not None:
+            paired = [self.place(n, "chain: pair") for names in group.pair.of for n in names]
+            for stage, value in _of_pair(group.pair).items():
+                yield stage, stage + suffix, value, paired
+        gains = group.gains or {}
+        if gains and not np.isclose(np.mean(list(gains.values())), 1.0):
+            raise VehicleError(
+                f"{self.source}: chain: the gains' mean is {np.mean(list(gains.values())):.4g}; "
+                "it must be 1, the coefficients carry the rest"
+            )
+        for name, gain in gains.items():
+            yield "gain", f"gain.{name}", gain, [self.place(name, "gains")]
+
+    def _check_pairs(self, index: NDArray[np.int32]) -> None:
+        """Each actuator is in one pair at most, and has no other curve."""
+        paired: set[str] = set()
+        for group in self.groups:
+            if group.pair is None:
+                continue
+            names = [n for two in group.pair.of for n in two]
+            twice = {n for n in names if names.count(n) > 1 or n in paired}
+            paired |= set(names)
+            if twice or not names:
+                raise VehicleError(
+                    f"{self.source}: chain: pair: {', '.join(sorted(twice)) or 'no actuator'} "
+                    "named; give two actuators a propeller, each once"
+                )
+            if odd := set(group.pair.mirrored) - set(names):
+                raise VehicleError(
+                    f"{self.source}: chain: pair: mirrored names {', '.join(sorted(odd))}; "
+                    f"the pair has {', '.join(names)}"
+                )
+        tabulated = {self.actuators[k] for g in self.groups if g.table for k in self.members(g)}
+        columns = [STAGES.index(stage) for stage in CURVE]
+        for name in sorted(paired):
+            if name in tabulated or np.any(index[self.place(name, "pair"), columns] >= 0):
+                raise VehicleError(
+                    f"{self.source}: chain: {name} is one of a pair, which stands instead of "
+                    "dead_zone, power, reverse_ratio and table"
+                )
+
+
+def _odd(table: Sequence[Sequence[float]]) -> bool:
+    """Whether a table (rows of command and thrust) is the same both ways."""
+    rows = np.array(table, dtype=float)
+    return bool(np.allclose(rows, -rows[::-1], atol=1e-9))
+
+
+def stated(groups: Sequence[ChainGroup], values: Mapping[str, float]) -> list[ChainGroup]:
+    """The groups with other numbers, by constant."""
+    return [_stated(group, values) for group in groups]
+
+
+def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
+    suffix = f".{group.name}" if group.name else ""
+    here = {stage: values[stage + suffix] for stage in STAGES if stage + suffix in values}
+
+    changes: dict[str, object] = {}
+    if group.dead_zone is not None and {"edge_forward", "edge_reverse"} & set(here):
+        zone = _edges(group.dead_zone)
+        changes["dead_zone"] = DeadZone(
+            here.get("edge_forward", zone.forward), here.get("edge_reverse", zone.reverse)
+        )
+    if group.scale is not None:
+        power = _put(group.scale, here, {"power": "scale_power"})
+        changes["scale"] = msgspec.structs.replace(group.scale, **power)
+    if group.pair is not None:
+        dead = _put(group.pair, here, {"dead_zone": "pair_dead_zone"})
+        ends = {end: f"pair_offset_{end}" for end in ("along", "across")}
+        offset = msgspec.structs.replace(group.pair.offset, **_put(group.pair.offset, here, ends))
+        changes["pair"] = msgspec.structs.replace(group.pair, offset=offset, **dead)
+    if group.gains is not None:
+        changes["gains"] = {n: values.get(f"gain.{n}", gain) for n, gain in group.gains.items()}
+    single = {stage: stage for stage in ("latency", "reverse_ratio", "power", "lag")}
+    return msgspec.structs.replace(group, **_put(group, here, single), **changes)
+
+
+def _put(
+    entry: msgspec.Struct, values: Mapping[str, float], keys: Mapping[str, str]
+) -> dict[str, float]:
+    """Values, by stage, of those keys that the entry gives."""
+    given = {key: stage for key, stage in keys.items() if getattr(entry, key) is not None}
+    return {key: values[stage] for key, stage in given.items() if stage in values}
+
+
+def _edges(given: DeadZone | Estimate) -> DeadZone:
+    return DeadZone(ESTIMATE, ESTIMATE) if isinstance(given, str) else given
+
+
+def _also(group: ChainGroup, stage: str) -> tuple[str, ...]:
+    """Stages that share a stage's constant."""
+    zone = group.dead_zone
+    shared = isinstance(zone, DeadZone) and zone.symmetric and stage == "edge_forward"
+    return ("edge_reverse",) if shared else ()
+
+
+def _single(group: ChainGroup) -> dict[str, float | str]:
+    """The constants that a group gives each of its actuators."""
+    zone = None if group.dead_zone is None else _edges(group.dead_zone)
+    values = {
+        "latency": group.latency,
+        "edge_forward": None if zone is None else zone.forward,
+        "edge_reverse": None if zone is None or zone.symmetric else zone.reverse,
+        "reverse_ratio": group.reverse_ratio,
+        "power": group.power,
+        "lag": group.lag,
+        "scale_power": group.scale.power if group.scale else None,
+    }
+    return {stage: value for stage, value in values.items() if value is not None}
+
+
+def _of_pair(pair: PairEntry) -> dict[str, float | str]:
+    values = {
+        "pair_offset_along": pair.offset.along,
+        "pair_offset_across": pair.offset.across,
+        "pair_dead_zone": pair.dead_zone,
+    }
+    return {stage: value for stage, value in values.items() if value is not None}
+
+
+def _check_table(group: ChainGroup) -> None:
+    table = np.array(group.table, dtype=float)
+    if group.dead_zone or group.power or group.reverse_ratio:
+        raise VehicleError("chain: a table stands instead of dead_zone, power and reverse_ratio")
+    if len(table) < 2 or len(table) > _core.MAX_TABLE or np.any(np.diff(table[:, 0]) <= 0):
+        raise VehicleError(
+            f"chain: a table needs 2 to {_core.MAX_TABLE} points with rising commands"
+        )
+    if abs(np.interp(1.0, table[:, 0], table[:, 1]) - 1.0) > 1e-9:
+        raise VehicleError(
+            "chain: a table must give thrust 1 at command 1; divide it by that value"
+        )

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""Thrust allocation: thruster geometry to T and T+, wrench command F to thruster commands f."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
+
+
+class Scheme(str, Enum):
+    """How a wrench command becomes thruster commands."""
+
+    DIRECT = "direct"  # the commands are the actuators' own
+    MP = "moore-penrose"  # f = T+ F, Eq. (10)
+    AF = "always-forward"  # Table I and Eq. (11)
+
+    @property
+    def code(self) -> int:
+        """The core's number for it."""
+        return list(Scheme).index(self)
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """Position [m] and direction of push [rad] in forward-left-up body axes."""
+
+    name: str
+    x: float
+    y: float
+    angle: float  # from forward, towards left
+
+
+def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
+    """T (3, n) in command units and the scale (3,) that made it of the geometry.
+
+    Row j of T is the geometric row (cos a; sin a; x sin a - y cos a) divided by its norm, so that
+    MallARD's T is S / 2 with the sign matrix S of Table I. X_F, Y_F and N_F carry the scale.
+    """
+    angle = np.array([t.angle for t in thrusters])
+    x = np.array([t.x for t in thrusters])  # [m]
+    y = np.array([t.y for t in thrusters])  # [m]
+    geometry = np.vstack([np.cos(angle), np.sin(angle), x * np.sin(angle) - y * np.cos(angle)])
+    geometry[np.abs(geometry) < 1e-12] = 0.0
+    scale = np.linalg.norm(geometry, axis=1)
+    if np.linalg.matrix_rank(geometry, tol=1e-9) < 3:
+        raise VehicleError(
+            f"thrusters: these {len(thrusters)} can't push in surge, sway and yaw independently "
+            "(rank of the geometry below 3); check their positions and angles, or, where the boat can't be "
+            "pushed sideways, write forces: (docs/vehicle.md)"
+        )
+    return geometry / scale[:, None], scale
+
+
+def inverse_for(scheme: Scheme, T: Array) -> Array:
+    """T+ (n, 3); refuses a geometry for which the scheme would not give the wrench asked."""
+    inverse = np.linalg.pinv(T)
+    inverse[np.abs(inverse) < 1e-12] = 0.0
+    if scheme is Scheme.AF:
+        for sign in (1.0, -1.0):  # T max(0, +-2 T+_j) must be +-e_j
+            given = T @ np.maximum(0.0, 2.0 * sign * inverse)
+            if not np.allclose(given, sign * np.eye(3), atol=1e-9):
+                raise VehicleError(
+                    "allocation: always-forward needs thrusters whose pushes cancel when all run "
+                    "alike, as MallARD's four do; these don't: use moore-penrose"
+                )
+        if not np.allclose(T.sum(axis=1), 0.0, atol=1e-9):
+            raise VehicleError(
+                "allocation: always-forward leaves a wrench at rest with these thrusters; "
+                "use moore-penrose"
+            )
+    return np.asarray(inverse, dtype=np.float64)

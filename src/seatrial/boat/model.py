@@ -1,0 +1,364 @@
+# SPDX-License-Identifier: MIT
+"""The identified model: coefficients with covariance, thrusters, provenance; its file."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.schema import (
+    ChainGroup,
+    CoefficientEntry,
+    EnvelopeEntry,
+    EstimatorEntry,
+    Integration,
+    ModelFile,
+    NoiseEntry,
+    RecordingEntry,
+)
+from seatrial.boat.structure import Structure
+from seatrial.boat.vehicle import SAME_POINT, Vehicle, vehicle_from
+from seatrial.util.errors import ModelError
+from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
+from seatrial.util.frames import SYMBOLS, Array, Axes, Stamps, frozen_array
+
+MODEL_FORMAT: Final = "model 2"
+ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
+LEVER_ERRORS = (
+    "standard errors of the lever arm"  # a note that begins so has them: 1e-3 m ahead, 2e-3 m aside
+)
+LEVER_TOLD = "lever_stated"  # a setting: what the vehicle file had, where another was found
+SURELY = 3.0  # standard errors from which on two lever arms are two
+AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
+GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
+INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
+
+
+class Signals(Protocol):
+    """Samples of several signals."""
+
+    @property
+    def stamps(self) -> Stamps: ...  # noqa: D102  (n,) [ns]
+    @property
+    def values(self) -> Array: ...  # noqa: D102  (n, m)
+
+
+class Driven(Protocol):
+    """What the model needs of a recording: the commands, the scales, and its clock."""
+
+    @property
+    def commands(self) -> Signals: ...  # noqa: D102
+    @property
+    def scales(self) -> Signals | None: ...  # noqa: D102
+    def seconds(self, stamps: Stamps) -> Array: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Model:
+    """A boat in forward-left-up axes, per unit mass and inertia."""
+
+    vehicle: Vehicle
+    coefficients: Array  # (n,) in the order of structure.coefficients
+    covariance: Array  # (n + m, n + m) of coefficients and constants; (n, n): constants are given
+    constants: Array  # (m,) of the actuator chain, in the order of vehicle.constants.names
+    integration: Integration
+    noise: NoiseEntry
+    envelope: EnvelopeEntry  # forward-left-up
+    recordings: tuple[RecordingEntry, ...] = ()
+    estimator: EstimatorEntry = GIVEN
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        n, m = len(self.structure.coefficients), len(self.vehicle.constants.names)
+        if self.covariance.shape == (n, n):
+            object.__setattr__(self, "covariance", np.pad(self.covariance, (0, m)))
+        for name in ("coefficients", "covariance", "constants"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        if self.coefficients.shape != (n,) or self.covariance.shape != (n + m, n + m):
+            raise ModelError(
+                f"{n} coefficients expected, got {self.coefficients.shape} and covariance "
+                f"{self.covariance.shape}"
+            )
+        if self.constants.shape != (len(self.vehicle.constants.names),):
+            raise ModelError("one value for each constant of the vehicle's chain expected")
+        if not (np.isfinite(self.coefficients).all() and np.isfinite(self.constants).all()):
+            raise ModelError("a coefficient or constant is not a finite number")
+
+    @property
+    def name(self) -> str:
+        """The vehicle's name."""
+        return self.vehicle.name
+
+    @property
+    def structure(self) -> Structure:
+        """Structure in forward-left-up axes."""
+        return self.vehicle.structure
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of coefficients and constants, in the covariance's order."""
+        return (*self.structure.coefficients, *self.vehicle.constants.names)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Coefficients by name, forward-left-up."""
+        return dict(zip(self.structure.coefficients, self.coefficients.tolist(), strict=True))
+
+    @cached_property
+    def standard_errors(self) -> dict[str, float]:
+        """Standard errors of coefficients and constants by name; 0 where a value was given."""
+        errors = np.sqrt(np.diag(self.covariance)).tolist()
+        return dict(zip(self.parameters, errors, strict=True))
+
+    @cached_property
+    def at_bounds(self) -> frozenset[str]:
+        """Names of parameters that ended at the bound of their range: the data say no more of them."""
+        said = [note.rpartition(":")[0] for note in self.estimator.notes if note.endswith(AT_BOUND)]
+        return frozenset(name for name in said if self.standard_errors.get(name) == 0.0)
+
+    @cached_property
+    def lever_errors(self) -> tuple[float, float]:
+        """Standard errors [m] of the lever arm, ahead and aside, where it was found; 0 where it was given."""
+        for note in self.estimator.notes:
+            if note.startswith(LEVER_ERRORS):
+                found = [float(error) for error in re.findall(r"([\d.e+-]+) m\b", note)]
+                return (found[0], found[1]) if len(found) == 2 else (0.0, 0.0)
+        return 0.0, 0.0
+
+    def about_origin(self, vehicle: Vehicle) -> Vehicle:
+        """A vehicle with the model's lever arm, if the poses' point is the same.
+
+        So it is where the vehicle states none, or what was stated before this model's was found.
+        """
+        told = self.estimator.settings.get(LEVER_TOLD)
+        same = vehicle.stated_lever in (None, told)
+        other = same and vehicle.lever != self.vehicle.lever
+        return vehicle.with_lever(self.vehicle.lever) if other else vehicle
+
+    def same_origin(self, other: "Model") -> bool:
+        """Whether the two are about one point of the boat, as far as it is known."""
+        apart = np.abs(np.subtract(self.vehicle.lever, other.vehicle.lever))
+        errors = np.hypot(self.lever_errors, other.lever_errors)
+        return bool((apart < np.maximum(SAME_POINT, SURELY * errors)).all())
+
+    @cached_property
+    def known_vehicle(self) -> Vehicle:
+        """The vehicle with the constants of its chain as they were found."""
+        names = self.vehicle.constants.names
+        return self.vehicle.with_stated(dict(zip(names, self.constants.tolist(), strict=True)))
+
+    @cached_property
+    def boat(self) -> _core.Boat:
+        """The core's model."""
+        code = INTEGRATORS.index(self.integration.scheme)
+        return _core.Boat(self.structure.compiled, self.coefficients, code, self.integration.step)
+
+    def trace(
+        self,
+        recording: Driven,
+        *,
+        initial: bool = False,
+        coefficients: Sequence[int] = (),
+        tangents: Sequence[int] = (),
+    ) -> _core.Trace:
+        """`thrust_trace` with the model's own constants."""
+        return thrust_trace(
+            self.vehicle, self.constants, recording,
+            initial=initial, coefficients=coefficients, tangents=tangents,
+        )  # fmt: skip
+
+    def with_vehicle(self, vehicle: Vehicle) -> "Model":
+        """The same boat and actuator chain with another vehicle's signals and allocation.
+
+        Where that vehicle states no lever arm, or that which this model's was sought from, the poses' point
+        is still the model's.
+        """
+        own, new = self.structure, vehicle.structure
+        if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
+            raise ModelError(
+                f"vehicle {vehicle.name} has other terms than the model: its coefficients are "
+                f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}; "
+                "give a vehicle file with the model's terms, --vehicle"
+            )
+        self.vehicle.check_sides(vehicle)
+        order = [own.coefficients.index(name) for name in new.coefficients]
+        places = [*order, *range(len(order), len(self.covariance))]
+        return replace(
+            self,
+            vehicle=self.about_origin(vehicle.with_chain(self.vehicle.file.chain)),
+            coefficients=self.coefficients[order],
+            covariance=self.covariance[np.ix_(places, places)],
+        )
+
+    def same_signals(self, other: "Model") -> None:
+        """Raises ModelError where another model has other inputs or scales."""
+        for what in ("inputs", "scales"):
+            own, new = getattr(self.vehicle, what), getattr(other.vehicle, what)
+            if own != new:
+                raise ModelError(
+                    f"{other.name} has {what} {', '.join(new) or 'none'}; expected "
+                    f"{', '.join(own) or 'none'} as before"
+                )
+
+
+def thrust_trace(
+    vehicle: Vehicle,
+    constants: Array,
+    recording: Driven,
+    *,
+    initial: bool = False,
+    coefficients: Sequence[int] = (),
+    tangents: Sequence[int] = (),
+) -> _core.Trace:
+    """What the thrusters did along a recording, in its seconds.
+
+    The tangents' columns: initial state (6), chosen coefficients, chosen chain constants.
+    """
+    commands, scales = recording.commands, recording.scales
+    empty = np.zeros((0, len(vehicle.scales)))
+    return _core.Trace(
+        vehicle.chain,
+        constants,
+        recording.seconds(commands.stamps),
+        commands.values,
+        np.zeros(0) if scales is None else recording.seconds(scales.stamps),
+        empty if scales is None else scales.values,
+        initial,
+        list(coefficients),
+        list(tangents),
+    )
+
+
+def save(model: Model, path: str | Path) -> None:
+    """Write `model.yaml` in the vehicle's own axes, whole or not at all."""
+    write_text(Path(path), dump_yaml(_to_content(model)))
+
+
+def load(path: str | Path) -> Model:
+    """A model from its file, in forward-left-up axes. Raises SeatrialError."""
+    content = expect_format(read_yaml(Path(path)), MODEL_FORMAT, path)
+    return _from_file(convert(content, ModelFile, path), str(path))
+
+
+def _signs(vehicle: Vehicle) -> Array:
+    """What turns coefficients and constants from one kind of axes into the other."""
+    flipped = vehicle.structure.flipped_coefficients
+    names = (*vehicle.structure.coefficients, *vehicle.constants.names)
+    return np.array([-1.0 if name in flipped else 1.0 for name in names])
+
+
+def _to_content(model: Model) -> dict[str, Any]:
+    vehicle, frd = model.vehicle, model.vehicle.axes is Axes.FRD
+    structure = model.structure.flipped() if frd else model.structure
+    sign = _signs(model.vehicle) if frd else np.ones(len(model.parameters))
+    values = (np.concatenate([model.coefficients, model.constants]) * sign).tolist()
+    covariance = (model.covariance * np.outer(sign, sign)).tolist()
+    units = {**structure.units, **{n: vehicle.constants.unit(n) for n in vehicle.constants.names}}
+    entries = [
+        CoefficientEntry(value, float(f"{model.standard_errors[name]:.6g}"), units[name])
+        for name, value in zip(model.parameters, values, strict=True)
+    ]
+    size = len(structure.coefficients)
+    mapping = vehicle.to_mapping()
+    del mapping["structure"]
+    file = ModelFile(
+        MODEL_FORMAT,
+        version("seatrial"),
+        model.name,
+        vehicle.axes.value,
+        structure.lines(),
+        dict(zip(structure.coefficients, entries[:size], strict=True)),
+        dict(zip(vehicle.constants.names, entries[size:], strict=True)),
+        covariance,
+        model.integration,
+        model.noise,
+        _flip_envelope(model.envelope, structure) if frd else model.envelope,
+        list(model.recordings),
+        model.estimator,
+        list(model.warnings),
+        mapping,
+    )
+    content: dict[str, Any] = msgspec.to_builtins(file)
+    return {"seatrial": MODEL_FORMAT, **content}
+
+
+def _from_file(file: ModelFile, path: str) -> Model:
+    vehicle = vehicle_from({**file.vehicle, "structure": file.structure}, f"{path}: vehicle")
+    if vehicle.axes.value != file.axes:
+        raise ModelError(f"{path}: axes are {file.axes} but its vehicle's are {vehicle.axes.value}")
+    structure, frd = vehicle.structure, vehicle.axes is Axes.FRD
+    _same_names(path, "coefficients", file.coefficients, structure.coefficients)
+    _same_names(path, "constants", file.constants, vehicle.constants.names)
+    n = len(structure.coefficients) + len(vehicle.constants.names)
+    covariance = file.covariance
+    if len(covariance) != n or any(len(row) != n for row in covariance):
+        raise ModelError(
+            f"{path}: covariance must be {n} x {n}, as there are {n} coefficients and constants"
+        )
+    matrix = np.array(covariance)
+    if not np.allclose(matrix, matrix.T, rtol=1e-6, atol=0) or np.any(np.diag(matrix) < 0):
+        raise ModelError(f"{path}: covariance must be symmetric with variances >= 0")
+    size = np.sqrt(np.diag(matrix))
+    own = size > 0
+    if np.any(
+        np.linalg.eigvalsh(matrix[np.ix_(own, own)] / np.outer(size[own], size[own])) < -ROUNDED
+    ):
+        raise ModelError(f"{path}: covariance is that of nothing: some sums have variances below 0")
+    units = {**structure.units, **{c: vehicle.constants.unit(c) for c in vehicle.constants.names}}
+    for name, entry in {**file.coefficients, **file.constants}.items():
+        if entry.unit and entry.unit != units[name]:
+            raise ModelError(f"{path}: {name} is in '{entry.unit}'; it must be in '{units[name]}'")
+        if name in file.constants:
+            _in_range(path, vehicle, name, entry.value)
+    sign = _signs(vehicle) if frd else np.ones(n)
+    values = np.array([file.coefficients[name].value for name in structure.coefficients])
+    return Model(
+        vehicle,
+        values * sign[: len(values)],
+        matrix * np.outer(sign, sign),
+        np.array([file.constants[name].value for name in vehicle.constants.names]),
+        file.integration,
+        file.noise,
+        _flip_envelope(file.envelope, structure) if frd else file.envelope,
+        tuple(file.recordings),
+        file.estimator,
+        tuple(file.warnings),
+    )
+
+
+def _in_range(path: str, vehicle: Vehicle, name: str, value: float) -> None:
+    """Raise ModelError where a constant is what no vehicle file may state."""
+    chain = msgspec.to_builtins(vehicle.with_stated({name: value}).file.chain)
+    try:
+        msgspec.convert(chain, list[ChainGroup])
+    except msgspec.ValidationError as error:
+        expected = str(error).partition(" - at")[0].replace("`float`", "a number")
+        expected = expected[:1].lower() + expected[1:]
+        raise ModelError(f"{path}: {name} is {value:g}; {expected}") from None
+
+
+def _same_names(path: str, what: str, got: Mapping[str, object], expected: Sequence[str]) -> None:
+    if set(got) != set(expected):
+        odd = sorted(set(got) ^ set(expected))
+        raise ModelError(
+            f"{path}: {what} and structure disagree on {', '.join(odd)}; "
+            f"expected {', '.join(expected) or 'none'}"
+        )
+
+
+def _flip_envelope(envelope: EnvelopeEntry, structure: Structure) -> EnvelopeEntry:
+    def flip(
+        ranges: dict[str, tuple[float, float]], odd: frozenset[str]
+    ) -> dict[str, tuple[float, float]]:
+        return {n: ((-b, -a) if n in odd else (a, b)) for n, (a, b) in ranges.items()}
+
+    return EnvelopeEntry(
+        flip(envelope.speeds, frozenset(SYMBOLS[1:])), flip(envelope.forces, structure.odd_forces)
+    )

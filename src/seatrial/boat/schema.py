@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: MIT
+"""What may stand in a vehicle file, key by key. Unknown keys are refused."""
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+
+VEHICLE_FORMAT = "vehicle 1"
+Number = float | int
+Clock = Literal["header", "bag"]  # stamps of the messages, or of their arrival in the bag
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0)]
+Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
+Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
+Estimate = Literal["estimate"]  # instead of a number: there is such a stage, its value is sought
+
+
+class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
+    """A mapping whose unknown keys are errors."""
+
+
+TO_SI = {  # by a column's unit; stamps are whole nanoseconds
+    "m": 1.0,
+    "cm": 1e-2,
+    "mm": 1e-3,
+    "rad": 1.0,
+    "deg": math.pi / 180,
+    "-": 1.0,
+}
+
+
+class Column(Strict, frozen=True):
+    """A number out of each row or message: value = sign (raw - offset) / scale, in `unit`.
+
+    `column` counts in tables, `field` in bags; one vehicle file may serve both.
+    """
+
+    column: str = ""  # of a table
+    field: str = ""  # of a message: axes[1], wrench.force.x
+    index: Annotated[int, msgspec.Meta(ge=0)] | None = None  # into the field: axes, 1
+    topic: str = ""  # where it is not the signal's own
+    unit: Literal["m", "mm", "cm", "rad", "deg", "s", "ms", "us", "ns", "-"] | None = None
+    sign: Literal[1, -1] = 1
+    scale: Positive = 1.0
+    offset: float = 0.0
+
+
+class PoseSource(Strict, frozen=True):
+    """Where the pose comes from: columns of a table, a topic of a bag, or either."""
+
+    stamp: str | Column = Column()
+    x: str | Column = Column()  # in a bag, x, y and psi are found in the usual messages
+    y: str | Column = Column()
+    psi: str | Column = Column()
+    file: str | None = None  # of a folder recording
+    valid: str | None = None  # column that is 0 where the pose is not to be used
+    topic: str | None = None  # of a bag
+    parent: str | None = None  # frames of a tf, or of messages from several
+    child: str | None = None
+    clock: Clock = "header"
+    # [m] where on the boat the measured point is, from the origin: forward, second axis
+    lever: tuple[float, float] | None = None  # not stated: it is the origin
+
+
+class CommandSource(Strict, frozen=True):
+    """Where the commands come from: a name for each input."""
+
+    inputs: dict[str, str | Column]
+    stamp: str | Column = Column()
+    file: str | None = None  # of a folder recording
+    topic: str | None = None  # of a bag
+    clock: Clock = "header"
+
+
+class ScaleSource(Strict, frozen=True):
+    """A known signal that scales thrust, for instance propeller speed."""
+
+    column: str | Column  # in a bag, its field; the topic is the commands' or its own
+    reference: Positive  # value at which the scale is 1
+
+
+class ThrusterEntry(Strict, frozen=True):
+    """A fixed thruster."""
+
+    x: float  # [m]
+    y: float  # [m]
+    angle_deg: float  # direction of push, from forward towards the second axis [deg]
+
+
+class ForceEntry(Strict, frozen=True):
+    """A generalised force as a weighted sum of actuators."""
+
+    axis: Literal["surge", "sway", "yaw"]
+    of: dict[str, float]
+
+
+class AllocationEntry(Strict, frozen=True):
+    """Scheme and limits, in command units."""
+
+    scheme: Literal["direct", "moore-penrose", "always-forward"] = "direct"
+    F_os: NotNegative = 0.0
+    limit: Positive | None = None
+
+
+class DeadZone(Strict, frozen=True):
+    """Edges of the dead zone, both >= 0, in command units. `reverse: forward`: one edge for both sides."""
+
+    forward: Edge | Estimate
+    reverse: Edge | Estimate | Literal["forward"]
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether one constant, edge_forward, is both edges."""
+        return self.reverse == "forward"
+
+
+class PairOffset(Strict, frozen=True):
+    """What is added to a pair's vector, in command units; absent: nothing."""
+
+    along: Offset | Estimate | None = None
+    across: Offset | Estimate | None = None
+
+
+class PairEntry(Strict, frozen=True):
+    """Propellers whose two commands are the components of one vector (Voith-Schneider, azimuth).
+
+    Both components limit each other: thrust is along the vector, and grows with its length from
+    the dead zone to 1.
+    """
+
+    of: list[tuple[str, str]]  # actuators, along and across
+    mirrored: list[str] = []  # of these: their command counts with the other sign in the vector
+    offset: PairOffset = PairOffset()
+    dead_zone: Edge | Estimate | None = None  # of the vector's length
+
+
+class ScaleUse(Strict, frozen=True):
+    """Thrust is multiplied by (signal / reference) ^ power."""
+
+    signal: str
+    power: float | Estimate = 1.0
+
+
+class ChainGroup(Strict, frozen=True):
+    """Stages of the actuator chain, for some or all actuators. Absent: no such stage."""
+
+    name: str = ""
+    actuators: list[str] | None = None  # None: all
+    # [s] transport delay plus clock offset: positive acts later than its stamp
+    latency: Annotated[float, msgspec.Meta(ge=-5, le=5)] | Estimate | None = None
+    dead_zone: DeadZone | Estimate | None = None
+    reverse_ratio: Positive | Estimate | None = None  # full reverse over full forward thrust
+    power: Positive | Estimate | None = None  # exponent past the edge
+    table: list[tuple[float, float]] | None = None  # command, thrust; instead of edge and power
+    pair: PairEntry | None = None  # instead of all these
+    lag: NotNegative | Estimate | None = None  # [s]
+    scale: ScaleUse | None = None
+    gains: dict[str, float] | None = None  # by actuator, mean 1
+
+
+class VehicleFile(Strict, frozen=True):
+    """`vehicle.yaml`."""
+
+    seatrial: Literal["vehicle 1"]
+    name: str
+    axes: Literal["forward-left-up", "forward-right-down"]
+    pose: PoseSource
+    commands: CommandSource
+    structure: str | dict[str, list[str]]
+    command_timeout: Positive | None = None  # [s] without a command after which none is in force
+    scales: dict[str, ScaleSource] = {}
+    thrusters: dict[str, ThrusterEntry] = {}
+    forces: dict[str, ForceEntry] = {}
+    allocation: AllocationEntry = AllocationEntry()
+    chain: list[ChainGroup] = []
+
+
+class CoefficientEntry(Strict, frozen=True):
+    """A coefficient or constant as found; a standard error of 0: it was given."""
+
+    value: float
+    standard_error: NotNegative
+    unit: str = ""
+
+
+class Integration(Strict, frozen=True):
+    """How the model is to be stepped."""
+
+    scheme: Literal["runge-kutta", "forward-euler"]
+    step: Positive  # [s] longest step of Runge-Kutta; the step of forward Euler
+
+
+class ProcessEntry(Strict, frozen=True):
+    """What the model leaves out, as the filter is to believe it: noise of the motion itself."""
+
+    walk_linear: NotNegative  # [m/s / sqrt(s)] random walk of u and v
+    walk_yaw: NotNegative  # [rad/s / sqrt(s)]
+    disturbance_linear: NotNegative  # [m/s^2] comes and goes
+    disturbance_yaw: NotNegative  # [rad/s^2]
+    memory: Positive  # [s] time constant of the disturbance
+    earth_fixed: bool = False  # whether its direction stays with the world, or turns with the boat
+
+
+class CorrelatedEntry(Strict, frozen=True):
+    """Errors of the poses that are correlated from one pose to the next, beside the white ones.
+
+    What is left of them after t is exp(-t / memory). Where they swing, as waves make them, they are a damped
+    oscillation: e'' + (2 / memory) e' + (2 pi / period)^2 e = white noise.
+    """
+
+    position: NotNegative  # [m] standard deviation
+    heading: NotNegative  # [rad]
+    memory: Positive  # [s] time constant
+    period: Positive | None = None  # [s]; without one they do not swing
+
+    @property
+    def lasting(self) -> str:
+        """Over how long, in words."""
+        swing = "" if self.period is None else f", swinging with a period of {self.period:.2g} s"
+        return f"{self.memory:.2g} s{swing}"
+
+
+class NoiseEntry(Strict, frozen=True):
+    """Standard deviations of the poses' white noise; what else was estimated of noise."""
+
+    position: NotNegative  # [m]
+    heading: NotNegative  # [rad]
+    process: ProcessEntry | None = None
+    correlated: CorrelatedEntry | None = None
+
+
+class EnvelopeEntry(Strict, frozen=True):
+    """Ranges that occurred in the recordings: 0.5th to 99.5th percentile of speeds, all forces."""
+
+    speeds: dict[str, tuple[float, float]]
+    forces: dict[str, tuple[float, float]]
+
+
+class SourceEntry(Strict, frozen=True):
+    """A file that a recording was read from."""
+
+    name: str
+    sha256: str
+
+
+class RecordingEntry(Strict, frozen=True):
+    """A recording that the model was identified from."""
+
+    name: str
+    length: float  # [s]
+    start: float = 0.0  # [s] cut off before it
+    files: list[SourceEntry] = []
+    effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
+    errors: dict[str, float] = {}  # their standard errors
+    without: list[tuple[float, float]] = []  # [s] from the file's start, left out as was asked for
+
+
+class StepEntry(Strict, frozen=True):
+    """One least-squares step, as the report shows it."""
+
+    equation: str
+    coefficients: list[str]
+    recordings: list[str]
+    rows: int
+    condition: float  # of the column-scaled regressor
+    explained: float  # R^2
+
+
+EQUATION_ERROR = "equation-error"  # the method of the paper, Eqs. (13)-(17)
+
+
+class EstimatorEntry(Strict, frozen=True):
+    """How the coefficients were found."""
+
+    method: str
+    settings: dict[str, str | float | int | bool | None] = {}
+    steps: list[StepEntry] = []
+    notes: list[str] = []  # what was not sought, and why
+
+
+class ModelFile(Strict, frozen=True):
+    """`model.yaml`."""
+
+    seatrial: Literal["model 2"]
+    version: str  # of seatrial
+    name: str
+    axes: Literal["forward-left-up", "forward-right-down"]
+    structure: dict[str, list[str]]
+    coefficients: dict[str, CoefficientEntry]
+    constants: dict[str, CoefficientEntry]
+    covariance: list[list[float]]  # of coefficients and constants, in this order
+    integration: Integration
+    noise: NoiseEntry
+    envelope: EnvelopeEntry
+    recordings: list[RecordingEntry]
+    estimator: EstimatorEntry
+    warnings: list[str]
+    vehicle: dict[str, object]

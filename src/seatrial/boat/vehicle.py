@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: MIT
+"""The vehicle: which signal is what, its thrusters, its allocation, its model structure."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.boat import structure
+from seatrial.boat.actuators import STAGES, ChainReader, Constants, stated
+from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
+from seatrial.boat.structure import Force, Structure
+from seatrial.util.errors import VehicleError
+from seatrial.util.files import convert, expect_format, read_yaml
+from seatrial.util.frames import AXES, Array, Axes
+
+SAME_POINT = 1e-3  # [m]
+WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A vehicle in forward-left-up axes; `file` is what was written, in the file's own axes."""
+
+    file: VehicleFile
+    source: str = field(default="vehicle", compare=False)
+
+    def __post_init__(self) -> None:
+        _ = self.chain  # validates inputs, thrusters, forces and groups
+        _ = self.structure
+
+    @property
+    def name(self) -> str:
+        """The vehicle's name."""
+        return self.file.name
+
+    @property
+    def axes(self) -> Axes:
+        """Axes that the file and its recordings are in."""
+        return Axes(self.file.axes)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the recorded commands, in order."""
+        return tuple(self.file.commands.inputs)
+
+    @property
+    def scales(self) -> tuple[str, ...]:
+        """Names of the known scale signals, in order."""
+        return tuple(self.file.scales)
+
+    @property
+    def lever(self) -> tuple[float, float]:
+        """The poses' point from the origin, ahead and to port [m]."""
+        ahead, aside = self.file.pose.lever or (0.0, 0.0)
+        return ahead, -aside if self.axes is Axes.FRD else aside
+
+    @property
+    def point(self) -> str:
+        """Where the poses' point is, in words."""
+        ahead, left = self.lever
+        return f"{ahead:.3f} m ahead and {left:.3f} m to port"
+
+    @property
+    def stated_lever(self) -> str | None:
+        """The lever where the file states one, forward-left-up, as a model file's settings have it."""
+        if self.file.pose.lever is None:
+            return None
+        return ", ".join(f"{end + 0.0:g}" for end in self.lever)
+
+    def same_origin(self, other: "Vehicle") -> bool:
+        """Whether the two are about the same point of the boat."""
+        pairs = zip(self.lever, other.lever, strict=True)
+        return all(abs(own - its) < SAME_POINT for own, its in pairs)
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        """Names of the actuators: thrusters that are allocated to, or the inputs themselves."""
+        direct = self.scheme is Scheme.DIRECT or not self.file.thrusters
+        return self.inputs if direct else tuple(self.file.thrusters)
+
+    @property
+    def scheme(self) -> Scheme:
+        """Allocation scheme."""
+        return Scheme(self.file.allocation.scheme)
+
+    @cached_property
+    def input_signs(self) -> Array:
+        """Signs (inputs,) that turn recorded commands into forward-left-up ones."""
+        flips = self.axes is Axes.FRD
+        return np.array([-1.0 if flips and name in WRENCH[1:] else 1.0 for name in self.inputs])
+
+    @property
+    def actuator_signs(self) -> Array:
+        """Signs (actuators,) of those whose command was turned to forward-left-up: -1."""
+        return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
+
+    def check_sides(self, other: "Vehicle") -> None:
+        """Raises VehicleError where a chain's two edges would change sides, taken to another vehicle's axes.
+
+        Of the same force forward-left-up and forward-right-down call the other side forward.
+        """
+        ahead, astern = (STAGES.index(stage) for stage in ("edge_forward", "edge_reverse"))
+        index = self.constants.index
+        for k in np.flatnonzero(index[:, ahead] != index[:, astern]).tolist():
+            name = self.actuators[k]
+            if name in other.actuators and (
+                other.actuator_signs[other.actuators.index(name)] != self.actuator_signs[k]
+            ):
+                raise VehicleError(
+                    f"the dead zone of {name} has two edges, which the model's {self.axes.value} axes and "
+                    f"those of vehicle {other.name}, {other.axes.value}, call by each other's names; give a "
+                    "vehicle file in the model's axes"
+                )
+
+    @cached_property
+    def forces(self) -> tuple[Force, ...]:
+        """The generalised forces that terms may use."""
+        if self.file.forces:
+            return tuple(Force(n, AXES.index(f.axis)) for n, f in self.file.forces.items())
+        direct = self.scheme is Scheme.DIRECT and not self.file.thrusters
+        given = [name for name in WRENCH if name in self.inputs or not direct]
+        return tuple(Force(name, WRENCH.index(name)) for name in given or WRENCH)
+
+    @cached_property
+    def mix(self) -> Array:
+        """T (forces, actuators): F = T f."""
+        if self.file.forces and self.file.thrusters:
+            raise VehicleError(f"{self.source}: give thrusters or forces, not both")
+        if self.file.forces:
+            return self._explicit_mix(self.file.forces)
+        if self.file.thrusters:
+            return thruster_matrix(self.thrusters)[0]
+        if not set(self.inputs) <= set(WRENCH):
+            raise VehicleError(
+                f"{self.source}: inputs are {', '.join(self.inputs)}; without thrusters or forces "
+                f"they must be {', '.join(WRENCH)}, or those of them that there are"
+            )
+        return np.array([[float(i == f.name) for i in self.inputs] for f in self.forces])
+
+    @cached_property
+    def thrusters(self) -> tuple[Thruster, ...]:
+        """Thrusters in forward-left-up axes, in the order of `actuators`."""
+        given = self.file.thrusters
+        if set(self.actuators) != set(given):
+            raise VehicleError(
+                f"{self.source}: allocation is direct, so the inputs must be the thrusters "
+                f"{', '.join(given)}; got {', '.join(self.inputs)}. For a joypad's "
+                f"{', '.join(WRENCH)} write allocation: {{scheme: moore-penrose}}"
+            )
+        sign = -1.0 if self.axes is Axes.FRD else 1.0
+        return tuple(
+            Thruster(n, given[n].x, sign * given[n].y, sign * np.deg2rad(given[n].angle_deg))
+            for n in self.actuators
+        )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd about the file: angles that are round in radians, but not in degrees."""
+        angles = np.array([t.angle_deg for t in self.file.thrusters.values() if t.angle_deg])
+        parts = np.abs(angles) / (np.pi / 12)  # of 15 deg
+        round_ones = (np.abs(parts - np.rint(parts)) < 0.02) & (parts > 0.5) & (parts < 24.5)
+        if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < 0.01):
+            return ()
+        shown = ", ".join(f"{angle:g}" for angle in angles)
+        return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """Model structure in forward-left-up axes."""
+        lines = self.file.structure
+        name = lines if isinstance(lines, str) else self.name
+        parsed = structure.parse(
+            name, structure.named(lines) if isinstance(lines, str) else lines, self.forces
+        )
+        # a named structure is written in forward-left-up axes, a vehicle's own in the vehicle's
+        flip = self.axes is Axes.FRD and not isinstance(lines, str)
+        return parsed.flipped() if flip else parsed
+
+    @cached_property
+    def constants(self) -> Constants:
+        """Constants of the actuator chain."""
+        return self._reader.constants()
+
+    @property
+    def estimated(self) -> tuple[str, ...]:
+        """Names of the constants that the file leaves to the estimator."""
+        return self.constants.estimated
+
+    @cached_property
+    def inverse(self) -> Array:
+        """T+ (actuators, inputs) of the allocation; the identity where it is direct."""
+        direct = self.scheme is Scheme.DIRECT
+        return np.eye(len(self.inputs)) if direct else self._inverse(self.scheme)
+
+    @cached_property
+    def stages(self) -> NDArray[np.int32]:
+        """Rows (actuators, 16): which constant each stage of the chain uses, as `ChainReader.rows`."""
+        return self._reader.rows(self.constants, self.scales, self.actuator_signs)
+
+    @cached_property
+    def chain(self) -> _core.Chain:
+        """The core's actuator chain."""
+        if max(len(self.inputs), len(self.actuators)) > _core.MAX_ACTUATORS:
+            raise VehicleError(
+                f"{self.source}: {len(self.inputs)} inputs and {len(self.actuators)} actuators; at most "
+                f"{_core.MAX_ACTUATORS} of each"
+            )
+        for what, count, most in (
+            ("scales", len(self.scales), _core.MAX_SCALES),
+            ("constants of the chain", len(self.constants.names), _core.MAX_CONSTANTS),
+        ):
+            if count > most:
+                raise VehicleError(f"{self.source}: {count} {what}; at most {most}")
+        limit = self.file.allocation.limit
+        scheme = self.scheme
+        offset = self.file.allocation.F_os
+        if scheme is Scheme.AF and limit is not None and offset >= limit:
+            raise VehicleError(
+                f"{self.source}: F_os {offset:g} leaves no room under the limit {limit:g}"
+            )
+        tables = [g.table for g in self.file.chain if g.table]
+        if len(tables) > 1:
+            raise VehicleError(f"{self.source}: chain: one table at most, for one group")
+        return _core.Chain(
+            scheme.code,
+            np.ascontiguousarray(self.inverse),
+            offset,
+            float("inf") if limit is None else limit,
+            np.ascontiguousarray(self.mix),
+            self.stages,
+            len(self.constants.names),
+            np.array([s.reference for s in self.file.scales.values()], dtype=float),
+            np.array(tables[0] if tables else [], dtype=float).reshape(-1, 2),
+        )
+
+    def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
+        """The same vehicle with another actuator chain."""
+        return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
+
+    def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
+        """The same vehicle with the poses' point there, ahead of the origin and to port [m]."""
+        ahead, left = lever
+        second = -left if self.axes is Axes.FRD else left
+        pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
+        return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
+
+    def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
+        """The same vehicle with other numbers, by constant."""
+        return self.with_chain(stated(self.file.chain, values))
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The file's content, as stored inside a model."""
+        content = msgspec.to_builtins(self.file)
+        return {"seatrial": self.file.seatrial, **content}
+
+    def _inverse(self, scheme: Scheme) -> Array:
+        if not self.file.thrusters or set(self.inputs) != set(WRENCH):
+            raise VehicleError(
+                f"{self.source}: allocation {scheme.value} needs thrusters, and inputs named "
+                f"{', '.join(WRENCH)}; got inputs {', '.join(self.inputs)}"
+            )
+        order = [WRENCH.index(name) for name in self.inputs]
+        return inverse_for(scheme, thruster_matrix(self.thrusters)[0])[:, order]
+
+    def _explicit_mix(self, forces: Mapping[str, ForceEntry]) -> Array:
+        mix = np.zeros((len(forces), len(self.actuators)))
+        for row, (name, force) in zip(mix, forces.items(), strict=True):
+            if not name.startswith("F_"):
+                raise VehicleError(f"{self.source}: force '{name}': names begin with F_")
+            flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
+            for actuator, weight in force.of.items():
+                k = self._reader.place(actuator, f"force {name}")
+                # a wrench input has been flipped itself when it was read
+                row[k] = flip * weight * self.actuator_signs[k]
+        return mix
+
+    @cached_property
+    def _reader(self) -> ChainReader:
+        return ChainReader(self.file.chain, self.actuators, self.source)
+
+
+def load_vehicle(path: str | Path) -> Vehicle:
+    """A vehicle from a file, or by the name of one that comes with seatrial."""
+    bundled = resources.files("seatrial") / "data" / "vehicles" / f"{path}.yaml"
+    given = Path(path)
+    if not given.exists() and bundled.is_file():
+        return vehicle_from(read_yaml(bundled), str(path))
+    return vehicle_from(expect_format(read_yaml(given), VEHICLE_FORMAT, given), str(path))
+
+
+def vehicle_from(content: dict[str, Any], source: str) -> Vehicle:
+    """A vehicle from a file's content."""
+    return Vehicle(convert(content, VehicleFile, source), source)
+
+
+def as_column(entry: str | Column) -> Column:
+    """The long form of a column: a bare name is a table's column and a message's field."""
+    return Column(column=entry, field=entry) if isinstance(entry, str) else entry

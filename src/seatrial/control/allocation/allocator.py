@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: MIT
+"""Wrenches to thruster commands, for any geometry: the core's on-board allocator, set up by name."""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
+from seatrial.util.errors import AllocationError
+from seatrial.util.frames import AXES, Array, Mask, frozen_array
+
+PRIORITY: Final = "yaw, surge+sway"
+MARGIN: Final = 0.04  # [command units] from a dead zone's edge to idling, as MallARD's F_os has
+HYSTERESIS: Final = 0.02  # [command units] of wrench, before a thruster changes its side
+FAR = 1e6  # times a wrench, which no boat gives
+
+
+class AllocatorScheme(str, Enum):
+    """How a wrench becomes thruster commands; in the order of the core's codes."""
+
+    MP = "moore-penrose"
+    AF = "always-forward"
+    NULL_SPACE = "null-space"
+    SIGN_PATTERN = "sign-pattern"
+    AUTO = "auto"
+
+    @property
+    def code(self) -> int:
+        """The core's number for it."""
+        return list(AllocatorScheme).index(self)
+
+
+class Allocator:
+    """Wrench [F_u, F_v, F_r] in forward-left-up axes and command units to thruster commands.
+
+    The wrench given is the wrench asked, through the identified curves, as long as the limits let.
+    Thrusters that change sides (see `switching`) remember theirs from one call to the next.
+    """
+
+    def __init__(
+        self,
+        boat: Model | Vehicle | Effectiveness,
+        scheme: str = "auto",
+        *,
+        priority: str = PRIORITY,
+        invert: bool = True,
+        margin: float | None = None,
+        hysteresis: float = HYSTERESIS,
+        limits: float | Mapping[str, float] | None = None,
+    ) -> None:
+        """Set up, once; takes some ten milliseconds with eight thrusters.
+
+        `priority`: axes in the order in which they are served at the limits; those joined by + are
+        scaled alike. `invert`: False sends thrusts as commands, as the paper does. `margin`: from the
+        dead zone's edge to the command at which thrusters idle (default: up to the vehicle's F_os, or
+        0.04). `hysteresis`: of wrench. `limits`: of |command|, for all or by thruster (default: the
+        vehicle's, or 1). All in command units. Raises AllocationError.
+        """
+        self.boat = boat if isinstance(boat, Effectiveness) else effectiveness(boat)
+        self.asked_scheme = _scheme(scheme)
+        self.thrusters = self.boat.thrusters
+        self.rank = ranks(priority)  # of surge, sway and yaw
+        self._invert, self.hysteresis = invert, _not_negative("hysteresis", hysteresis)
+        self.limits = frozen_array(_limits(self.boat, limits))
+        self.edges = frozen_array(self._edges())
+        self.idle_commands = frozen_array(self._idle_commands(margin))  # (2, n) forward, astern
+        self._core = self._made(self.asked_scheme)
+        self.sides = frozen_array(self._core.sides)
+        self.idle_power = float(self._core.idle_power)
+        self.idle = frozen_array(self._core.allocate(np.zeros((1, 3)))[0][0])
+        self.reset()
+
+    @property
+    def switching(self) -> tuple[str, ...]:
+        """Thrusters that keep to no side of their dead zone."""
+        return tuple(n for n, s in zip(self.thrusters, self.sides, strict=True) if s == 0)
+
+    @property
+    def scheme(self) -> AllocatorScheme:
+        """What it does: for `auto`, which of the schemes it turned out to be."""
+        if self.asked_scheme is not AllocatorScheme.AUTO:
+            return self.asked_scheme
+        every = len(self.switching) == len(self.thrusters)
+        return (
+            AllocatorScheme.SIGN_PATTERN if every
+            else AllocatorScheme.AUTO if self.switching
+            else AllocatorScheme.NULL_SPACE
+        )  # fmt: skip
+
+    @property
+    def why(self) -> str:
+        """In words, what keeps the thrusters out of their dead zones."""
+        sides = {1.0: "forward", -1.0: "astern"}
+        kept = ", ".join(
+            f"{n} {sides[s]}" for n, s in zip(self.thrusters, self.sides, strict=True) if s != 0
+        )
+        if self.asked_scheme is AllocatorScheme.MP:
+            return "least thrust; every thruster goes through its dead zone"
+        if self.asked_scheme is AllocatorScheme.AF:
+            return f"Table I: {kept}"
+        freely = ", ".join(self.switching)
+        if not self.switching:
+            return f"a bias in T's null space keeps them out: {kept}"
+        if self.asked_scheme is AllocatorScheme.SIGN_PATTERN:
+            return f"sides change with hysteresis, nothing idles: {freely}"
+        some = f"{kept} by a bias; " if kept else ""
+        return f"{some}no bias within the limits keeps out {freely}: sides with hysteresis"
+
+    def allocate(self, wrench: ArrayLike, *, saturate: bool = True) -> Array:
+        """Commands (n,) for a wrench (3,), or (m, n) for (m, 3), one after the other.
+
+        Beyond the limits, as much of it as `priority` says; with `saturate` False that raises
+        AllocationError, as a wrench that is not a number does.
+        """
+        rows, single = _rows(wrench, 3, "wrench")
+        commands, shares, _ = self.allot(rows)
+        if not saturate and (over := np.flatnonzero(shares.min(axis=1) < 1.0)).size:
+            asked = rows[over[0]]
+            share = float(self._core.reach(asked[None, :], 1.0)[0])
+            raise AllocationError(
+                f"wrench {', '.join(f'{x:g}' for x in asked)}: {self.asked_scheme.value} reaches "
+                f"{share:.3g} of it within the limits; ask for less, or allow saturation"
+            )
+        return commands[0] if single else commands
+
+    def allot(self, wrenches: Array) -> tuple[Array, Array, Mask]:
+        """Commands (m, n), the share (m, 3) of each axis that limits left, and where it was held.
+
+        Held: not all that is asked, but within the hysteresis, so that no side had to change.
+        """
+        rows, _ = _rows(wrenches, 3, "wrench")
+        commands, shares, held = self._core.allocate(rows)
+        return np.asarray(commands), np.asarray(shares), np.asarray(held) > 0
+
+    def wrench(self, commands: ArrayLike) -> Array:
+        """The wrench (3,) that commands (n,) give once lags have settled; (m, 3) of (m, n)."""
+        rows, single = _rows(commands, len(self.thrusters), "commands")
+        given = np.asarray(self._core.wrench(rows)[0])
+        return given[0] if single else given
+
+    def thrust(self, commands: ArrayLike) -> Array:
+        """Thrust of each thruster (n,) at commands (n,), or (m, n) of (m, n), once lags have settled."""
+        rows, single = _rows(commands, len(self.thrusters), "commands")
+        found = np.asarray(self._core.thrust(rows))
+        return found[0] if single else found
+
+    def commands(self, thrust: ArrayLike) -> Array:
+        """Commands (n,) that give thrusts (n,), or (m, n) for (m, n), limits aside.
+
+        Where no thrust is asked: the edge of the side that the thruster waits on.
+        """
+        rows, single = _rows(thrust, len(self.thrusters), "thrust")
+        found = np.asarray(self._core.command(rows))
+        return found[0] if single else found
+
+    def power(self, commands: ArrayLike) -> Array:
+        """Power (m,) of commands (m, n): |thrust|^(3/2) of each; 1 is one thruster at full command."""
+        rows, _ = _rows(commands, len(self.thrusters), "commands")
+        return np.asarray(self._core.wrench(rows)[1])
+
+    def reach(self, directions: ArrayLike) -> Array:
+        """The largest wrench (m,) along directions (m, 3) that is given, as a multiple of each."""
+        rows, _ = _rows(directions, 3, "direction")
+        return np.asarray(self._core.reach(rows, FAR))
+
+    def reset(self) -> None:
+        """Forget the sides of the thrusters that switch: they wait on the forward one."""
+        self._core.reset()
+
+    def _made(self, scheme: AllocatorScheme) -> _core.Allocator:
+        made = self._build(scheme, self.limits, self.idle_commands)
+        if made.fault:
+            raise AllocationError(f"{self.boat.vehicle.source}: {self._fault(made.fault, scheme)}")
+        return made
+
+    def _build(self, scheme: AllocatorScheme, limits: Array, idle: Array) -> _core.Allocator:
+        return _core.Allocator(
+            self.boat.vehicle.chain, self.boat.constants, np.ascontiguousarray(self.boat.T),
+            np.vstack([limits, idle]), scheme.code, self._invert, self.hysteresis,
+            np.array(self.rank, dtype=np.int32),
+        )  # fmt: skip
+
+    def _edges(self) -> Array:
+        """(2, n) dead-zone edges forward and astern, asked of the core; refuses what has none."""
+        n = len(self.thrusters)
+        probe = self._build(AllocatorScheme.MP, np.full(n, 4.0), np.full((2, n), 2.0))
+        if probe.fault:
+            raise AllocationError(
+                f"{self.boat.vehicle.source}: {self._fault(probe.fault, AllocatorScheme.MP)}"
+            )
+        return np.asarray(probe.edges)
+
+    def _idle_commands(self, margin: float | None) -> Array:
+        """(2, n) commands to idle at, forward and astern."""
+        stated = self.boat.vehicle.file.allocation.F_os
+        if margin is None and stated > 0.0:
+            over = stated - self.edges[0]
+            if over.min() < 0.0:
+                k = int(over.argmin())
+                raise AllocationError(
+                    f"{self.boat.vehicle.source}: F_os {stated:g} lies in the dead zone of "
+                    f"{self.thrusters[k]}, which ends at {self.edges[0, k]:g}; raise F_os"
+                )
+        else:
+            over = np.full(len(self.thrusters), _not_negative("margin", margin, MARGIN))
+        idle = self.edges + over
+        tight = idle.max(axis=0) >= self.limits
+        if tight.any():
+            k = int(tight.argmax())
+            raise AllocationError(
+                f"{self.boat.vehicle.source}: {self.thrusters[k]}: dead zone to "
+                f"{self.edges[:, k].max():g} and idling at {idle[:, k].max():g} leave no room under the "
+                f"limit {self.limits[k]:g}; raise the limit, or lower F_os or margin"
+            )
+        return np.asarray(idle)
+
+    def _fault(self, code: int, scheme: AllocatorScheme) -> str:
+        """The core's faults in words."""
+        names = ", ".join(self.thrusters)
+        return (
+            "",
+            f"{len(self.thrusters)} thrusters ({names}); 3 to 8 can be allocated to",
+            f"{names} can't push in surge, sway and yaw independently (rank below 3); "
+            "check positions and angles",
+            "a thruster's curve can't be inverted: a propeller's pair, or thrust that does not rise "
+            "with the command outside the dead zone; check its chain",
+            "no room between a dead zone and its limit; check dead_zone and limit",
+            "always-forward needs thrusters whose pushes cancel when all run alike, as MallARD's "
+            "four do; use null-space, or auto",
+            f"{scheme.value}: T's null space leaves no bias within the limits that keeps every one of "
+            f"{names} out of its dead zone; use auto, or sign-pattern",
+        )[code]
+
+
+def ranks(priority: str) -> list[int]:
+    """Rank of surge, sway and yaw out of "yaw, surge+sway". Raises AllocationError."""
+    groups = [[name.strip() for name in group.split("+")] for group in priority.split(",")]
+    if sorted(name for group in groups for name in group) != sorted(AXES):
+        raise AllocationError(
+            f"priority '{priority}': name surge, sway and yaw once each, joined by , or +, as in "
+            f"'{PRIORITY}'"
+        )
+    return [next(i for i, group in enumerate(groups) if axis in group) for axis in AXES]
+
+
+def _scheme(name: str) -> AllocatorScheme:
+    try:
+        return AllocatorScheme(name)
+    except ValueError:
+        every = ", ".join(scheme.value for scheme in AllocatorScheme)
+        raise AllocationError(f"no scheme '{name}'; there are {every}") from None
+
+
+def _limits(boat: Effectiveness, given: float | Mapping[str, float] | None) -> Array:
+    """(n,) largest |command|."""
+    stated = boat.vehicle.file.allocation.limit or 1.0
+    by_name = given if isinstance(given, Mapping) else {}
+    if odd := set(by_name) - set(boat.thrusters):
+        raise AllocationError(
+            f"limits names {', '.join(sorted(odd))}; the thrusters are {', '.join(boat.thrusters)}"
+        )
+    common = stated if given is None or isinstance(given, Mapping) else given
+    limits = np.array([by_name.get(name, common) for name in boat.thrusters], dtype=float)
+    if not np.all((limits > 0.0) & np.isfinite(limits)):
+        raise AllocationError(f"limits {limits.tolist()}: each must be a number above 0")
+    return limits
+
+
+def _not_negative(name: str, value: float | None, default: float = 0.0) -> float:
+    number = default if value is None else float(value)
+    if not (np.isfinite(number) and number >= 0.0):
+        raise AllocationError(f"{name} {number:g}: must be a number not below 0")
+    return number
+
+
+def _rows(values: ArrayLike, width: int, what: str) -> tuple[Array, bool]:
+    """(m, width) contiguous, and whether a single row was given."""
+    array = np.array(values, dtype=float, order="C")
+    if array.ndim not in (1, 2) or array.shape[-1] != width:
+        raise AllocationError(f"{what} of shape {array.shape}; expected ({width},) or (m, {width})")
+    if not np.isfinite(array).all():
+        raise AllocationError(f"{what} {array.tolist()}: not a finite number")
+    return np.atleast_2d(array), array.ndim == 1

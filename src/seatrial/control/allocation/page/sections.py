@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""The page's sections: what is chosen and why, authority, idling, and what drives cost."""
+
+from html import escape
+
+import numpy as np
+
+from seatrial.control.allocation import AllocationComparison
+from seatrial.control.allocation.page import draw
+from seatrial.control.allocation.schemes import Drive
+from seatrial.report.figures.base import Figure
+from seatrial.report.sections.base import ALL, Section, foldable, plot, store_of
+from seatrial.report.text.cells import NOTHING, Cell, Interval, Number, Text
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES
+
+PLANES = ((0, 1), (0, 2), (1, 2))
+
+
+def verdict(found: AllocationComparison) -> Section:
+    """The scheme asked for, what it turned out to be, and the boat's thrusters."""
+    own = found.allocator
+    kind = (
+        "identified coefficients, rows divided by their norms"
+        if found.boat.identified
+        else "positions and directions, rows divided by their norms"
+    )
+    head = ("thruster", *AXES, "dead zone", "limit")
+    rows: list[list[Cell]] = []
+    for k, name in enumerate(own.thrusters):
+        ahead, astern = own.edges[:, k].tolist()
+        zone = Interval(-astern, ahead) if ahead or astern else NOTHING
+        given = [Number(x, 3) for x in found.boat.T[:, k].tolist()]
+        rows.append([Text(name), *given, zone, Number(float(own.limits[k]), 3)])
+    table = Table("thrusters", "Wrench of each thruster's unit thrust", head, rows)
+    html = f"""<header><h1>{escape(found.boat.vehicle.name)}</h1>
+<p class="subtitle">Thrust allocation</p></header>
+<section id="verdict"><h2 class="quiet">Verdict</h2>
+<div class="said"><p>Scheme: {escape(own.scheme.value)}. {escape(own.why[0].upper() + own.why[1:])}.</p>
+<p>At the limits: {escape(found.priority)}.</p></div>
+{table.html()}<p class="note">T from {kind}; forward-left-up axes, command units.</p></section>"""
+    return Section("verdict", "", html, tables=(table,))
+
+
+def authority(found: AllocationComparison) -> Section:
+    """Attainable wrenches: slices, and each axis alone."""
+    head = ("scheme", *AXES)
+    rows: list[list[Cell]] = [
+        [Text(row.name), *(Interval(-b, a) for a, b in np.asarray(row.authority).tolist())]
+        for row in found.rows
+        if row.authority is not None
+    ]
+    table = Table("authority", "Most of each axis alone", head, rows)
+    figures: dict[str, Figure] = {}
+    drawn = ""
+    for first, second in PLANES:
+        name = f"reach-{AXES[first]}-{AXES[second]}"
+        figures[name] = draw.slices(found, first, second)
+        label = f"attainable {AXES[first]} and {AXES[second]}, the other axis at rest"
+        drawn += plot(ALL, name, label, "square", label)
+    html = f"""<section id="authority"><h2>Authority</h2>
+<div class="three">{drawn}</div>
+{table.html()}<p class="note">Every wrench within an outline is given exactly. One thruster's unit is
+its thrust at command 1.</p></section>"""
+    return Section("authority", "Authority", html, {ALL: figures}, (table,))
+
+
+def idling(found: AllocationComparison) -> Section:
+    """Commands and power with no wrench asked; schemes that this boat can't have."""
+    names = found.allocator.thrusters
+    head = ("scheme", "power", *names, "keeps its thrusters out by")
+    rows: list[list[Cell]] = []
+    for row in found.rows:
+        if row.allocator is not None:
+            idle = [Number(c, 3) for c in row.allocator.idle.tolist()]
+            rows.append([Text(row.name), Number(row.allocator.idle_power, 3), *idle, Text(row.why)])
+        elif not row.drives:
+            rows.append([Text(row.name), NOTHING, *(NOTHING for _ in names), Text(row.why)])
+    table = Table("idle", "At rest", head, rows)
+    html = f"""<section id="idle"><h2>At rest</h2>
+{table.html()}<p class="note">Power: thrust to the power of 3/2 (momentum theory); 1 is one thruster at
+full command.</p></section>"""
+    return Section("idle", "At rest", html, tables=(table,))
+
+
+def driven(found: AllocationComparison) -> Section | None:
+    """Each recorded drive by every scheme."""
+    recorded = [row for row in found.rows if row.drives]
+    if not recorded:
+        return None
+    figures: dict[str, dict[str, Figure]] = {}
+    tables = []
+    parts = []
+    for place, drive in enumerate(recorded[0].drives):
+        table = _drive_table(found, place)
+        tables.append(table)
+        thruster = _most(drive)
+        name = f"commands-{thruster}"
+        store = store_of(place)
+        figures[store] = {name: draw.commands(found, place, thruster)}
+        label = (
+            f"commands to {found.allocator.thrusters[thruster]}, half a minute, with its dead zone"
+        )
+        parts.append(
+            foldable(
+                drive.recording, f"{drive.minutes:.1f} min",
+                table.html() + plot(store, name, label, "wide", label), opened=place == 0,
+            )
+        )  # fmt: skip
+    html = f"""<section id="drives"><h2>Along recorded commands</h2>
+{"".join(parts)}<p class="note">A crossing: a command enters its thruster's dead zone, or jumps over it.
+Wrench error: RMS of the wrench given less the wrench asked, over the RMS of the wrench asked; limits
+count. Limited: share of the time in which limits take part of the wrench.</p></section>"""
+    return Section("drives", "Drives", html, figures, tuple(tables))
+
+
+def _drive_table(found: AllocationComparison, place: int) -> Table:
+    names = found.allocator.thrusters
+    head = ("scheme", "crossings [1/min]", *names, "wrench error [%]", "limited [%]", "power")
+    rows: list[list[Cell]] = []
+    for row in found.rows:
+        if not row.drives:
+            continue
+        d = row.drives[place]
+        rows.append(
+            [
+                Text(row.name), Number(d.crossing, 3), *(Number(d.crossings[n], 3) for n in names),
+                Number(d.error_share, 3, 100.0), Number(d.limited, 3, 100.0), Number(d.power, 3),
+            ]
+        )  # fmt: skip
+    return Table(f"drive-{place}", found.rows[0].drives[place].recording, head, rows)
+
+
+def _most(drive: Drive) -> int:
+    """The thruster that crosses most often."""
+    return int(np.argmax(list(drive.crossings.values())))

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""The optimal control problem, as CasADi functions: multiple shooting, one Gauss-Newton step a call.
+
+Stage k has state z_k = [eta, nu, level] and thrust g_k, constant over the stage, and how far s_k the
+boat's origin is past the walls. The cost is half a sum of squares, and a price for s that no other
+cost outweighs, so that walls give way only where nothing else is possible. A call linearises it
+round the last solution and solves one quadratic programme (real-time iteration: Diehl, Bock and
+Schloeder, 2005).
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.control.mpc.thrusters import Thrusters
+from seatrial.export.casadi import Symbol, casadi_dynamics, casadi_module
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
+
+if TYPE_CHECKING:
+    import casadi
+
+POSE, MOTION = 3, 6  # eta; eta and nu
+FAR = 3.0  # [m] no reference is further away for long
+PATH = 1e-6  # weight that keeps the quadratic programme strictly convex
+
+
+@dataclass(frozen=True)
+class Weights:
+    """One over the error that costs as much as another's, term by term."""
+
+    position: float = 1 / 0.02  # [1/m]
+    heading: float = 1 / 0.05  # [1/rad]
+    velocity: float = 1 / 0.10  # [s/m]
+    yaw_rate: float = 1 / 0.20  # [s/rad]
+    thrust: float = 1 / 2.0  # [-] past idle, of full thrust
+    change: float = 1 / 1.0  # [-] from stage to stage
+
+    def price(self, stages: int) -> float:
+        """Of being past a wall [1/m]: above what all stages' position errors can pull with."""
+        return self.position**2 * FAR * stages
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Stages ahead."""
+
+    stages: int = 12
+    length: float = 0.2  # [s] of each
+    substeps: int = 2  # of Runge-Kutta in each
+
+    def __post_init__(self) -> None:
+        if self.stages < 2 or self.substeps < 1 or not 0.0 < self.length < float("inf"):
+            raise ControlError(
+                f"{self.stages} stages of {self.length:g} s, {self.substeps} substeps: expected two "
+                "stages or more, a length and substeps above 0"
+            )
+
+    @property
+    def times(self) -> Array:
+        """Ends (stages,) of the stages [s]."""
+        return np.asarray(self.length * np.arange(1, self.stages + 1))
+
+
+def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
+    """z at a stage's end from z (6 + n,) at its begin, thrust (n,) and disturbance (3,).
+
+    Levels go to the thrust exactly, with their lag; eta and nu by the classical Runge-Kutta. The
+    disturbance [m/s^2, m/s^2, rad/s^2] is earth-fixed, as the predictor's.
+    """
+    ca = casadi_module()
+    n = len(thrusters.lag)
+    z, g, d = ca.SX.sym("z", MOTION + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
+    dynamics = casadi_dynamics(model)
+    mix = ca.DM(model.vehicle.mix)
+
+    def slope(x: Symbol, level: Symbol) -> Symbol:
+        c, s = ca.cos(x[2]), ca.sin(x[2])
+        push = ca.vertcat(0, 0, 0, c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2])
+        return dynamics(x, mix @ level) + push
+
+    h = grid.length / grid.substeps
+    x, level = z[:MOTION], z[MOTION:]
+    half, whole = (ca.DM(thrusters.decay(share * h)) for share in (0.5, 1.0))
+    for _ in range(grid.substeps):
+        middle, end = g + (level - g) * half, g + (level - g) * whole
+        k1 = slope(x, level)
+        k2 = slope(x + h / 2 * k1, middle)
+        k3 = slope(x + h / 2 * k2, middle)
+        k4 = slope(x + h * k3, end)
+        x, level = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), end
+    found: casadi.Function = ca.Function(
+        "stage", [z, g, d], [ca.vertcat(x, level)], ["z", "g", "d"], ["next"]
+    )
+    return found

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+"""One step of the controller as a CasADi function, that Python calls and C is generated from."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.control.mpc.interior_point import minimum
+from seatrial.control.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
+from seatrial.control.mpc.thrusters import Thrusters
+from seatrial.export.casadi import Symbol, casadi_module
+from seatrial.util.frames import Array
+
+if TYPE_CHECKING:
+    import casadi
+
+WALLS = 4  # x and y, both ways
+START = 0.01  # of the walls' price: where multipliers begin
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where what stands in the variables w: stage by stage z, g, s; at the end the last z."""
+
+    n: int  # thrusters
+    stages: int
+
+    @property
+    def block(self) -> int:
+        """Of one stage."""
+        return MOTION + 2 * self.n + 1
+
+    @property
+    def size(self) -> int:
+        """Of w."""
+        return self.stages * self.block + MOTION + self.n
+
+    @property
+    def rows(self) -> int:
+        """Of the constraints: first z, the dynamics, the walls."""
+        return (self.stages + 1) * (MOTION + self.n) + self.stages * WALLS
+
+    def thrust(self, stage: int) -> slice:
+        """g of a stage."""
+        begin = stage * self.block + MOTION + self.n
+        return slice(begin, begin + self.n)
+
+    def bounds(self, thrusters: Thrusters) -> tuple[Array, Array]:
+        """Lowest and highest w."""
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        for k in range(self.stages):
+            low[self.thrust(k)], high[self.thrust(k)] = thrusters.lowest, thrusters.highest
+            low[(k + 1) * self.block - 1] = 0.0
+        return low, high
+
+
+def step_function(
+    model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, walls: Array
+) -> "casadi.Function":
+    """(w, off) from w, z now, reference, last thrust, disturbance.
+
+    walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite where there is none.
+    Reference (6, stages): eta and nu at the stages' ends, headings without leaps. off (2,): of
+    the quadratic programme, how far rows are violated and how far the cost is from the least.
+    The function is named `seatrial_nmpc`; C of it can be generated.
+    """
+    ca = casadi_module()
+    layout = Layout(len(thrusters.lag), grid.stages)
+    n = layout.n
+    sizes: dict[str, tuple[int, ...]] = {
+        "w": (layout.size,),
+        "z": (MOTION + n,),
+        "reference": (MOTION, grid.stages),
+        "last": (n,),
+        "disturbance": (3,),
+    }
+    given = [ca.MX.sym(name, *size) for name, size in sizes.items()]
+    w = given[0]
+    hessian, gradient, jacobian, value = _linearised(model, thrusters, grid, weights, layout)(
+        *given
+    )
+    low, high = layout.bounds(thrusters)
+    roof = np.tile(walls, grid.stages)
+    equal = layout.rows - len(roof)
+    lower, upper, kept = (np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, roof))
+    wall = [equal + i for i in kept]
+    box = ca.sparsify(
+        ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
+    )
+    below = ca.vertcat(box, jacobian[wall, :])
+    room = ca.vertcat(w[lower] - low[lower], high[upper] - w[upper], roof[kept] - value[wall])
+    programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
+    by, off = minimum(programme, START * weights.price(grid.stages))
+    step: casadi.Function = ca.Function(
+        "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
+    )
+    return step
+
+
+def _linearised(
+    model: Model, thrusters: Thrusters, grid: Grid, weights: Weights, layout: Layout
+) -> "casadi.Function":
+    """Hessian, gradient, Jacobian and value of the rows at w."""
+    ca = casadi_module()
+    n, forward = layout.n, stage(model, thrusters, grid)
+    z = [ca.SX.sym(f"z{k}", MOTION + n) for k in range(grid.stages + 1)]
+    g = [ca.SX.sym(f"g{k}", n) for k in range(grid.stages)]
+    s = [ca.SX.sym(f"s{k}") for k in range(grid.stages)]
+    now, last, disturbance = ca.SX.sym("now", MOTION + n), ca.SX.sym("last", n), ca.SX.sym("d", 3)
+    reference = ca.SX.sym("reference", MOTION, grid.stages)
+
+    dynamics, walls, errors = [z[0] - now], [], []
+    for k in range(grid.stages):
+        dynamics.append(z[k + 1] - forward(z[k], g[k], disturbance))
+        x, y = z[k + 1][0], z[k + 1][1]
+        walls += [x - s[k], -x - s[k], y - s[k], -y - s[k]]
+        errors += _errors(z[k + 1], reference[:, k], weights)
+        errors.append(weights.thrust * (g[k] - ca.DM(thrusters.idle)))
+        errors.append(weights.change * (g[k] - (g[k - 1] if k else last)))
+    w = ca.vertcat(*(part for k in range(grid.stages) for part in (z[k], g[k], s[k])), z[-1])
+    residual = ca.vertcat(*errors)
+    rows = ca.vertcat(*dynamics, *walls)
+    slope = ca.jacobian(residual, w)
+    hessian = slope.T @ slope + PATH * ca.SX.eye(layout.size)
+    gradient = slope.T @ residual + ca.gradient(
+        weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w
+    )
+    jacobian = ca.jacobian(rows, w)
+    found: casadi.Function = ca.Function(
+        "linear", [w, now, reference, last, disturbance], [hessian, gradient, jacobian, rows]
+    )
+    return found
+
+
+def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
+    """Weighted errors of pose and velocity at a stage's end."""
+    return [
+        weights.position * (z[:2] - reference[:2]),
+        weights.heading * (z[2] - reference[2]),
+        weights.velocity * (z[POSE : POSE + 2] - reference[POSE : POSE + 2]),
+        weights.yaw_rate * (z[POSE + 2] - reference[POSE + 2]),
+    ]

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""The tracking controller and its reference courses."""

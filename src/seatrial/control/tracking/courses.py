@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: MIT
+"""Reference courses that a boat can follow: circles, figures of eight, squares.
+
+A course is a shape, smooth in a parameter s, and a timetable s(t) that begins and ends at rest without
+a jump of acceleration. `fitted` makes it as quick as the thrusters and the identified speeds allow.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.control.tracking.reference import Reference
+from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import Array
+
+Jet = tuple[float, float, float]  # a value and its first two derivatives
+SHARE = (
+    0.6  # of what thrusters and identified speeds allow that a course asks for; the rest corrects
+)
+SAMPLES = 600  # of a course, where its demands are looked at
+SLOWEST = 1e4  # [s] of a course
+
+
+class Shape(ABC):
+    """A path with headings."""
+
+    @abstractmethod
+    def at(self, s: float) -> Array:
+        """Rows (3, 3): pose x, y [m], psi [rad], and its first two derivatives to s; s from 0 to `length`."""
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Of s."""
+
+    @property
+    def stops(self) -> int:
+        """Equal parts of s that begin and end at rest."""
+        return 1
+
+
+@dataclass(frozen=True)
+class Circle(Shape):
+    """Round the origin, forward along the tangent."""
+
+    radius: float  # [m]
+    laps: int = 1
+
+    @property
+    def length(self) -> float:
+        """Radians."""
+        return 2.0 * np.pi * self.laps
+
+    def at(self, s: float) -> Array:
+        """From (radius, 0) on, counter-clockwise."""
+        c, k = self.radius * np.cos(s), self.radius * np.sin(s)
+        return np.array([[c, k, s + np.pi / 2], [-k, c, 1.0], [-c, -k, 0.0]])
+
+
+@dataclass(frozen=True)
+class Eight(Shape):
+    """Gerono's figure of eight, forward along the tangent: x = a sin s, y = b sin 2s."""
+
+    length_x: float  # [m] a, half of its length
+    width_y: float  # [m] b, half of its width
+    laps: int = 1
+
+    @property
+    def length(self) -> float:
+        """Radians."""
+        return 2.0 * np.pi * self.laps
+
+    def at(self, s: float) -> Array:
+        """From the origin on."""
+        a, b = self.length_x, self.width_y
+        x = a * np.array([np.sin(s), np.cos(s), -np.sin(s), -np.cos(s)])
+        y = b * np.array([np.sin(2 * s), 2 * np.cos(2 * s), -4 * np.sin(2 * s), -8 * np.cos(2 * s)])
+        v2 = x[1] ** 2 + y[1] ** 2
+        bend = x[1] * y[2] - y[1] * x[2]  # psi' v2
+        first = bend / v2
+        second = (x[1] * y[3] - y[1] * x[3]) / v2 - 2.0 * first * (x[1] * x[2] + y[1] * y[2]) / v2
+        # arctan2 leaps where the boat heads backwards along x, which it never does within a lap's turn of 2 pi
+        return np.array(
+            [[x[0], y[0], np.arctan2(y[1], x[1])], [x[1], y[1], first], [x[2], y[2], second]]
+        )
+
+
+@dataclass(frozen=True)
+class Square(Shape):
+    """Round the origin, the heading kept: forward, sideways, backward, sideways; it stops at corners."""
+
+    side: float  # [m]
+    laps: int = 1
+    heading: float = 0.0  # [rad]
+
+    @property
+    def length(self) -> float:
+        """Sides."""
+        return 4.0 * self.laps
+
+    @property
+    def stops(self) -> int:
+        """Every side."""
+        return 4 * self.laps
+
+    def at(self, s: float) -> Array:
+        """From (-side/2, -side/2) on, along x first."""
+        corners = 0.5 * self.side * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        k = min(int(s), int(self.length) - 1)
+        way = corners[(k + 1) % 4] - corners[k % 4]
+        x, y = corners[k % 4] + (s - k) * way
+        return np.array([[x, y, self.heading], [way[0], way[1], 0.0], [0.0, 0.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Course:
+    """A shape and its timetable."""
+
+    shape: Shape
+    duration: float  # [s]
+    ramp: float = 0.2  # share of each part in which it gets going, and the same to come to rest
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.duration) and self.duration > 0.0 and 0.0 < self.ramp <= 0.5):
+            raise ControlError(
+                f"course of {self.duration:g} s with ramps of {self.ramp:g}: expected more than 0 s, and a "
+                "share above 0, up to 0.5"
+            )
+
+    def at(self, t: float) -> Reference:
+        """Where the boat is to be at t [s]; at rest before the start and after the end."""
+        s, rate, change = self.progress(t)
+        pose, first, second = self.shape.at(s)
+        return Reference(pose, first * rate, second * rate**2 + first * change)
+
+    def progress(self, t: float) -> Jet:
+        """s with its first two derivatives to time."""
+        part = self.duration / self.shape.stops
+        step = self.shape.length / self.shape.stops
+        now = min(max(t, 0.0), self.duration)
+        k = min(int(now / part), self.shape.stops - 1)
+        share, speed, change = timetable((now - k * part) / part, self.ramp)
+        return step * (k + share), step * speed / part, step * change / part**2
+
+
+def timetable(x: float, ramp: float) -> Jet:
+    """From 0 to 1 over x from 0 to 1: a smooth start, a steady middle, a smooth end."""
+    if x > 0.5:
+        share, speed, change = timetable(1.0 - x, ramp)
+        return 1.0 - share, speed, -change
+    top = 1.0 / (1.0 - ramp)  # speed of the middle
+    if x >= ramp:
+        return top * (x - 0.5 * ramp), top, 0.0
+    z = x / ramp
+    height = z**4 * (2.5 - 3.0 * z + z**2)  # integral of the next
+    speed = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
+    change = 30.0 * z**2 * (1.0 - z) ** 2
+    return top * ramp * height, top * speed, top * change / ramp
+
+
+def fitted(shape: Shape, model: Model, share: float = SHARE) -> Course:
+    """The quickest course that asks for no more than `share` of thrusters and identified speeds.
+
+    Raises ControlError where the boat can't follow the shape at all.
+    """
+    boat, most = linearise(model), np.abs(steady_motions(model)).max(axis=0)
+
+    def asks(duration: float) -> bool:
+        return _demand(Course(shape, duration), model, boat, most) <= share
+
+    return Course(shape, _shortest(asks, model.name))
+
+
+def _shortest(enough: Callable[[float], bool], name: str) -> float:
+    low, high = 0.0, 1.0
+    while not enough(high):
+        low, high = high, 2.0 * high
+        if high > SLOWEST:
+            raise ControlError(f"{name}: can't follow this course even in {SLOWEST:g} s")
+    while high - low > 1e-3 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high
+
+
+def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> float:
+    """Largest share of commands, thrusters and speeds that a course asks for."""
+    times = np.linspace(0.0, course.duration, SAMPLES)
+    asked = [course.at(float(t)).body() for t in times]
+    nu, nu_dot = (np.array(rows) for rows in zip(*asked, strict=True))
+    forces = np.zeros((len(nu), len(model.structure.forces)))
+    free = _core.accelerations(
+        model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
+    )
+    commands = ((nu_dot - free) / boat.authority) @ boat.mix.T
+    size = np.abs(commands).max(axis=1)
+    # the allocation's limit: how much of the command at its input's full is given
+    full = commands / np.maximum(size, 1e-12)[:, None]
+    _, given = _core.allocate(model.vehicle.chain, np.ascontiguousarray(full))
+    return float(max((size / given).max(), (np.abs(nu) / most).max()))

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Gains by internal model control, their margins and their robustness."""

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""A tuning for the terminal."""
+
+import numpy as np
+
+from seatrial.control.tuning.dead_zone import dead_zone
+from seatrial.control.tuning.design import LIMIT, Tuning
+from seatrial.control.tuning.loops import Margins
+from seatrial.util.format import table
+from seatrial.util.frames import AXES
+
+UNITS = ("m", "m", "rad")
+
+
+def tuning_text(tuning: Tuning) -> str:
+    """Gains, margins, and what they do not cover."""
+    drawn = f"worst of {tuning.draws} draws (seed {tuning.seed}), steepest slope of the thrusters"
+    alone = "the model states no standard errors: these are of the model alone, steepest slope"
+    return "\n".join(
+        [
+            f"{tuning.model.name}: {tuning.action.upper()} gains, knob {tuning.knob:g} s, "
+            f"{tuning.rate:g} Hz, for commands of at most 1",
+            *allocation_line(tuning),
+            gains_table(tuning),
+            "Margins, each loop with the others closed, the worst of rest and the fastest motions:",
+            margins_table(tuning.nominal),
+            f"The same, {drawn if tuning.draws else alone} (sensitivity at most {LIMIT:g}):",
+            margins_table(tuning.worst),
+            *remarks(tuning),
+        ]
+    )
+
+
+def allocation_line(tuning: Tuning) -> list[str]:
+    """How axis commands become thruster commands, where the boat does not see to it."""
+    if tuning.allocator is None:
+        return []
+    return [f"Allocation {tuning.allocator.asked_scheme.value}: {tuning.allocator.why}"]
+
+
+def gains_table(tuning: Tuning) -> str:
+    """A row an axis."""
+    rows = [
+        (f"{axis} [1/{unit}]", *(f"{x:.4g}" for x in row), f"{full:.3g} {unit}/s^2", f"{delay:.3g}")
+        for axis, unit, row, full, delay in zip(
+            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+        )
+    ]
+    head = ("axis", "proportional", "integral [1/s]", "derivative [s]", "full command", "delay [s]")
+    return table(head, rows)
+
+
+def margins_table(found: Margins) -> str:
+    """A row an axis."""
+    rows = [
+        (
+            axis,
+            f"{found.gain_up[i]:.3g}" if np.isfinite(found.gain_up[i]) else "any",
+            f"{np.degrees(found.phase[i]):.0f}", f"{found.delay[i]:.2g}",
+            f"{found.sensitivity[i]:.2f}", f"{found.crossover[i]:.2g}",
+        )
+        for i, axis in enumerate(AXES)
+    ]  # fmt: skip
+    head = ("axis", "gain, factor", "phase [deg]", "delay [s]", "sensitivity", "crossover [rad/s]")
+    return table(head, rows)
+
+
+def remarks(tuning: Tuning) -> list[str]:
+    """How far the gains reach, and what the dead zone leaves."""
+    p = tuning.table()[:, 0]
+    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, UNITS, strict=True))
+    found = [f"An error of {reach} (surge, sway, yaw) alone asks for full command."]
+    dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)
+    if not dead.any():
+        return found
+    size = ", ".join(f"{x:.2g}" for x in dead)
+    held = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, UNITS, strict=True))
+    what = (
+        f"the boat swings slowly to and fro over about as much as {held}"
+        if tuning.action == "pid"
+        else f"errors up to {held} stay"
+    )
+    found.append(f"Dead zone: commands up to {size} do not push; when it keeps still, {what}.")
+    return found

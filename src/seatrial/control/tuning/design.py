@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""From a model to gains: internal model control, checked about every motion and over the covariance."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.control.allocation import Allocator
+from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
+from seatrial.control.tuning.linear import LinearBoat, linearise, steepest
+from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
+from seatrial.control.tuning.robustness import DRAWS, SEED, draws_of, worst_of
+from seatrial.control.tuning.rules import Gains, pd_gains, pid_gains
+from seatrial.util.errors import ControlError
+from seatrial.util.frames import AXES, SYMBOLS, Array
+
+Action = Literal["pid", "pd"]
+KNOB = 1.0  # [s]
+RATE = 50.0  # [Hz] of the controller
+LIMIT = 2.0  # of the sensitivity: at least 29 degrees and a factor of 2 are left (Skogestad 2003)
+SLOWEST = 100.0  # [s] of a knob
+FINENESS = 1.002  # of the smallest knob, before it is rounded up
+SUSPECTS = 8  # draws by which the smallest knob is sought; all of them have the last word
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Gains for one model, and how safe they are."""
+
+    model: Model
+    boat: LinearBoat
+    action: Action
+    knob: float  # [s] closed-loop time constant
+    rate: float  # [Hz] of the controller
+    extra: float  # [s] delay besides the thrusters' and the controller's own
+    gains: tuple[Gains, Gains, Gains]  # in accelerations
+    nominal: Margins  # (3,) of the model, the worst of its motions
+    worst: Margins  # (3,) of all draws, with the steepest slope of the thrusters' curve
+    draws: int  # 0: the model states no covariance
+    seed: int
+    allocator: Allocator | None = None  # to thruster commands; None: the boat's own
+
+    @property
+    def hold(self) -> float:
+        """Delay [s] of the controller: half its period, and what else there is."""
+        return 0.5 / self.rate + self.extra
+
+    @property
+    def delay(self) -> Array:
+        """Delay (3,) [s] of each loop, lag included."""
+        return np.asarray(self.boat.actuators.delay + self.hold)
+
+    def table(self) -> Array:
+        """Gains (3 axes, P I D) in command units of each axis per m, m s, m/s (rad in yaw)."""
+        rows = [(g.proportional, g.integral, g.derivative) for g in self.gains]
+        return np.asarray(np.array(rows) / self.boat.authority[:, None])
+
+
+def tune(
+    model: Model,
+    knob: float = KNOB,
+    *,
+    action: Action = "pid",
+    rate: float = RATE,
+    extra: float = 0.0,
+    draws: int = DRAWS,
+    seed: int = SEED,
+    allocation: str = VEHICLE,
+) -> Tuning:
+    """Gains for tracking with the closed-loop time constant `knob` [s].
+
+    rate [Hz]: of the controller. extra [s]: delay that the model does not know of, as of a network.
+    allocation: "vehicle", or a scheme of `seatrial.Allocator` for a boat whose inputs are its thrusters;
+    margins are those without it, at the steepest slope of the thrusters' curve.
+
+    Raises ControlError where the boat can't be pushed in every axis, has drag that drives it on, or where
+    the delay does not permit the knob; then it says which does. AllocationError as the Allocator.
+    """
+    _check_request(knob, rate, extra)
+    allocator = allocator_for(model, allocation)
+    boat = linearise(model)
+    _check_drag(model, boat)
+    hold = 0.5 / rate + extra
+    gains = gains_for(boat, knob, hold, action)
+    boats = draws_of(boat, model, draws, seed)
+    strength = steepest(model)
+    spread = worst_of(boats, gains, knob, hold, strength)
+    if not permitted(spread):
+        raise ControlError(_refused(model, boats, spread, (knob, hold, action, strength)))
+    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
+    nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold)).worst()
+    return Tuning(
+        model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
+        allocator,
+    )  # fmt: skip
+
+
+def gains_for(
+    boat: LinearBoat, knob: float, hold: float, action: Action
+) -> tuple[Gains, Gains, Gains]:
+    """Of the three axes by the delay of each and its least drag: at rest, as a rule."""
+    rule = pid_gains if action == "pid" else pd_gains
+    delay, drag = boat.actuators.delay + hold, boat.drag.min(axis=0)
+    surge, sway, yaw = (rule(knob, float(t), float(d)) for t, d in zip(delay, drag, strict=True))
+    return surge, sway, yaw
+
+
+def permitted(found: Margins) -> bool:
+    """Whether every draw is stable, with its sensitivity below `LIMIT`."""
+    return bool(found.stable.all() and (found.sensitivity <= LIMIT).all())
+
+
+def _check_request(knob: float, rate: float, extra: float) -> None:
+    if not 0.0 < knob <= SLOWEST:
+        raise ControlError(
+            f"knob {knob:g} s: expected a time constant above 0 s, up to {SLOWEST:g} s"
+        )
+    if not 0.1 <= rate <= 1e4:
+        raise ControlError(f"rate {rate:g} Hz: expected 0.1 to 10000 Hz")
+    if not 0.0 <= extra <= SLOWEST:
+        raise ControlError(f"delay {extra:g} s: expected 0 to {SLOWEST:g} s")
+
+
+def _check_drag(model: Model, boat: LinearBoat) -> None:
+    for axis, name in enumerate(AXES):
+        worst = int(np.argmin(boat.drag[:, axis]))
+        if boat.drag[worst, axis] >= 0.0:
+            continue
+        motion = boat.speeds[worst]
+        where = ", ".join(f"{s} {x:.2g}" for s, x in zip(SYMBOLS, motion, strict=True) if x)
+        raise ControlError(
+            f"{model.name}: unstable in {name}: its drag at {where or 'rest'} is "
+            f"{boat.drag[worst, axis]:.3g} 1/s, expected 0 or more; identify it again with more driving in "
+            f"{name} there, or leave out the drag term that is not known"
+        )
+
+
+Request = tuple[float, float, Action, float]  # knob, hold, action, strength
+
+
+def _refused(model: Model, boats: list[LinearBoat], found: Margins, request: Request) -> str:
+    knob, hold, _, _ = request
+    smallest = smallest_knob(boats, found, request)
+    delay = boats[0].actuators.delay + hold
+    place = int(np.argmax(found.sensitivity.max(axis=0)))
+    why = f"with the delay of {delay[place]:.3g} s in {AXES[place]} and what the model's standard errors allow"
+    if smallest is None:
+        return f"{model.name}: no knob up to {SLOWEST:g} s is safe {why}; identify it with more driving"
+    return (
+        f"knob {knob:g} s: asks for more than is safe {why} (sensitivity "
+        f"{found.sensitivity.max():.3g}, at most {LIMIT:g}); the smallest that is: --knob {smallest:g}"
+    )
+
+
+def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
+    """The smallest knob [s], rounded up to two digits, with which all draws are safe; None: there is none."""
+    _, hold, action, strength = request
+    bad = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
+    suspects = [boats[0], *(boats[i] for i in np.argsort(-bad)[:SUSPECTS])]
+
+    def safe(knob: float, among: list[LinearBoat]) -> bool:
+        gains = gains_for(boats[0], knob, hold, action)
+        return permitted(worst_of(among, gains, knob, hold, strength))
+
+    low = high = request[0]
+    while not safe(high, suspects):
+        low, high = high, 1.5 * high
+        if high > SLOWEST:
+            return None
+    while high > FINENESS * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if safe(middle, suspects) else (middle, high)
+    knob = rounded_up(high)
+    while not safe(knob, boats):
+        knob = rounded_up(1.05 * knob)
+        if knob > SLOWEST:
+            return None
+    return knob
+
+
+def rounded_up(value: float) -> float:
+    """To two digits."""
+    step = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(f"{np.ceil(value / step - 1e-9) * step:.2g}")

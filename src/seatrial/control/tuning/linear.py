@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The identified boat as a linear plant about steady motions: what a controller's loop goes through."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.util.errors import ControlError, ModelError
+from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
+
+Complex = NDArray[np.complex128]
+SMALL = 1e-3  # of a command: within every limit
+NUDGE = 1e-6  # of a velocity, for derivatives
+WEAK = 1e-6  # smallest over largest acceleration by which an axis can be pushed
+SLOPE_STEPS = 400  # of a thruster's curve
+LONGEST_RUN = 200.0  # [s] in which a boat under full command reaches its speed
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """From axis commands to accelerations, thruster by thruster: sum of push h(s) share."""
+
+    push: Array  # (3, actuators) [m/s^2, m/s^2, rad/s^2] per unit of thrust
+    share: Array  # (actuators, 3) thruster command per axis command
+    latency: Array  # (actuators,) [s]
+    lag: Array  # (actuators,) [s]
+
+    def __post_init__(self) -> None:
+        for name in ("push", "share", "latency", "lag"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+    def response(self, omega: Array) -> Complex:
+        """Accelerations (n, 3, 3) per axis command at angular frequencies (n,) [rad/s]: exact delays."""
+        s = 1j * omega[:, None]
+        h = np.exp(-s * self.latency) / (1.0 + s * self.lag)
+        return np.asarray(np.einsum("ik,nk,kj->nij", self.push, h, self.share))
+
+    @property
+    def delay(self) -> Array:
+        """First-order term (3,) [s] of each axis' own response: latency and lag alike."""
+        own = np.einsum("ik,ki->ik", self.push, self.share)
+        weight = own / own.sum(axis=1, keepdims=True)
+        return np.asarray(weight @ (self.latency + self.lag))
+
+
+@dataclass(frozen=True)
+class LinearBoat:
+    """A boat about steady motions."""
+
+    mix: Array  # (inputs, 3) commands per axis command; an axis command of 1 is some input's full
+    authority: Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1
+    actuators: Actuators
+    speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]; the first is rest
+    slopes: Array  # (m, 3, 3) d nu_dot / d nu there
+    steepest: float  # largest slope of a thruster's curve, over its chord
+
+    def __post_init__(self) -> None:
+        for name in ("mix", "authority", "speeds", "slopes"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+    @cached_property
+    def drag(self) -> Array:
+        """Linear drag (m, 3) [1/s] of each axis by itself."""
+        return np.asarray(-np.einsum("mii->mi", self.slopes))
+
+
+def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
+    """The model about rest and its fastest steady motions, or about `speeds` (m, 3).
+
+    Raises ControlError where the model's commands do not push in every axis.
+    """
+    B, G = _force_effect(model), _allocated(model)
+    push = B @ model.vehicle.mix @ np.diag(chords(model))
+    effect = push @ G  # (3, inputs) at rest
+    _check_pushes(model, effect)
+    inverse = np.linalg.pinv(effect)
+    authority = 1.0 / np.abs(inverse).max(axis=0)
+    mix = inverse * authority
+    constants = model.vehicle.constants
+    latency, lag = (constants.of_each(stage, model.constants) for stage in ("latency", "lag"))
+    # A latency below 0 is two clocks' offset: a loop can't know a command before it
+    actuators = Actuators(push, G @ mix, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
+    points = steady_motions(model) if speeds is None else speeds
+    return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), steepest(model))
+
+
+def redrawn(boat: LinearBoat, model: Model) -> LinearBoat:
+    """Another draw of the model under the same axis commands and at the same motions."""
+    fresh = linearise(model, boat.speeds)
+    share = _allocated(model) @ boat.mix
+    return replace(
+        fresh, mix=boat.mix, authority=boat.authority, actuators=replace(fresh.actuators, share=share)
+    )  # fmt: skip
+
+
+def slopes_at(model: Model, speeds: Array) -> Array:
+    """d nu_dot / d nu (m, 3, 3) without thrust, by central differences."""
+    steps = np.vstack([NUDGE * np.eye(3), -NUDGE * np.eye(3)])
+    nu = (speeds[:, None, :] + steps).reshape(-1, 3)
+    found = _accelerations(model, nu).reshape(len(speeds), 2, 3, 3)
+    return np.asarray(np.swapaxes(found[:, 0] - found[:, 1], 1, 2) / (2.0 * NUDGE))
+
+
+def steady_motions(model: Model) -> Array:
+    """Rest, the fastest motion along each axis both ways, and a turn at speed (m, 3).
+
+    The fastest is what the model was identified at, or, where it does not say, what full command
+    reaches.
+    """
+    ranges = model.envelope.speeds
+    told = set(SYMBOLS) <= set(ranges)
+    most = np.array([max(map(abs, ranges[name])) for name in SYMBOLS]) if told else _reached(model)
+    along = np.diag(most)
+    turn = np.array([[0.7 * most[0], 0.0, 0.7 * most[2]]])
+    return np.vstack([np.zeros((1, 3)), along, -along, turn])
+
+
+def _reached(model: Model) -> Array:
+    """Speed (3,) of each axis under full command, by its own equation."""
+    B, G = _force_effect(model), _allocated(model)
+    push = B @ model.vehicle.mix @ np.diag(chords(model))
+    full = 1.0 / np.abs(np.linalg.pinv(push @ G)).max(axis=0)
+    speed, step = np.zeros(3), LONGEST_RUN / 4000
+    for _ in range(4000):
+        rate = np.diag(_accelerations(model, np.diag(speed))) + full
+        speed = speed + step * rate
+        if not np.isfinite(speed).all() or np.abs(speed).max() > 1e3:
+            raise ControlError(
+                f"{model.name}: nothing limits its speed under full command; identify it with a wider "
+                "range of speeds, so that the drag is found"
+            )
+    return np.asarray(speed)
+
+
+def steepest(model: Model) -> float:
+    """Largest slope of a thruster's curve between full reverse and full forward, over its chord."""
+    n = len(model.vehicle.actuators)
+    at = np.linspace(-1.0, 1.0, SLOPE_STEPS + 1)
+    found = 1.0
+    for k, chord in enumerate(chords(model)):
+        rows = np.zeros((len(at), n))
+        rows[:, k] = at
+        curve = _core.curve(model.vehicle.chain, model.constants, k, rows)
+        # over a few steps: a power below 1 begins upright
+        slope = (curve[10:] - curve[:-10]) / (at[10:] - at[:-10]) / chord
+        found = max(found, float(slope.max()))
+    return found
+
+
+def _accelerations(model: Model, nu: Array, force: Array | None = None) -> Array:
+    forces = np.zeros((len(nu), len(model.structure.forces))) if force is None else force
+    return _core.accelerations(
+        model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
+    )
+
+
+def _force_effect(model: Model) -> Array:
+    """Accelerations (3, forces) at rest by a generalised force of 1."""
+    n = len(model.structure.forces)
+    force = np.vstack([np.zeros((1, n)), np.eye(n)])
+    found = _accelerations(model, np.zeros((n + 1, 3)), force)
+    if not np.isfinite(found).all():
+        raise ModelError(
+            f"{model.name}: the accelerations in its equations can't be solved for; "
+            "leave out a term like N_ud * u_dot"
+        )
+    return np.asarray((found[1:] - found[0]).T)
+
+
+def _allocated(model: Model) -> Array:
+    """Thruster commands (actuators, inputs) by an input of 1, without the offset of always-forward."""
+    n = len(model.vehicle.inputs)
+    small = SMALL * np.vstack([np.eye(n), -np.eye(n)])
+    thrusters, _ = _core.allocate(model.vehicle.chain, small)
+    return np.asarray((thrusters[:n] - thrusters[n:]).T / (2.0 * SMALL))
+
+
+def chords(model: Model) -> Array:
+    """Thrust (actuators,) at full forward command."""
+    n = len(model.vehicle.actuators)
+    chain, q = model.vehicle.chain, model.constants
+    return np.array([_core.curve(chain, q, k, np.eye(n)[k : k + 1])[0] for k in range(n)])
+
+
+def _check_pushes(model: Model, effect: Array) -> None:
+    weakest = np.linalg.svd(effect, compute_uv=False)[-1] if effect.shape[1] >= 3 else 0.0
+    strong = np.abs(effect).max()
+    if weakest > WEAK * strong:
+        return
+    idle = [
+        axis for axis, row in zip(AXES, effect, strict=True) if np.abs(row).max() <= WEAK * strong
+    ]
+    raise ControlError(
+        f"{model.name}: no command pushes it in {_joined(idle)}; the controller needs a force in surge, "
+        "sway and yaw: add a term like Y_F * F_v to the structure and identify again"
+        if idle
+        else f"{model.name}: its {effect.shape[1]} commands can't push in surge, sway and yaw independently; "
+        "the controller needs that"
+    )
+
+
+def _joined(words: Sequence[str]) -> str:
+    return " or ".join(words)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""The page's sections."""
+
+from html import escape
+
+import numpy as np
+
+from seatrial.control import Tuning
+from seatrial.control.tuning.console import UNITS, remarks
+from seatrial.control.tuning.design import LIMIT
+from seatrial.control.tuning.loops import Margins
+from seatrial.control.tuning.page import draw
+from seatrial.control.tuning.responses import Responses
+from seatrial.report.sections.base import ALL, Section, three
+from seatrial.report.text.cells import Cell, Number, Text, known
+from seatrial.report.text.names import sentence
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
+
+MARGINS = """Each loop with the other two closed, the worst of rest, of the fastest motion along each axis both
+ways, and of a turn at speed. Gain: by how much thrust may be stronger than the model says. Delay: how much may
+come on top. Sensitivity: over how much a disturbance is amplified at worst; up to $limit is allowed, which leaves
+at least 29° of phase and a factor of 2 in gain."""
+STEPS = """Without feed-forward, at rest, for errors so small that no thruster is at its limit. A controller with
+an integral must overshoot a step; a reference that the boat can follow, with feed-forward, has none. Shaded: what
+the model's standard errors allow."""
+BODE = """The loop of each axis with the other two closed, at rest, with exact delays. Dotted: 0&nbsp;dB, phase
+−180°, the sensitivity that is allowed."""
+
+
+def gains(tuning: Tuning) -> Section:
+    """What the controller is told."""
+    rows: list[list[Cell]] = [
+        [
+            Text(axis), *(Number(float(x)) for x in row),
+            Text(f"1/{unit}, 1/({unit} s), s/{unit}"),
+            Number(float(full), 3), Text(f"{unit}/s²"), Number(float(delay), 3),
+        ]
+        for axis, unit, row, full, delay in zip(
+            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+        )
+    ]  # fmt: skip
+    head = ("axis", "P", "I", "D", "unit", "full command", "", "delay [s]")
+    table = Table("gains", "Gains in command units", head, rows)
+    said = "".join(f"<p>{sentence(text)}</p>" for text in remarks(tuning))
+    html = f"""<header><h1>{escape(tuning.model.name)}</h1>
+<p class="subtitle">{tuning.action.upper()} tracking controller by internal model control, knob
+{tuning.knob:g}&nbsp;s, {tuning.rate:g}&nbsp;Hz</p></header>
+<section id="gains"><h2>Gains</h2>
+{table.html()}
+{said}</section>"""
+    return Section("gains", "Gains", html, tables=(table,))
+
+
+def safety(tuning: Tuning) -> Section:
+    """Margins."""
+    drawn = (
+        f"Worst of {tuning.draws} draws of the model (seed {tuning.seed}), steepest slope of the thrusters"
+        if tuning.draws
+        else "The model states no standard errors; steepest slope of the thrusters"
+    )
+    rows: list[list[Cell]] = [
+        [Text("The model")],
+        *_rows(tuning.nominal),
+        [Text(drawn)],
+        *_rows(tuning.worst),
+    ]
+    head = ("axis", "gain, factor", "phase [deg]", "delay [s]", "sensitivity", "crossover [rad/s]")
+    table = Table("margins", "Margins", head, rows)
+    html = f"""<section id="margins"><h2>Margins</h2>
+{table.html()}<p class="note">{MARGINS.replace("$limit", f"{LIMIT:g}")}</p></section>"""
+    return Section("margins", "Margins", html, tables=(table,))
+
+
+def _rows(found: Margins) -> list[list[Cell]]:
+    return [
+        [
+            Text(axis), known(float(found.gain_up[i]), 3), Number(float(np.degrees(found.phase[i])), 3),
+            Number(float(found.delay[i]), 3), Number(float(found.sensitivity[i]), 3),
+            Number(float(found.crossover[i]), 3),
+        ]
+        for i, axis in enumerate(AXES)
+    ]  # fmt: skip
+
+
+def steps(tuning: Tuning, curves: Responses) -> Section:
+    """Step responses."""
+    html = f"""<section id="steps"><h2>Step of the reference</h2>
+<p class="note">{STEPS}</p>
+{three(ALL, "step", "pose after a step of the reference", "middle")}</section>"""
+    figures = {f"step-{s}": draw.step(curves.step, i, tuning.knob) for i, s in enumerate(SYMBOLS)}
+    return Section("steps", "Steps", html, {ALL: figures})
+
+
+def bode(curves: Responses) -> Section:
+    """Bode plots and sensitivity."""
+    html = f"""<section id="bode"><h2>Frequency response</h2>
+<p class="note">{BODE}</p>
+{three(ALL, "gain", "gain of the open loop", "middle")}
+{three(ALL, "phase", "phase of the open loop", "middle")}
+{three(ALL, "sensitivity", "sensitivity", "middle")}</section>"""
+    figures = {}
+    for i, s in enumerate(SYMBOLS):
+        figures[f"gain-{s}"] = draw.gain(curves.gain, i)
+        figures[f"phase-{s}"] = draw.phase(curves.phase, i)
+        figures[f"sensitivity-{s}"] = draw.sensitivity(curves.sensitivity, i)
+    return Section("bode", "Frequency response", html, {ALL: figures})
+
+
+def provenance(tuning: Tuning) -> Section:
+    """What was tuned for."""
+    model = tuning.model
+    facts = [
+        ("model", f"{model.name}, by {model.estimator.method}"),
+        ("recordings", ", ".join(r.name for r in model.recordings) or "none"),
+        ("axes", "forward-left-up"),
+        ("inputs", ", ".join(model.vehicle.inputs)),
+        ("delay of the controller", f"{tuning.hold:.3g} s"),
+    ]
+    rows: list[list[Cell]] = [[Text(name), Text(value)] for name, value in facts]
+    table = Table("provenance", "Provenance", ("", ""), rows, numbers=False)
+    html = f'<section id="provenance"><h2>Provenance</h2>\n{table.html()}</section>'
+    return Section("provenance", "Provenance", html, tables=(table,))

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""The loop's margins over what the model's covariance allows: the worst of many draws."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.control.tuning.linear import LinearBoat, redrawn
+from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
+from seatrial.control.tuning.rules import Gains
+from seatrial.util.frames import Array
+
+DRAWS = 200
+SEED = 1
+GRID = 200  # frequencies a draw
+
+
+def drawn(model: Model, draws: int = DRAWS, seed: int = SEED) -> Iterator[Model]:
+    """The model with coefficients and constants as its covariance allows; the same seed, the same ones."""
+    rng = np.random.default_rng(seed)
+    n = len(model.coefficients)
+    values, vectors = np.linalg.eigh(model.covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    for _ in range(draws):
+        off = root @ rng.normal(size=len(root))
+        yield replace(
+            model, coefficients=model.coefficients + off[:n], constants=_possible(model, off[n:])
+        )
+
+
+def _possible(model: Model, off: Array) -> Array:
+    """Constants of the chain, those of the static curve as they are: their slope is counted apart."""
+    timing = [
+        name.partition(".")[0] in ("latency", "lag", "gain")
+        for name in model.vehicle.constants.names
+    ]
+    return np.asarray(model.constants + np.where(timing, off, 0.0))
+
+
+def worst_of(
+    boats: Sequence[LinearBoat], gains: Sequence[Gains], knob: float, hold: float, strength: float
+) -> Margins:
+    """Margins (boats, ...) of each boat, the worst of its motions."""
+    longest = float(boats[0].actuators.delay.max()) + hold
+    omega = frequencies(knob, longest, GRID)
+    feedback = Feedback(gains, boats[0].speeds, omega, hold)
+    found = [margins(boat, feedback, strength).worst() for boat in boats]
+    return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
+
+
+def draws_of(
+    boat: LinearBoat, model: Model, draws: int = DRAWS, seed: int = SEED
+) -> list[LinearBoat]:
+    """The boat itself, then each draw of its model under the same axis commands.
+
+    None where the covariance is zero: all would be the same.
+    """
+    if not model.covariance.any():
+        return [boat]
+    return [boat, *(redrawn(boat, one) for one in drawn(model, draws, seed))]

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""What two models mean for the boat, side by side; and what sets them apart but its parameters."""
+
+from dataclasses import replace
+
+import msgspec
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry
+from seatrial.boat.vehicle import as_column
+from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import AXES, SYMBOLS, Axes
+
+WIDER = 1.3  # ratio of speeds from which on an envelope is another
+
+
+class AxisMeaning(msgspec.Struct, frozen=True):
+    """One axis driven alone by the same command, for A and B."""
+
+    axis: str
+    command: float
+    top_speed: tuple[float, float]  # [m/s] or [rad/s]
+    rise_time: tuple[float, float]  # [s] to 63 % of it
+    coast: tuple[float, float]  # [m] or [rad] until 2 % of it is left
+
+
+def meaning(a: Model, b: Model) -> list[AxisMeaning]:
+    """Top speed, time to it and coasting distance. Raises ModelError where one is unstable."""
+    both = []
+    common = _common_forces(a, b)
+    for label, model in (("A", a), ("B", b)):
+        try:
+            both.append(
+                sanity(replace(model, envelope=EnvelopeEntry(model.envelope.speeds, common)))
+            )
+        except ModelError as error:
+            raise ModelError(f"{label}: {error}") from None
+    found = [(x, y) for x in both[0] for y in both[1] if x.axis == y.axis]
+    return [_side_by_side(x, y) for x, y in found]
+
+
+def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
+    """Commands that both models know of."""
+    out = {}
+    for force in {*a.envelope.forces, *b.envelope.forces}:
+        ranges = [m.envelope.forces.get(force, (-1.0, 1.0)) for m in (a, b)]
+        size = min(max(abs(low), abs(high)) for low, high in ranges)
+        out[force] = (-size, size)
+    return out
+
+
+def _side_by_side(x: AxisSanity, y: AxisSanity) -> AxisMeaning:
+    return AxisMeaning(
+        AXES[x.axis],
+        x.command,
+        (x.top_speed, y.top_speed),
+        (x.rise_time, y.rise_time),
+        (x.coast, y.coast),
+    )
+
+
+def shared(a: Model, b: Model) -> list[str]:
+    """Names of recordings of which both models were identified from the same part."""
+    return [x.name for x in a.recordings for y in b.recordings if _overlap(x, y)]
+
+
+def same_data(a: Model, b: Model) -> bool:
+    """Whether both were identified from the same recordings, and nothing else."""
+
+    def within(one: Model, other: Model) -> bool:
+        return all(any(_overlap(x, y) for y in other.recordings) for x in one.recordings)
+
+    return bool(a.recordings) and within(a, b) and within(b, a)
+
+
+def _overlap(x: RecordingEntry, y: RecordingEntry) -> bool:
+    own, other = ({f.sha256 for f in entry.files} for entry in (x, y))
+    same = own == other if own and other else x.name == y.name
+    return same and x.start < y.start + y.length and y.start < x.start + x.length
+
+
+def notes(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
+    """What else sets the two models apart, one sentence each."""
+    return [
+        *_independence(a, b),
+        *_methods(a, b),
+        *_vehicles(a, b),
+        *_dead_zones(a, b, seen),
+        *_envelopes(a, b),
+    ]
+
+
+def _independence(a: Model, b: Model) -> list[str]:
+    names = shared(a, b)
+    if not names:
+        return []
+    listed = ", ".join(dict.fromkeys(names))
+    prior = [label for label, m in (("A", a), ("B", b)) if "prior" in m.estimator.settings]
+    why = f" ({' and '.join(prior)} began from an older model as prior)" if prior else ""
+    said = f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
+    if same_data(a, b):
+        return [
+            f"{said}are too large, if anything, and any difference comes from how they were identified, not "
+            "from the boat"
+        ]
+    return [f"{said}are too large, if anything: differences shown are real, others may be missed"]
+
+
+def _methods(a: Model, b: Model) -> list[str]:
+    found = []
+    methods = a.estimator.method, b.estimator.method
+    if methods[0] != methods[1]:
+        found.append(
+            f"A was found by {methods[0]}, B by {methods[1]}: what the methods do differently"
+            + (" shows" if same_data(a, b) else " shows as a difference of the boats")
+        )
+    if EQUATION_ERROR in methods:
+        which = "both" if methods[0] == methods[1] else "AB"[methods.index(EQUATION_ERROR)]
+        found.append(
+            f"errors of {EQUATION_ERROR} ({which}) cover scatter only, not its bias by pose noise: small "
+            "differences may be that"
+        )
+    if a.integration != b.integration:
+        said = [f"{m.integration.scheme} in steps of {m.integration.step:.3g} s" for m in (a, b)]
+        found.append(
+            f"integration: A by {said[0]}, B by {said[1]}"
+            + (
+                ": forward Euler's coefficients make up for its steps"
+                if "forward-euler" in (a.integration.scheme, b.integration.scheme)
+                else ""
+            )
+        )
+    return found
+
+
+def _vehicles(a: Model, b: Model) -> list[str]:
+    found = []
+    one, two = a.vehicle, b.vehicle
+    if one.name != two.name:
+        found.append(f"two vehicles: A is {one.name}, B is {two.name}")
+    if one.axes is not two.axes:
+        found.append(
+            f"A's file is in {one.axes.value} axes, B's in {two.axes.value}: both are compared in "
+            f"{Axes.FLU.value} axes"
+        )
+    if not a.same_origin(b):
+        found.append(
+            f"two origins: the poses' point is {one.point} of A's, {two.point} of B's; coefficients of two "
+            "points of a boat differ"
+        )
+    if fixed_terms(a) != fixed_terms(b):
+        found.append("the terms without a coefficient differ: coefficients may stand in for them")
+    if one.file.allocation != two.file.allocation:
+        said = [_allocation_said(m) for m in (a, b)]
+        found.append(f"allocation: A {said[0]}, B {said[1]}")
+    read = [{n: _scaling(c) for n, c in v.file.commands.inputs.items()} for v in (one, two)]
+    odd = [n for n in read[0] if n in read[1] and read[0][n] != read[1][n]]
+    if odd:
+        found.append(
+            f"{', '.join(odd)}: read with another sign, scale or offset: thrust gains compare only if that "
+            "makes the same command of the same stick"
+        )
+    return found
+
+
+def _scaling(column: object) -> tuple[object, ...]:
+    c = as_column(column)  # type: ignore[arg-type]
+    return c.unit, c.sign, c.scale, c.offset
+
+
+def _allocation_said(model: Model) -> str:
+    entry = model.vehicle.file.allocation
+    more = f" with F_os {entry.F_os:g}" if entry.F_os else ""
+    return f"{entry.scheme}{more}"
+
+
+def _dead_zones(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
+    has = [any(n.partition(".")[0] in EDGES for n in m.parameters) for m in (a, b)]
+    if has[0] == has[1]:
+        return _one_edge(a, b)
+    whose, other = ("A", "B") if has[0] else ("B", "A")
+    converted = seen[0].converted or seen[1].converted
+    if converted:
+        return [
+            f"{other} knows no dead zone: always-forward thrusters stay past its edge, its gains are 1 / (1 - "
+            f"edge) of the thrusters'; {whose}'s are shown as {converted}"
+        ]
+    return [
+        f"{whose} has a dead zone, {other} has none: {other}'s thrust gains are an average over it, "
+        f"{whose}'s hold past its edge"
+    ]
+
+
+def _one_edge(a: Model, b: Model) -> list[str]:
+    """Of models of which one has one edge for both sides, and the other two."""
+    single = [
+        any(isinstance(z := g.dead_zone, DeadZone) and z.symmetric for g in m.vehicle.file.chain)
+        for m in (a, b)
+    ]
+    if single[0] == single[1]:
+        return []
+    whose, other = ("A", "B") if single[0] else ("B", "A")
+    return [
+        f"{whose} has one dead-zone edge for both sides, as its thrusters hardly pushed to one of them; "
+        f"{other}'s edge on that side is not compared"
+    ]
+
+
+def _envelopes(a: Model, b: Model) -> list[str]:
+    found = []
+    for axis, symbol in enumerate(SYMBOLS):
+        if symbol not in a.envelope.speeds or symbol not in b.envelope.speeds:
+            continue
+        tops = [max(abs(x) for x in m.envelope.speeds[symbol]) for m in (a, b)]
+        if max(tops) > WIDER * min(tops):
+            unit = "rad/s" if axis == 2 else "m/s"
+            found.append(
+                f"{AXES[axis]}: A was identified up to {tops[0]:.2f} {unit}, B up to {tops[1]:.2f} {unit}: "
+                "coefficients of other speeds differ where drag has another form than the model"
+            )
+    return found

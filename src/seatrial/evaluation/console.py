@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""What `validate` found, for the terminal."""
+
+from itertools import product
+from typing import get_args
+
+from seatrial.evaluation.residuals import in_words
+from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
+from seatrial.util.frames import AXES, SYMBOLS
+
+MOST_SAID = 2  # sentences on the residuals of a recording
+
+
+def scores_text(scores: Scores) -> str:
+    """The scores as a table for the terminal; Table III's pairing is marked."""
+    width = max(23, *(len(r.recording) for r in scores.recordings))
+    lines = [
+        f"RMS error {scores.horizon:g} s ahead",
+        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  foreseen  excess   95 % of error",
+    ]
+    for row in scores.recordings:
+        for axis, symbol in enumerate(SYMBOLS):
+            s = row.scores[symbol]
+            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+            mark = "*" if row.excited == AXES[axis] else " "
+            name = (
+                row.recording,
+                f"  {row.predictions} predictions",
+                f"  {100 * row.usable:.1f} % of poses used",
+            )[axis]
+            lines.append(
+                f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
+                f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
+                f"{_foreseen(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
+                f"{_range(s.rms_interval, scale)}"
+            )
+    known = [r.recording for r in scores.recordings if r.seen]
+    if known:
+        lines.append(f"  note: the model was identified from {', '.join(known)}: no test of it")
+    for row in scores.recordings:
+        bad = [AXES[i] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0]
+        if bad:
+            lines.append(
+                f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
+            )
+    return "\n".join(lines)
+
+
+def _mark(score: AxisScore) -> str:
+    return "=" if score.at_floor else "~" if score.as_foreseen else " "
+
+
+def _foreseen(rms: float | None, scale: float) -> str:
+    return f"{'-':>8}" if rms is None else f"{rms * scale:8.3f}"
+
+
+def _range(interval: Interval | None, scale: float) -> str:
+    if interval is None:
+        return "  too short"
+    return f"{interval[0] * scale:7.3f}-{interval[1] * scale:.3f}"
+
+
+def horizons_text(scores: Scores) -> str:
+    """Errors at all horizons, and what residuals still have to do with the forces."""
+    known = sorted({x.horizon for row in scores.recordings for x in row.horizons})
+    width = max(23, *(len(r.recording) for r in scores.recordings))
+    head = "".join(f"{f'{h:g} s':>8}" for h in known)
+    lines = [
+        "RMS error ahead, from the stencil's starts and from the model's own filter's",
+        f"  {'recording':<{width}}  start      unit  {head}",
+    ]
+    for row in scores.recordings:
+        for i, (axis, start) in enumerate(product(range(3), get_args(Start))):
+            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+            cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
+            name = row.recording if i == 0 else ""
+            lines.append(
+                f"  {name:<{width}}  {SYMBOLS[axis]} {start:<7}  {unit:<6}{''.join(cells)}"
+            )
+    for row in scores.recordings:
+        lines += [f"  note: {row.recording}: {text}" for text in (*row.notes, *_left(row))]
+    return "\n".join(lines)
+
+
+def _cell(row: RecordingScore, horizon: float, start: str, symbol: str, scale: float) -> str:
+    for found in row.horizons:
+        if (found.horizon, found.start) == (horizon, start):
+            score = found.scores[symbol]
+            return f"{score.rms * scale:7.3f}{_mark(score)}"
+    return f"{'-':>7} "
+
+
+def _left(row: RecordingScore) -> list[str]:
+    """What its residuals say, the clearest first."""
+    found = sorted(
+        (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
+    )
+    said = [in_words(c) for c in found[:MOST_SAID]]
+    if len(found) > MOST_SAID:
+        said[-1] += f" (and {len(found) - MOST_SAID} more, in --json)"
+    return said
+
+
+LEGEND = """\
+  constant: error if the velocity stays as it is; ratio: error / constant;
+  floor: what pose noise alone makes; excess: what is left without it; =: may be the floor alone;
+  foreseen: what the model says of itself, floor, the force it leaves out, uncertain coefficients;
+  ~: may be that alone;
+  *: the axis that the recording excites, the pairing of the paper's Table III"""

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: MIT
+"""Two models side by side, each from two kinds of start: how much is the model, how much the start.
+
+A prediction is as good as the velocity that it starts from. Stencil starts carry the poses' noise
+into every model alike; a causal filter's are as good as the model it runs on.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
+from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import SYMBOLS, Array, Mask
+
+CELLS = ("model, stencil", "model, filter", "other, stencil", "other, filter")
+PAIRS = {  # cells that are compared: (over, under)
+    "model, from stencil starts": (0, 2),
+    "model, from filter starts": (1, 3),
+    "start, under model": (1, 0),
+    "start, under other": (3, 2),
+    "model and start": (1, 2),
+}
+
+
+class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """What one RMS is to another, at the same instants."""
+
+    difference: float  # [m/s] or [rad/s] RMS less that of the other
+    ratio: float  # RMS over that of the other: below 1 it is better
+    interval: tuple[float, float] | None  # of the ratio, 95 %; None: the recording is too short
+    significant: bool  # the interval does not hold 1
+
+
+class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """One model from one kind of start."""
+
+    rms: float  # [m/s] or [rad/s] of reference less predicted
+    interval: tuple[float, float] | None  # 95 %
+    floor: float  # what a perfect model would score from this start
+    excess: float  # sqrt(rms^2 - floor^2)
+
+
+class Duel(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """The 2 x 2 table of one recording, for one velocity."""
+
+    recording: str
+    symbol: str  # u, v, r
+    predictions: int
+    cells: dict[str, Cell]  # by CELLS
+    changes: dict[str, Change]  # by PAIRS
+
+
+class Against(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """A model against another on the same recordings."""
+
+    model: str  # method
+    other: str
+    horizon: float  # [s]
+    reference: str  # what predictions are compared with
+    duels: list[Duel]
+
+
+def against(
+    model: Model,
+    other: Model,
+    recordings: Sequence[Recording],
+    horizon: float = DEFAULT_HORIZON,
+    *,
+    velocities: Mapping[str, Motion] | None = None,
+) -> Against:
+    """The 2 x 2 table of every recording: this model or the other, stencil or filter starts.
+
+    All four predict the same instants, and are compared with the stencil's velocities or with
+    `velocities`, by recording (the truth of simulated trials). Raises ModelError where one of them
+    is unstable, runs away, or knows other commands than the recordings hold, or where their origins are two.
+    """
+    if not model.same_origin(other):
+        raise ModelError(
+            f"the poses' point is {model.vehicle.point} of the model's origin, {other.vehicle.point} of the "
+            "other's: identify both with one lever arm, under pose in the vehicle file"
+        )
+    for one in (model, other):
+        sanity(one)
+        _fits(one, recordings)
+    known = velocities or {}
+    noises = [believed_noise(one, recordings) for one in (model, other)]
+    duels = []
+    for recording in recordings:
+        stencil, filters = motion(recording), [
+            causal(one, recording, noise).motion
+            for one, noise in zip((model, other), noises, strict=True)
+        ]  # fmt: skip
+        truth = known.get(recording.name)
+        both = stencil.valid & filters[0].valid & filters[1].valid
+        ahead = [
+            predict(one, recording, horizon, velocities=truth, starts=_at(start, both))
+            for one, filtered in zip((model, other), filters, strict=True)
+            for start in (stencil, filtered)
+        ]
+        duels += _duels(recording, ahead)
+    reference = "stencil" if velocities is None else "given"
+    return Against(model.estimator.method, other.estimator.method, horizon, reference, duels)
+
+
+def _fits(model: Model, recordings: Sequence[Recording]) -> None:
+    for recording in recordings:
+        if recording.commands.names != model.vehicle.inputs:
+            raise ModelError(
+                f"{recording.name}: has commands {', '.join(recording.commands.names)}; model "
+                f"{model.name} is driven by {', '.join(model.vehicle.inputs)}: only models of one "
+                "boat and its commands can be compared"
+            )
+
+
+def _at(start: Motion, valid: Mask) -> Motion:
+    return Motion(start.t, start.eta, start.nu, valid, start.deviation)
+
+
+def _duels(recording: Recording, ahead: Sequence[Prediction]) -> list[Duel]:
+    squares = np.stack([p.errors**2 for p in ahead], axis=-1)  # (m, 3, 4)
+    index, steps, samples = ahead[0].index, ahead[0].steps, len(squares)
+    flat = squares.reshape(samples, -1)
+    length = block_length(flat, index, steps)
+    blocks = block_sums(np.column_stack([flat, np.ones(samples)]), index, length)
+    found = []
+    for axis, symbol in enumerate(SYMBOLS):
+        mean = squares[:, axis].mean(axis=0)
+        own = None if blocks is None else blocks[:, 4 * axis : 4 * axis + 4]
+        count = None if blocks is None else np.repeat(blocks[:, -1:], 4, axis=1)
+        floors = [float(p.floor[axis]) for p in ahead]
+        found.append(
+            Duel(
+                recording.name, symbol, samples,
+                dict(zip(CELLS, _cells(mean, floors, own, count), strict=True)),
+                dict(zip(PAIRS, _changes(mean, own), strict=True)),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _cells(
+    mean: Array, floors: Sequence[float], own: Array | None, count: Array | None
+) -> list[Cell]:
+    ranges = _pairs(own, count, len(mean))
+    return [
+        Cell(float(np.sqrt(m)), r, f, float(np.sqrt(max(0.0, m - f**2))))
+        for m, r, f in zip(mean.tolist(), ranges, floors, strict=True)
+    ]
+
+
+def _changes(mean: Array, own: Array | None) -> list[Change]:
+    over, under = np.array(list(PAIRS.values())).T
+    rms = np.sqrt(mean)
+    ranges = _pairs(
+        None if own is None else own[:, over], None if own is None else own[:, under], len(over)
+    )
+    return [
+        Change(
+            float(rms[i] - rms[j]),
+            float(rms[i] / rms[j]),
+            r,
+            r is not None and not r[0] <= 1 <= r[1],
+        )
+        for i, j, r in zip(over, under, ranges, strict=True)
+    ]
+
+
+def _pairs(over: Array | None, under: Array | None, n: int) -> list[tuple[float, float] | None]:
+    """Intervals of root mean squares, or of their ratios."""
+    if over is None or under is None:
+        return [None] * n
+    return [(float(a), float(b)) for a, b in np.sqrt(ratio_interval(over, under))]
+
+
+def against_text(table: Against) -> str:
+    """The 2 x 2 tables for the terminal."""
+    width = max(9, *(len(d.recording) for d in table.duels))
+    lines = [
+        f"RMS error {table.horizon:g} s ahead: model ({table.model}) against other ({table.other}), "
+        "same instants",
+        f"  {'recording':<{width}}  unit    "
+        + "".join(f"{name:>16}" for name in CELLS)
+        + "   model/other from a filter",
+    ]
+    for duel in table.duels:
+        scale, unit = (1.0, "rad/s") if duel.symbol == "r" else (100.0, "cm/s")
+        name = duel.recording if duel.symbol == SYMBOLS[0] else ""
+        cells = "".join(f"{duel.cells[c].rms * scale:16.3f}" for c in CELLS)
+        change = duel.changes["model, from filter starts"]
+        lines.append(f"  {name:<{width}}  {duel.symbol} {unit:<6}{cells}   {_said(change)}")
+    return "\n".join(lines)
+
+
+def _said(change: Change) -> str:
+    if change.interval is None:
+        return f"{change.ratio:.2f} (too short for an interval)"
+    low, high = change.interval
+    verdict = "the same" if not change.significant else "better" if change.ratio < 1 else "worse"
+    return f"{change.ratio:.2f} ({low:.2f}-{high:.2f}): {verdict}"

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: MIT
+"""Velocity some time ahead, from every instant of a recording."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.evaluation.expected_error import Poses, pushed, unsure
+from seatrial.recording.recording import Recording
+from seatrial.recording.stencil_noise import StencilNoise
+from seatrial.recording.velocity import Motion, five_point_stencil, motion
+from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.frames import Array, Mask, Stamps, body_velocity
+from seatrial.util.parallel import cores
+
+DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
+OFF, OFF_SHARE = 0.75, 0.05  # of a period, of the horizon: a pose that far from it will do
+FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Velocities predicted `horizon` ahead, at the instants that they are predicted for."""
+
+    stamps: Stamps  # (m,) [ns]
+    t: Array  # (m,) the same in [s] from the recording's start
+    nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
+    measured: Array  # (m, 3) at the same instants
+    start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
+    begun: Poses  # (m,) pose that each starts from
+    index: Poses  # (m,) pose that each belongs to
+    steps: int  # from the one to the other, usually
+    floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
+    foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
+    unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
+
+    @property
+    def errors(self) -> Array:
+        """Measured minus predicted (m, 3), as in the paper."""
+        return np.asarray(self.measured - self.nu)
+
+
+def _why(model: Model) -> str:
+    """What was noted when the model was made; else what is usual."""
+    noted = list(model.warnings)
+    return f"It was noted: {noted[0]}" if noted else "Identify from driving as fast as this"
+
+
+def predict(
+    model: Model,
+    recording: Recording,
+    horizon: float = DEFAULT_HORIZON,
+    *,
+    velocities: Motion | None = None,
+    starts: Motion | None = None,
+    every: int = 1,
+) -> Prediction:
+    """Predict from every usable pose: the recorded commands drive the model for `horizon` [s].
+
+    Starts and references are the stencil's velocities. `velocities` are references instead (the
+    truth of a simulated trial), and starts, too, unless `starts` are given (a filter's, with their
+    deviation; those without are taken for the stencil's). `every`: poses from start to start.
+    Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
+    model runs away.
+    """
+    return Lookahead(model, recording, velocities).predict(horizon, every, starts)
+
+
+@dataclass(frozen=True)
+class Lookahead:
+    """Predictions along one recording, whatever the horizon and the starts; see `predict`."""
+
+    model: Model
+    recording: Recording
+    velocities: Motion | None = None
+
+    @cached_property
+    def reference(self) -> Motion:
+        """What is to be predicted."""
+        return motion(self.recording) if self.velocities is None else self.velocities
+
+    @cached_property
+    def trace(self) -> _core.Trace:
+        """What the thrusters did."""
+        return self.model.trace(self.recording)
+
+    @cached_property
+    def trace_of_starts(self) -> _core.Trace:
+        """The same with sensitivities to the initial state."""
+        return self.model.trace(self.recording, initial=True)
+
+    @cached_property
+    def driven(self) -> Array | None:
+        """States (n, 6) of the model, driven by the commands from the first velocity on; NaN before.
+
+        None where it runs away, or the poses have no velocity.
+        """
+        recording, seen = self.recording, motion(self.recording)
+        states = np.full((len(recording.t), 6), np.nan)
+        if not seen.valid.any():
+            return None
+        first = int(np.flatnonzero(seen.valid)[0])
+        x0 = np.concatenate([seen.eta[first], seen.nu[first]])
+        t = np.ascontiguousarray(recording.t[first:])
+        states[first:] = _core.simulate(self.model.boat, self.trace, x0, t)[0]
+        return states if np.isfinite(states[first:]).all() else None
+
+    @cached_property
+    def stencil(self) -> StencilNoise:
+        """How noisy the stencil's velocities are."""
+        moved = None if self.driven is None else self.driven[:, :3]
+        return StencilNoise.of(self.recording, self.model.noise, moved)
+
+    @cached_property
+    def missed(self) -> Array:
+        """Stencil's velocities less true ones (n, 3) [m/s, m/s, rad/s] without any noise.
+
+        A stencil misses what the boat does between poses that are rare. What that is, the model's own motion
+        tells. 0 where that is not known.
+        """
+        found = np.zeros((len(self.recording.t), 3))
+        if self.driven is not None:
+            slope, _ = five_point_stencil(self.recording, self.driven[:, :3])
+            apart = body_velocity(self.driven[:, 2], slope) - self.driven[:, 3:]
+            whole = np.isfinite(apart).all(axis=1)
+            found[whole] = apart[whole]
+        return found
+
+    def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
+        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
+        recording, begin = self.recording, self.reference if starts is None else starts
+        if not 0 < horizon < np.inf:
+            raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+        steps = round(horizon / recording.period)
+        if steps < 1:
+            raise RecordingError(
+                f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
+                f"{recording.period:.3f} s; choose a longer one"
+            )
+        # pairs of poses, one horizon apart
+        start, end = _starts(recording, begin.valid, self.reference.valid, horizon)
+        kept = start % every == start[0] % every
+        start, end = start[kept], end[kept]
+        # the commands drive the model from each start
+        states, _ = self._run(begin, start, end)
+        lost = int((~np.isfinite(states).all(axis=1)).sum())
+        if lost:
+            raise ModelError(
+                f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
+                f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
+            )
+        # noise floor and expected error, over some of the starts
+        steps = int(np.median(end - start))
+        few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
+        floor = self._floor(starts, start[few], end[few], steps)
+        return Prediction(
+            recording.stamps[end],
+            recording.t[end],
+            states[:, 3:],
+            self.reference.nu[end],
+            begin.nu[start],
+            start,
+            end,
+            steps,
+            floor,
+            *self._expected(floor, begin, start, end, few),
+        )
+
+    def _run(
+        self, begin: Motion, start: Poses, end: Poses, *, tangents: bool = False
+    ) -> tuple[Array, Array]:
+        x0 = np.column_stack([begin.eta[start], begin.nu[start]])
+        return _core.predict(
+            self.model.boat, self.trace_of_starts if tangents else self.trace, self.recording.t,
+            start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
+            threads=cores(), tangents=tangents,
+        )  # fmt: skip
+
+    def _expected(
+        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
+    ) -> tuple[Array | None, Array | None]:
+        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
+        force = pushed(self.model, self.recording, begin, start, end)
+        if force is None:
+            return None, None
+        parameters = unsure(self.model, self.recording, begin, start[few], end[few])
+        return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
+
+    def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
+        """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
+
+        And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
+        less twice what that makes of their product (the turn of the boat in between is left out).
+        """
+        given = self.velocities
+        if given is not None and given.deviation is None and starts is None:
+            return np.zeros(3)
+        begin = self.reference if starts is None else starts
+        # d nu(end) / d nu(start)
+        slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
+        noisy = np.sqrt(self.stencil.covariance(0))
+        reference = _deviation(given, end, noisy if given is None else np.zeros(3))
+        first = _deviation(given if starts is None else starts, start, noisy)
+        variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, first**2)
+        if given is None and starts is None:
+            variance -= 2.0 * np.einsum("nii->ni", slopes) * self.stencil.covariance(steps)
+        if given is None:
+            missed = self.missed[end]
+            if starts is None:
+                missed = missed - np.einsum("nij,nj->ni", slopes, self.missed[start])
+            variance += missed**2
+        return np.asarray(np.sqrt(variance.mean(axis=0)))
+
+
+def _starts(recording: Recording, begins: Mask, ends: Mask, horizon: float) -> tuple[Poses, Poses]:
+    """Poses to start from, and for each the one that is nearest to `horizon` [s] later."""
+    t = recording.t
+    start = np.flatnonzero(t <= t[-1] - horizon + 0.5 * recording.period)
+    after = np.clip(np.searchsorted(t, t[start] + horizon), 1, len(t) - 1)
+    before = 2.0 * (t[start] + horizon) < t[after - 1] + t[after]
+    end = after - before
+    usable = (end > start) & begins[start] & ends[end]
+    off = np.abs(t[end] - t[start] - horizon)
+    usable &= off < max(OFF * recording.period, OFF_SHARE * horizon)
+    for begin, over in recording.unknown:
+        usable &= (recording.t[end] < begin) | (recording.t[start] > over)
+    if not usable.any():
+        raise RecordingError(
+            f"{recording.name}: no two usable velocities {horizon:g} s apart in "
+            f"{recording.duration:.1f} s with {int(recording.valid.sum())} usable poses; "
+            "record longer, or take a shorter --horizon"
+        )
+    return start[usable], end[usable]
+
+
+def _deviation(moving: Motion | None, index: Poses, otherwise: Array) -> Array:
+    """Standard deviations (m, 3) of velocities: their own, if they have any."""
+    if moving is None or moving.deviation is None:
+        return np.broadcast_to(otherwise, (len(index), 3))
+    return np.asarray(moving.deviation[index])

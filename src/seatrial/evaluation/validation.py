@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity
+from seatrial.evaluation.assessment import Assessment, assess, judging, pooled
+from seatrial.evaluation.head_to_head import Against, against
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint
+from seatrial.recording.recording import Recording
+
+
+def validate(
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float = DEFAULT_HORIZON,
+    *,
+    other: Model | None = None,
+) -> Scores:
+    """Scores of the model on every recording, `horizon` [s] ahead, and at all `HORIZONS`.
+
+    With an `other` model also the table of `against`. Refuses an unstable model, and one that runs
+    away within `horizon`.
+    """
+    sanity(model)
+    found = assess(model, recordings, horizon)
+    for one in found:
+        if one.failure is not None:
+            raise one.failure
+    beside = None if other is None else against(model, other, recordings, horizon)
+    return scores_of(model, found, horizon, beside)
+
+
+def scores_of(
+    model: Model, found: Sequence[Assessment], horizon: float, beside: Against | None = None
+) -> Scores:
+    """The scores of all recordings that could be predicted."""
+    return Scores(
+        SCORES_FORMAT,
+        model.name,
+        model.estimator.method,
+        horizon,
+        [one.score for one in found if one.score is not None],
+        beside,
+        pooled(judging(found)),
+        fingerprint(model),
+    )

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""From recordings to a model: methods, the default estimator, uncertainty, diagnostics."""

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: MIT
+"""What was found, for the terminal: a screenful."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import sanity_line
+from seatrial.identification.regression.equation_error import METHOD
+from seatrial.identification.regression.smoother import METHOD as SMOOTHER
+from seatrial.identification.uncertainty.identifiability import (
+    APART,
+    SHARP,
+    TOGETHER,
+    Combination,
+    Finding,
+    Identifiability,
+    Verdict,
+    full_thrust,
+    identifiability,
+)
+from seatrial.recording.velocity import STENCIL_NOISE
+from seatrial.util.format import joined, percent, plus_minus, table
+from seatrial.util.frames import AXES, Array, Axes
+
+UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
+STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
+NOISELESS = 1e-7  # [m], [rad] correlated errors that are none
+LONG = 120.0  # [min] from which on hours are said
+MANY = 3  # parameters that the minutes are said of
+
+
+SMEARED = (
+    "± covers scatter only: accelerations are smoothed and commands are not, which biases this method, "
+    "latency and lag most of all."
+)
+
+
+def caution(model: Model) -> str:
+    """What the paper's method leaves out of its standard errors, with this recording's noise."""
+    spread = STENCIL_NOISE / model.integration.step
+    noise = model.noise
+    return (
+        f"± covers scatter only. {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad of "
+        f"pose noise are {100 * spread * noise.position:.2g} cm/s and {spread * noise.heading:.2g} "
+        "rad/s in the differentiated velocities; that biases this method, drag most of all."
+    )
+
+
+def summary(model: Model) -> str:
+    """Parameters with verdicts, noise, how long to drive, doubts, and what they mean for the boat."""
+    found = identifiability(model)
+    lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
+    scatter = model.estimator.method == METHOD
+    lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
+    lines += [SMEARED] if model.estimator.method == SMOOTHER else []
+    lines += [*_effects(model), *model.estimator.notes]
+    lines += [f"  doubt: {warning}" for warning in model.warnings]
+    flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
+    if model.vehicle.axes is not Axes.FLU and flipped:
+        lines.append(
+            f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
+        )
+    head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
+    return "\n".join([head, *lines, sanity_line(model)])
+
+
+def _effects(model: Model) -> list[str]:
+    """What stood between boat and sensor, and what else acted, where it was sought."""
+    ahead, aside = model.vehicle.lever
+    lines = []
+    if ahead or aside:
+        fore, side = ("ahead of", "behind")[ahead < 0], ("left", "right")[aside < 0]
+        lines.append(
+            f"  the measured point is {abs(ahead):.3f} m {fore} the origin, {abs(aside):.3f} m to its {side}"
+        )
+    for recording in model.recordings:
+        if recording.effects:
+            said = (
+                f"{name} {plus_minus(value, recording.errors.get(name, 0.0))}"
+                for name, value in recording.effects.items()
+            )
+            lines.append(f"  {recording.name}: {', '.join(said)}")
+    if any(r.effects for r in model.recordings):  # the file's own axes may be forward-right-down
+        lines.append("  (z up, as in the model file: y to the left of x, turns counter-clockwise)")
+    return lines
+
+
+def _parameters(found: Identifiability) -> list[str]:
+    """A line for each: value, standard error, unit, verdict."""
+    names = max(len(f.name) for f in found.findings)
+    units = max(len(f.unit) for f in found.findings)
+    lines = []
+    texts = [plus_minus(f.value, f.error).partition(" ± ") for f in found.findings]
+    values, errors = (max(least, *(len(t[i]) for t in texts)) for i, least in ((0, 10), (2, 8)))
+    for one, (value, _, error) in zip(found.findings, texts, strict=True):
+        shown = (
+            f"{value:>{values}} ± {error:<{errors}}"
+            if error
+            else f"{value:>{values}}{'':<{errors + 3}}"
+        )
+        said = f"{one.unit:<{units}}  {_verdict(one, found.combinations)}"
+        lines.append(f"  {one.name:<{names}} {shown} {said}")
+    return lines
+
+
+def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
+    """The verdict, the most there may be of what is not distinguishable from zero, and its partners."""
+    said = found.verdict.value
+    if found.verdict is Verdict.ZERO and found.reach is not None:
+        said += f": at most {percent(found.reach)} of full thrust"
+    told = {name for c in combinations if found.name in c.names for name in c.names}
+    near = [
+        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > TOGETHER and n not in told
+    ]
+    loose = found.verdict is not Verdict.SHARP
+    return said + (f"; correlated with {', '.join(near)}" if near and loose else "")
+
+
+def combined(found: Combination) -> str:
+    """What is known of some parameters together."""
+    names = joined(found.names)
+    apart = "can't be told apart" if abs(found.correlation) > APART else "are correlated"
+    value = plus_minus(found.value, found.error)
+    return (
+        f"{names} {apart} ({found.correlation:.2f}): {found.text} is {value} {found.unit}, "
+        f"{found.verdict.value}."
+    )
+
+
+def condition_said(found: Identifiability) -> list[str]:
+    """The condition number of the correlations, and what makes it large."""
+    if len(found.names) < 2:
+        return []
+    narrow = np.abs(np.linalg.eigh(found.correlation)[1][:, 0])
+    first, second = (found.names[i] for i in np.argsort(-narrow)[:2])
+    return [
+        f"Condition number of the correlations {found.condition:.2g}, by {first} and {second} "
+        "most of all."
+    ]
+
+
+def _noise(model: Model) -> str:
+    """Pose noise and process noise in words."""
+    noise, process = model.noise, model.noise.process
+    said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
+    if noise.correlated is not None:
+        c = noise.correlated
+        lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
+        said += f" from pose to pose, {lasting} that are correlated over {c.lasting}"
+    if process is None:
+        return f"{said}."
+    most = [full_thrust(model, axis) for axis in range(3)]
+    sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
+    parts = [
+        f"{percent(size / thrust)} in {axis}"
+        for size, thrust, axis in zip(sizes, most, AXES, strict=True)
+        if thrust > 0 and size > UNSEEN * thrust
+    ]
+    said += (
+        f"; unmodelled force: {joined(parts)} of what the largest commands give, lasting "
+        f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
+        if parts else "; no unmodelled force to be seen"
+    )  # fmt: skip
+    if max(process.walk_linear, process.walk_yaw) > STILL:
+        walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
+        said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
+    return f"{said}."
+
+
+def _above(least: float, *sizes: tuple[float, str]) -> str:
+    """Sizes in thousandths, with their units; not those at which a search stops."""
+    return " and ".join(f"{1e3 * size:.2g} {unit}" for size, unit in sizes if size > least)
+
+
+def _how_long(model: Model, found: Identifiability) -> list[str]:
+    """Minutes like these until the loose parameters are sharp: errors fall with the root of time."""
+    length = sum(r.length for r in model.recordings) / 60  # [min]
+    helped = {n for c in found.combinations if c.verdict is Verdict.SHARP for n in c.names}
+    loose = [
+        f for f in found.findings
+        if f.verdict in {Verdict.USABLE, Verdict.WEAK} and f.name not in helped
+    ]  # fmt: skip
+    if not (length and found.names) or "prior" in model.estimator.settings:
+        return []
+    if not loose:
+        return [f"Halving every error takes four times these {minutes(length)}."]
+    loose.sort(key=lambda f: -f.relative)
+    wanted = [f"{minutes(length * (f.relative / SHARP) ** 2)} for {f.name}" for f in loose[:MANY]]
+    return [
+        f"Driven like these {minutes(length)}, knowing them to {100 * SHARP:.0f} % takes "
+        f"{', '.join(wanted)}; the report says what to drive instead."
+    ]
+
+
+def minutes(value: float) -> str:
+    """A length of time, given in minutes."""
+    if value > LONG:
+        return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
+    return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
+
+
+def correlation_text(names: Sequence[str], correlation: Array) -> str:
+    """The correlations (p, p) of named parameters as a table, in per cent, lower half."""
+    rows = [
+        [name, *(f"{100 * r:.0f}" for r in correlation[i, :i]), *([""] * (len(names) - i))]
+        for i, name in enumerate(names)
+    ]
+    return table(["", *names], rows)
+
+
+def _from(model: Model) -> str:
+    """Which recordings identified which axis."""
+    parts = {
+        axis: ", ".join(step.recordings)
+        for axis, step in zip(AXES, model.estimator.steps, strict=False)
+    } or {"": ", ".join(r.name for r in model.recordings)}
+    if len(set(parts.values())) == 1:
+        return f"all from {next(iter(parts.values()))}"
+    return ", ".join(f"{axis} from {names}" for axis, names in parts.items())

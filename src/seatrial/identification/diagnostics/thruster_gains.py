@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""Thrusters of one kind that do not thrust alike, as a fouled or damaged propeller."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.schema import ChainGroup
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.problem import Prior, Problem
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
+
+ROWS = 2000  # of commands that are looked at
+TOLD = 1e-3  # share of the forces: less that other gains change can't be told from coefficients
+ALIKE = 0.4  # of the step from weak to strong thrusters: what those of a group differ by at most
+OFF = 0.1  # another gain, to see what it does
+
+
+@dataclass(frozen=True)
+class WithGains:
+    """A problem with a gain for each actuator, of which one of a kind is held."""
+
+    problem: Problem
+    theta: Array
+    places: tuple[int, ...]  # of the gains that are sought
+    kinds: tuple[tuple[str, ...], ...]  # actuators that have forces in common
+    first: int  # place of the first gain of all
+
+    def in_groups(self, theta: Array) -> bool:
+        """Whether no thruster stands out alone: of a kind, two or more are weak, and as many strong, alike."""
+        at = self.first
+        for names in self.kinds:
+            own = np.sort(theta[at : at + len(names)])
+            at += len(names)
+            steps = np.diff(own)
+            cut = int(np.argmax(steps)) + 1
+            inner = float(np.delete(steps, cut - 1).max(initial=0.0))
+            if min(cut, len(own) - cut) < 2 or inner > ALIKE * steps[cut - 1]:
+                return False
+        return True
+
+    def said(self, theta: Array) -> str:
+        """The gains that were found, over their mean, as the vehicle file takes them."""
+        found, at = [], self.first
+        for names in self.kinds:
+            own = theta[at : at + len(names)]
+            gains = np.round(own / own.mean(), 3)
+            gains[0] += len(gains) - gains.sum()  # the file's mean must be 1
+            each = ", ".join(f"{n}: {g:.4g}" for n, g in zip(names, gains, strict=True))
+            found.append(f"{{gains: {{{each}}}}}")
+            at += len(names)
+        return " and ".join(found)
+
+
+def with_gains(problem: Problem, theta: Array) -> WithGains | None:
+    """The problem with gains, all 1; one of a kind is held, as all together are the coefficients.
+
+    None where commands like these do not tell the gains apart, where the file states some, and where the
+    core has no room for them.
+    """
+    vehicle = problem.vehicle
+    if np.any(vehicle.constants.index[:, STAGES.index("gain")] >= 0):
+        return None
+    room = _core.MAX_CONSTANTS - len(vehicle.constants.names)
+    likely = [kind for kind in _kinds(vehicle) if len(kind) <= room]
+    kinds = [kind for kind in likely if _told(vehicle, kind, problem.recordings)]
+    if not kinds or sum(map(len, kinds)) > room:
+        return None
+    place = problem.size + problem.constants
+    firsts = np.cumsum([0, *map(len, kinds)])
+    count = int(firsts[-1])
+    places = tuple(place + k for k in range(count) if k not in firsts)
+    whole = vehicle
+    for i, kind in enumerate(kinds):
+        whole = _with(whole, f"gains_{i}", kind, np.ones(len(kind)))
+    free = [i if i < place else i + count for i in problem.free]
+    prior = None if problem.prior is None else _widened(problem.prior, place, count)
+    wider = replace(problem, vehicle=whole, free=(*free, *places), prior=prior)
+    named = tuple(tuple(vehicle.actuators[k] for k in kind) for kind in kinds)
+    return WithGains(wider, np.insert(theta, place, np.ones(count)), places, named, place)
+
+
+def _kinds(vehicle: Vehicle) -> list[list[int]]:
+    """Actuators that have forces in common, directly or through others; alone they are of no kind."""
+    mix = np.abs(vehicle.mix) > 0.0  # (forces, actuators)
+    found: list[set[int]] = []
+    for row in mix:
+        own = set(np.flatnonzero(row).tolist())
+        near = [kind for kind in found if kind & own]
+        found = [kind for kind in found if not kind & own] + [own.union(*near)]
+    return [sorted(kind) for kind in found if len(kind) > 1]
+
+
+def _with(vehicle: Vehicle, name: str, kind: Sequence[int], gains: Array) -> Vehicle:
+    names = [vehicle.actuators[k] for k in kind]
+    given = dict(zip(names, gains.tolist(), strict=True))
+    return vehicle.with_chain([*vehicle.file.chain, ChainGroup(name=name, gains=given)])
+
+
+def _widened(prior: Prior, place: int, count: int) -> Prior:
+    """The prior with parameters of which nothing is known."""
+    here = [place] * count
+    precision = np.insert(np.insert(prior.precision, here, 0.0, axis=0), here, 0.0, axis=1)
+    return Prior(np.insert(prior.at, here, 0.0), precision)
+
+
+def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
+    """Whether gains that are not all the same show in the forces, beside forces that are all larger."""
+    count = len(kind)
+    rows = np.concatenate([r.commands.values for r in recordings])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
+    t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
+
+    def forces(gains: Array) -> Array:
+        other = _with(vehicle, "gains", kind, gains)
+        trace = _core.Trace(other.chain, other.constants.values, t, rows, t[:1], none)
+        return np.asarray(trace.forces(t + 0.5))
+
+    now = forces(np.ones(count))
+    power = (now**2).sum(axis=0)
+    now, some = now[:, power > 0.0], power[power > 0.0]
+    shows = np.zeros((count, now.size))
+    for k in range(count):
+        gains = np.full(count, 1.0 - OFF / (count - 1))  # their mean stays
+        gains[k] = 1.0 + OFF
+        change = forces(gains)[:, power > 0.0] - now
+        shows[k] = ((change - (change * now).sum(axis=0) / some * now) / np.sqrt(some)).ravel()
+    spread = np.linalg.eigvalsh(shows @ shows.T)
+    return bool(spread[1] > TOLD**2)

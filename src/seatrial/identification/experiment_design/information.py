@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: MIT
+"""What each recording says of a model's parameters by itself: information, and where it leads them.
+
+The filter's errors along a recording have a likelihood whose slope and curvature are known exactly. A
+few steps of Fisher's scoring from the model's own values, the noise as it is, lead to what this recording alone
+would make of the parameters it knows; what it does not know stays near the model's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
+from seatrial.evaluation.filtering import believed_noise
+from seatrial.identification.likelihood.fit_horizon import least_noise
+from seatrial.identification.likelihood.problem import Passes, Problem
+from seatrial.identification.uncertainty.parameter_verdict import TYPICAL
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
+from seatrial.util.statistics import BLOCK
+
+LOST = 1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
+STEPS, SETTLED = 6, 0.1  # of the search; a step that gains less of the cost is the last
+PARTS = (1.0, 0.3, 0.05)  # of a step that are tried
+TINY = 1e-3  # least size of a parameter
+SHARE = 1e-2  # in a direction that says nothing: a parameter with less is known all the same
+
+
+@dataclass(frozen=True)
+class Around:
+    """A model's sought parameters and its noise: what information is counted around."""
+
+    model: Model
+    names: tuple[str, ...]  # (p,) of what was estimated
+    theta: Array  # (p,) their values
+    noise: Array  # (11,) what the filter believes
+
+    def problem(self, recordings: Sequence[Recording]) -> Problem:
+        """The likelihood of some recordings."""
+        return _problem(self.model, recordings)
+
+    def passes(self, recordings: Sequence[Recording]) -> Passes:
+        """The filter along some recordings, at the model's values."""
+        problem = self.problem(recordings)
+        return problem.passes(_values(self.model, problem), self.noise, repeatable=False)
+
+
+@dataclass(frozen=True)
+class Alone:
+    """What one recording says by itself."""
+
+    recording: str
+    minutes: float
+    information: Array  # (p, p) Fisher's, at the model's values
+    gradient: Array  # (p,) of the log likelihood, at the model's values
+    values: Array  # (p,) what it alone makes of the parameters
+    errors: Array  # (p,) their standard errors; infinite where it says nothing
+
+
+def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
+    """The model's estimated parameters, and the noise (11,) that it was believed with.
+
+    A model without process noise gets `noise`, or that under which `recordings` are most likely.
+    Raises ModelError where nothing was estimated, or where the model diverges.
+    """
+    values = np.concatenate([model.coefficients, model.constants])
+    sought = np.flatnonzero(np.diag(model.covariance) > 0)
+    if not len(sought):
+        raise ModelError("nothing was estimated: the model's values were given")
+    noise = believed_noise(model, recordings) if noise is None else noise
+    share = float(model.estimator.settings.get("belief") or 0.0)
+    if share > 0.0:
+        noise = np.maximum(noise, least_noise(_problem(model, recordings), share))
+    return Around(model, tuple(model.parameters[i] for i in sought), values[sought], noise)
+
+
+def alone(point: Around, recordings: Sequence[Recording]) -> list[Alone]:
+    """What each recording says by itself. Raises ModelError where the model diverges in one."""
+    return spread(lambda recording: _alone(point, recording), recordings)
+
+
+def _alone(point: Around, recording: Recording) -> Alone:
+    first = here = point.passes([recording])
+    if not here.each[0].good:
+        raise ModelError(f"{recording.name}: the model diverges in its own filter")
+    free = list(here.problem.free)
+    loose = np.diag(1.0 / np.square(_sizes(point)))  # what it does not know stays near
+    for _ in range(STEPS):
+        off = here.theta[free] - point.theta
+        move = np.asarray(np.linalg.solve(here.information + loose, here.gradient - loose @ off))
+        better = _better(here, move, point, loose)
+        if better is None:
+            break
+        here = better
+    information = information_of(here, 0)
+    inverse, known = pseudo_inverse(information)
+    excess = _excess(information, here.scores)
+    return Alone(
+        recording.name, recording.duration / 60.0, first.information, first.gradient,
+        here.theta[free], np.where(known, np.sqrt(excess * np.diag(inverse)), np.inf),
+    )  # fmt: skip
+
+
+def _better(here: Passes, move: Array, point: Around, loose: Array) -> Passes | None:
+    """The passes a step or a part of it further on; None where that gains nothing."""
+    problem, free = here.problem, list(here.problem.free)
+
+    def cost(passes: Passes) -> float:
+        off = passes.theta[free] - point.theta
+        return passes.cost + float(off @ loose @ off)
+
+    for part in PARTS:
+        theta = here.theta.copy()
+        theta[free] += part * np.clip(move, -problem.reach, problem.reach)
+        found = problem.passes(problem.bounded(theta), point.noise, repeatable=False)
+        if cost(found) < cost(here) - SETTLED:
+            return found
+    return None
+
+
+def _sizes(point: Around) -> Array:
+    """What a parameter may be off by (p,): its own size, or what is typical of such a constant."""
+    typical = [TYPICAL.get(name.partition(".")[0], 0.0) for name in point.names]
+    return np.maximum(np.maximum(np.abs(point.theta), typical), TINY)
+
+
+def information_of(passes: Passes, recording: int) -> Array:
+    """Fisher's information (p, p) of one recording about the free parameters."""
+    problem, own = passes.problem, np.asarray(passes.each[recording].information)
+    to = problem.places(recording)
+    use = to >= 0
+    out = np.zeros((len(problem.free),) * 2)
+    out[np.ix_(to[use], to[use])] = own[np.ix_(use, use)]
+    return out
+
+
+def pseudo_inverse(information: Array) -> tuple[Array, Array]:
+    """Inverse (p, p) over the directions that are known, and which parameters (p,) these tell."""
+    size = np.sqrt(np.diag(information))
+    alive = size > 0
+    out, known = np.zeros_like(information), np.zeros(len(size), dtype=bool)
+    if not alive.any():
+        return out, known
+    scale = 1.0 / size[alive]
+    spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
+    told = spectrum > LOST * spectrum[-1]
+    inverse = (vectors[:, told] / spectrum[told]) @ vectors[:, told].T
+    out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
+    known[alive] = ~np.any(np.abs(vectors[:, ~told]) > SHARE, axis=1)
+    return out, known
+
+
+def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:
+    sought = tuple(int(i) for i in np.flatnonzero(np.diag(model.covariance) > 0))
+    outlier = float(model.estimator.settings.get("outlier") or OUTLIER)
+    block = float(model.estimator.settings.get("block") or BLOCK)
+    step = model.integration.step
+    return Problem(
+        model.vehicle, tuple(recordings), sought, step, outlier, block,
+        earth_fixed=earth_fixed(model.noise),
+    )  # fmt: skip
+
+
+def _values(model: Model, problem: Problem) -> Array:
+    """All parameters (names,) in the problem's order; effects of a recording are 0."""
+    theta = np.zeros(len(problem.names))
+    theta[: len(model.parameters)] = np.concatenate([model.coefficients, model.constants])
+    return theta
+
+
+def _excess(information: Array, scores: Array) -> float:
+    """How much more the scores (blocks, p) scatter than information says; at least 1."""
+    inverse, known = pseudo_inverse(information)
+    sums = scores - scores.mean(axis=0)
+    rank = max(1, int(known.sum()))
+    return max(1.0, float(np.trace(inverse @ (sums.T @ sums))) / rank)

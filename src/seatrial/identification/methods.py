@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""From recordings to a model. One estimator a file; each has the same signature."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.console import caution, summary
+from seatrial.identification.estimator import METHOD as OUTPUT_ERROR
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.likelihood.problem import KINDS
+from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
+from seatrial.identification.prior import check_prior, widened, with_prior_said
+from seatrial.identification.regression.equation_error import (
+    METHOD,
+    EquationErrorSettings,
+    equation_error,
+)
+from seatrial.identification.regression.smoother import METHOD as SMOOTHER
+from seatrial.identification.regression.smoother import smoother
+from seatrial.identification.regression.weak_form import METHOD as WEAK_FORM
+from seatrial.identification.regression.weak_form import weak_form
+from seatrial.inspection.consistency import check_apart
+from seatrial.inspection.overview import implausible
+from seatrial.recording.excitation import beyond_full, excitation, find_roles
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError, RecordingError
+
+METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
+DEFAULT_METHOD = OUTPUT_ERROR
+SHORTEST = 10.0  # [s] of all recordings together
+SAME = 0.5  # of the shorter one's poses: two recordings that share so many are one
+
+__all__ = [
+    "DEFAULT_METHOD",
+    "KINDS",
+    "METHODS",
+    "PRIOR_SPREAD",
+    "EquationErrorSettings",
+    "caution",
+    "check_recordings",
+    "identify",
+    "summary",
+]
+
+
+SPOILT = 0.95  # share of usable poses of a recording below which it is worth a word
+
+
+def identify(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    method: str = DEFAULT_METHOD,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
+) -> Model:
+    """The vehicle's model from its recordings, checked for physical sense.
+
+    `roles` names the recordings that identify surge, sway and yaw; by default they are found from
+    the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
+    which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
+    seek them. Raises IdentificationError, RecordingError, ModelError
+    (unstable).
+    """
+    if method not in METHODS:
+        raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
+    check_recordings(recordings)
+    if method != METHOD and settings is not None and settings.literal:
+        raise IdentificationError(
+            f"Eq. (17) as printed belongs to {METHOD}, not to {method}; add --method {METHOD}"
+        )
+    if prior is not None and method != OUTPUT_ERROR:
+        raise IdentificationError(
+            f"a prior belongs to {OUTPUT_ERROR}, not to {method}; add --method {OUTPUT_ERROR}"
+        )
+    if effects and method != OUTPUT_ERROR:
+        raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
+    if method == OUTPUT_ERROR:
+        if roles:
+            raise IdentificationError(
+                f"{method} uses every recording for all axes; for roles, --method {METHOD}"
+            )
+        try:
+            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        except IdentificationError as error:
+            wrong = _beyond(recordings, vehicle)
+            with suppress(RecordingError):
+                wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+            raise IdentificationError("; ".join([*wrong, str(error)])) from None
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    sanity(model)
+    wrong = _beyond(recordings, vehicle)
+    wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+    silent = [
+        f"{name}: nothing is commanded in all of it; were the commands recorded?"
+        for name in _silent(recordings, vehicle)
+    ]
+    spoilt = [
+        f"{r.name}: {100.0 * (1.0 - r.usable):.0f} % of its poses are left out; inspect says why"
+        for r in recordings
+        if r.usable < SPOILT
+    ]
+    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+
+
+def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
+    ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
+    own = np.array(ranges) * vehicle.input_signs
+    ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
+    return [
+        *vehicle.remarks,
+        *(text for name, least, most in ends for text in beyond_full(name, least, most)),
+    ]
+
+
+def _output_error(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Model:
+    """With a prior, an axis that was never driven keeps what the prior says of it."""
+    settings = OutputErrorSettings(effects=tuple(effects))
+    if prior is None:
+        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+        return output_error(recordings, vehicle, settings=settings)
+    if len(silent := _silent(recordings, vehicle)) == len(recordings):
+        raise IdentificationError(
+            f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
+        )
+    check_prior(prior, vehicle, lever="lever" in effects)
+    wide = widened(prior, spread)
+    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
+    return with_prior_said(found, prior, spread)
+
+
+def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """Names of those in which nothing is commanded."""
+    return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
+
+
+def _shared(a: Recording, b: Recording) -> int:
+    """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
+    _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
+    same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
+    return same if same > SAME * min(len(a.stamps), len(b.stamps)) else 0
+
+
+def check_recordings(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
+    if not recordings:
+        raise IdentificationError("no recording given; pass at least one")
+    names = [r.name for r in recordings]
+    files = [(s.path.resolve(), r.offset) for r in recordings for s in r.sources[:1]]
+    if len(set(files)) != len(files):
+        raise IdentificationError(
+            f"{', '.join(names)}: one of them is given twice, which would count it twice; give each once"
+        )
+    if len(set(names)) != len(names):
+        raise IdentificationError(
+            f"two recordings have the same name: {', '.join(names)}; rename one"
+        )
+    for a, b in itertools.combinations(recordings, 2):
+        if shared := _shared(a, b):
+            raise IdentificationError(
+                f"{a.name} and {b.name} are one recording, {shared} poses of both are the same at the same "
+                "times: they would count twice; give one of them"
+            )
+    length = sum(r.duration for r in recordings)
+    if length < SHORTEST:
+        raise IdentificationError(
+            f"{', '.join(names)}: {length:.1f} s in all is too short; drive a minute or more in "
+            "every axis"
+        )
+    for recording in recordings:
+        for sentence in implausible(recording):
+            raise RecordingError(f"{recording.name}: {sentence}")

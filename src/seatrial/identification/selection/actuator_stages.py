@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: MIT
+"""Which stages of the actuator chain are sought: those that the file leaves open and the data show.
+
+Latency, lag and dead zone are always sought where they can be. Others (full reverse over full
+forward thrust, the curve's power, and each of these, latency or lag for each kind of actuator) are
+tried from their neutral value by a score test, and freed where the data say so.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.actuators import ESTIMATE, STAGES, STARTS
+from seatrial.boat.allocation import thruster_matrix
+from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import VehicleError
+from seatrial.util.frames import Array
+
+MOMENTS = 0.05  # share of the thrust
+VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
+SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
+ONE_EDGE = "one edge for both sides"
+OF_CHAIN = ("dead zone", "scale_power")  # so begins what `staged` says
+APART = {  # stages that each kind of actuator may have of its own, in words
+    "latency": "a latency", "lag": "a lag", "power": "a power", "reverse_ratio": "a reverse over forward",
+}  # fmt: skip
+APART_BY = 0.1  # in the place of thrusters, relative, from which on they may be of two kinds
+ROWS = 4000  # of commands that are looked at for it
+
+
+@dataclass(frozen=True)
+class Extra:
+    """A stage that may be freed: what it is in words, and the vehicle with it at its neutral."""
+
+    words: str
+    vehicle: Vehicle
+    origin: dict[str, str]  # constants of the new vehicle by those of the old that they come from
+    probe: Vehicle  # with all stages at their neutrals that one pass can be asked about
+
+
+def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
+    """The vehicle with those stages of the chain that its file does not state."""
+    return staged(vehicle, recordings)[0]
+
+
+def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+    """The vehicle with free stages, and what was left out, and why."""
+    has = _stated(vehicle)
+    zones, said = _dead_zones(vehicle, recordings)
+    group = ChainGroup(
+        latency=None if has["latency"] else STARTS["latency"],
+        lag=None if has["lag"] else STARTS["lag"],
+        dead_zone=zones.pop().dead_zone if [z.name for z in zones] == [""] else None,
+    )
+    held, notes = _powers_held(vehicle, recordings)
+    whole = held.with_chain([*held.file.chain, group, *zones, *_rest(vehicle)])
+    return whole, [*said, *notes]
+
+
+def _rest(vehicle: Vehicle) -> list[ChainGroup]:
+    """Latency and lag for those actuators for which the file does not state them, if for others."""
+    found = []
+    for stage in ("latency", "lag"):
+        given = vehicle.constants.index[:, STAGES.index(stage)] >= 0
+        if given.any() and not given.all():
+            others = [n for n, g in zip(vehicle.actuators, given, strict=True) if not g]
+            group = ChainGroup(name=f"{stage}_others", actuators=others)
+            found.append(_with(group, stage, STARTS[stage]))
+    return found
+
+
+def _powers_held(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+    """The vehicle with powers of scale signals stated where no recording can tell them."""
+    given, notes = {}, []
+    for group in vehicle.file.chain:
+        if group.scale is None or group.scale.power != ESTIMATE:
+            continue
+        name = "scale_power" + (f".{group.name}" if group.name else "")
+        if not _varies(recordings, vehicle, group):
+            given[name] = STARTS["scale_power"]
+            notes.append(
+                f"{name}: taken as {STARTS['scale_power']:g}, as {group.scale.signal} hardly changes "
+                "in the recordings where there is a command"
+            )
+    return vehicle.with_stated(given), notes
+
+
+def _varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup) -> bool:
+    """Whether a scale signal is at other values for more than moments of the group's thrust."""
+    assert group.scale is not None
+    scale = vehicle.scales.index(group.scale.signal)
+    names = group.actuators or vehicle.actuators
+    own = [vehicle.actuators.index(name) for name in names]
+    values, thrusts = [np.zeros(0)], [np.zeros(0)]
+    for recording in recordings:
+        if recording.scales is None:
+            continue
+        commands, signal = recording.commands, recording.scales
+        at = np.searchsorted(signal.stamps, commands.stamps, side="right") - 1
+        values.append(signal.values[np.maximum(at, 0), scale])
+        thrust = _core.allocate(vehicle.chain, np.ascontiguousarray(commands.values))[0]
+        thrusts.append(np.abs(thrust[:, own]).sum(axis=1))
+    value, thrust = np.concatenate(values), np.concatenate(thrusts)
+    thrust = np.where(value > 0.0, thrust, 0.0)  # at 0 there is none, whatever the power
+    if not thrust.sum() > 0.0:
+        return False
+    order = np.argsort(value, kind="stable")
+    reached = np.cumsum(thrust[order]) / thrust.sum()
+    low, high = value[order][np.searchsorted(reached, [MOMENTS / 2, 1.0 - MOMENTS / 2])]
+    return bool(high > VARIED * low)
+
+
+def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) -> list[Extra]:
+    """Stages that could be freed beyond those of `whole`, which comes from `vehicle` by `staged`."""
+    has, chain, place = _stated(vehicle), whole.file.chain, len(vehicle.file.chain)
+    own = chain[place]
+    found = []
+
+    def wider(groups: list[ChainGroup]) -> Vehicle | None:
+        return with_room(whole, [*chain[:place], *groups, *chain[place + 1 :]])
+
+    sought = {
+        n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
+    }
+    if "edge_forward" in sought:
+        both = {"reverse_ratio": "reverse over forward"} if "edge_reverse" in sought else {}
+        curve = {**both, "power": "power"}
+        missing = [s for s in curve if s not in sought and not has[s]]
+        whole_curve = own
+        for stage in missing:
+            whole_curve = _with(whole_curve, stage, 1.0)
+        probe = wider([whole_curve])
+        for stage in missing:
+            alone = wider([_with(own, stage, 1.0)])
+            if alone is not None:
+                words = f"{curve[stage]} of the thrust curve"
+                found.append(Extra(words, alone, {}, probe or alone))
+    groups = alike(whole)
+    kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
+    for stage, words in APART.items() if len(groups) > 1 else ():
+        shared = getattr(own, stage)
+        if shared is not None:
+            parts = [
+                _with(ChainGroup(name=f"{stage}_{name}", actuators=members), stage, shared)
+                for name, members in groups.items()
+            ]
+            split = wider([_with(own, stage, None), *parts])
+            if split is None:
+                continue
+            origin = {f"{stage}.{part.name}": stage for part in parts}
+            found.append(Extra(f"{words} for each of {', '.join(kinds)}", split, origin, split))
+    return found
+
+
+def with_room(vehicle: Vehicle, chain: list[ChainGroup]) -> Vehicle | None:
+    """The vehicle with this chain; None where it has more constants than the core takes."""
+    with suppress(VehicleError):
+        return vehicle.with_chain(chain)
+    return None
+
+
+def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:
+    """The group with another value of one stage."""
+    changed: ChainGroup = msgspec.structs.replace(group, **{stage: value})
+    return changed
+
+
+def alike(vehicle: Vehicle) -> dict[str, list[str]]:
+    """Actuators that serve the same generalised forces, by the first of these; by all, if it leads two kinds.
+
+    Thrusters: those that stand as far from the origin, and as far off the way there; by the first of them.
+    """
+    if vehicle.file.thrusters:
+        return _by_place(vehicle)
+    groups: dict[tuple[int, ...], list[str]] = {}
+    for k, name in enumerate(vehicle.actuators):
+        groups.setdefault(tuple(np.flatnonzero(vehicle.mix[:, k]).tolist()), []).append(name)
+    kinds = {serves: names for serves, names in groups.items() if serves}
+    first = Counter(serves[0] for serves in kinds)
+    named = {}
+    for serves, names in kinds.items():
+        own = [vehicle.forces[i].name for i in serves]
+        named[own[0] if first[serves[0]] == 1 else "_".join(own)] = names
+    return named
+
+
+def _by_place(vehicle: Vehicle) -> dict[str, list[str]]:
+    matrix, scale = thruster_matrix(vehicle.thrusters)
+    arms = np.abs(matrix[2]) * scale[2]  # [m] of their moments
+    found: list[tuple[float, float, list[str]]] = []
+    for one, arm in zip(vehicle.thrusters, arms.tolist(), strict=True):
+        away = float(np.hypot(one.x, one.y))
+        across = arm / max(away, 1e-9)
+        like = [
+            m
+            for r, a, m in found
+            if abs(r - away) < APART_BY * max(r, away) and abs(a - across) < APART_BY
+        ]
+        if like:
+            like[0].append(one.name)
+        else:
+            found.append((away, across, [one.name]))
+    return {names[0]: names for _, _, names in found}
+
+
+def _stated(vehicle: Vehicle) -> dict[str, bool]:
+    given = vehicle.constants.index >= 0
+    return {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
+
+
+def _curved(vehicle: Vehicle) -> bool:
+    """Whether the file says where thrust begins; a power alone does not."""
+    return any(g.table or g.dead_zone or g.pair for g in vehicle.file.chain)
+
+
+def _dead_zones(
+    vehicle: Vehicle, recordings: Sequence[Recording]
+) -> tuple[list[ChainGroup], list[str]]:
+    """Dead zones, as far as thrusters pass through them, and what is to be said of them.
+
+    Actuators that serve the same forces are of one kind: each kind has its own.
+    """
+    if _curved(vehicle):
+        return [], []
+    if not (vehicle.file.thrusters or vehicle.file.forces):
+        return [], [
+            f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; if thrusters "
+            "have one, force and drag coefficients come out wrong: add thrusters: and allocation: to the vehicle "
+            "file"
+        ]
+    kinds = {} if vehicle.file.thrusters else alike(vehicle)
+    if len(kinds) < 2:
+        kinds = {"": list(vehicle.actuators)}
+    groups, notes = [], []
+    for kind, members in kinds.items():
+        zone, why = _dead_zone(vehicle, recordings, members)
+        if zone is not None:
+            name, own = (f"dead_zone_{kind}", members) if kind else ("", None)
+            groups.append(ChainGroup(name=name, actuators=own, dead_zone=zone))
+        notes += [f"dead zone{' of ' + kind if kind else ''}: {why}"] if why else []
+    return groups, notes
+
+
+def _dead_zone(
+    vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]
+) -> tuple[DeadZone | None, str | None]:
+    """That of some actuators, and what is to be said of it."""
+    ahead, astern = _shown(vehicle, recordings, members) > SHOWS
+    start, names = STARTS["edge_forward"], ", ".join(members)
+    if ahead and astern:
+        return DeadZone(start, STARTS["edge_reverse"]), None
+    if ahead or astern:
+        side = "astern" if ahead else "ahead"
+        return DeadZone(start, "forward"), (f"{ONE_EDGE}, as {names} hardly push {side}")
+    return None, (
+        f"not identifiable, as under these commands of {names} it always takes the same share of each "
+        "force; the force coefficients include it"
+    )
+
+
+def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]) -> Array:
+    """What another edge (2,) of some actuators, forward and reverse, would change beyond forces' gains.
+
+    In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know
+    one thrust only: the gain tells as much.
+    """
+    rows = np.concatenate([r.commands.values for r in recordings])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
+    t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
+
+    def forces(forward: float, reverse: float) -> Array:
+        zone = ChainGroup(actuators=list(members), dead_zone=DeadZone(forward, reverse))
+        zoned = vehicle.with_chain([zone])
+        trace = _core.Trace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
+        return np.asarray(trace.forces(t + 0.5))
+
+    edge = STARTS["edge_forward"]
+    now = forces(edge, edge)
+    power = (now**2).sum(axis=0)
+    found = []
+    for other in ((2 * edge, edge), (edge, 2 * edge)):
+        change = (forces(*other) - now) / edge
+        share = np.divide((change * now).sum(axis=0), power, out=0 * power, where=power > 0)
+        left = ((change - share * now) ** 2).sum(axis=0)
+        found.append(np.sqrt(np.divide(left, power, out=0 * power, where=power > 0)).max())
+    return np.array(found)

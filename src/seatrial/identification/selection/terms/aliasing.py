@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Terms that are exactly combinations of others, whatever the data: seen before any is looked at.
+
+N_ud u_dot, with u_dot = v r + X_u u + X_uu |u| u + X_F F_u put in, is a combination of v r, u,
+|u| u and F_u: with all of these in the yaw equation one of the five is too many.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.structure import Force, Structure, Term
+from seatrial.util.frames import Array
+
+SAMPLES = 400  # random states and forces; a structure has a tenth of this many columns
+EXACT = 1e-8  # relative: what is left of a column that the others make
+
+
+@dataclass(frozen=True)
+class Alias:
+    """A coefficient that can't be told from others in any data."""
+
+    coefficient: str
+    made_by: tuple[str, ...]  # coefficients whose terms together are its term
+
+
+def aliases(
+    own: Sequence[Term], candidates: Sequence[Term], forces: Sequence[Force]
+) -> tuple[Alias, ...]:
+    """Exact linear dependencies among the free terms of every axis, own terms first.
+
+    What an axis already has counts: of terms that depend on each other the last named is the alias.
+    Accelerations are those that the structure itself gives, at random coefficients.
+    """
+    rng = np.random.default_rng(0)
+    base = Structure("own", tuple(own), tuple(forces))
+    nu = rng.normal(size=(SAMPLES, 3))
+    force = rng.normal(size=(SAMPLES, len(forces)))
+    theta = rng.uniform(0.2, 0.8, len(base.coefficients))
+    nu_dot = _core.accelerations(base.compiled, theta, nu, force)
+    found = []
+    for axis in range(3):
+        terms = [t for t in (*own, *candidates) if t.axis == axis and t.coefficient]
+        if terms:
+            names, columns = _columns(terms, forces, nu, nu_dot, force)
+            found += _dependent(names, columns)
+    return tuple(found)
+
+
+def _columns(
+    terms: Sequence[Term], forces: Sequence[Force], nu: Array, nu_dot: Array, force: Array
+) -> tuple[list[str], Array]:
+    """Coefficients of one axis and their columns (samples, coefficients), of length 1."""
+    parts = Structure("axis", tuple(terms), tuple(forces))
+    each = _core.regressors(parts.compiled, nu, nu_dot, force)
+    names = list(dict.fromkeys(str(t.coefficient) for t in terms))
+    columns = np.zeros((len(nu), len(names)))
+    for term, column in zip(terms, each.T, strict=True):
+        columns[:, names.index(str(term.coefficient))] += column
+    return names, np.asarray(columns / np.linalg.norm(columns, axis=0))
+
+
+def _dependent(names: list[str], columns: Array) -> list[Alias]:
+    kept: list[int] = []
+    found = []
+    for j, name in enumerate(names):
+        weights = np.linalg.lstsq(columns[:, kept], columns[:, j], rcond=None)[0]
+        left = columns[:, j] - columns[:, kept] @ weights
+        if kept and np.linalg.norm(left) < EXACT:
+            shares = [names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > EXACT]
+            found.append(Alias(name, tuple(shares)))
+        else:
+            kept.append(j)
+    return found

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""A selection for the terminal and for programs."""
+
+from typing import Final
+
+import numpy as np
+
+from seatrial.identification.selection.terms.decisions import Evidence, Row, Verdict
+from seatrial.identification.selection.terms.explain import sensible
+from seatrial.identification.selection.terms.selection import Selection
+from seatrial.util.format import plus_minus, table
+from seatrial.util.frames import AXES, Axes
+
+SELECTION_FORMAT: Final = "selection 1"
+HEAD = ("term", "estimate", "z", "spread", "held-out", "moves")
+LEGEND = """\
+  z: estimate / error, each candidate as if it alone came in; spread: of the repeats' estimates, over what their
+  errors let expect; held-out: how much worse {horizon:g} s ahead is predicted without the term, by models that
+  have not seen the recording; moves: by how much the term moves that prediction, of the velocity's change"""
+
+
+def selection_text(selection: Selection) -> str:
+    """The table, axis by axis, and what is chosen."""
+    rows = selection.rows
+    numbers = table(HEAD, [_numbers(row) for row in rows]).splitlines()
+    width = max(len(line) for line in numbers)
+    lines = [f"Repeats: {' against '.join(f.name for f in selection.folds)}", numbers[0]]
+    before = -1
+    for row, line in zip(rows, numbers[1:], strict=True):
+        lines += [AXES[row.axis]] if row.axis != before else []
+        lines.append(f"{line.ljust(width)}  {row.verdict.value}: {row.reason}")
+        before = row.axis
+    lines.append(LEGEND.format(horizon=selection.horizon))
+    if selection.vehicle.axes is not Axes.FLU:
+        lines.append(
+            f"  all in {Axes.FLU.value} axes; the file's are {selection.vehicle.axes.value}"
+        )
+    structure = selection.vehicle.structure
+    chosen = ["Chosen:", *(f"  {structure.equation(a)}" for a in range(3)), _sum(rows)]
+    return "\n".join([*lines, *chosen, *(f"But {asked}" for asked in selection.asked)])
+
+
+def _numbers(row: Row) -> tuple[str, ...]:
+    found = row.evidence
+    if found is None:
+        return (row.term, *[""] * (len(HEAD) - 1))
+    percent = found.change.percent
+    change = (
+        "inf" if np.isinf(percent) else f"{'-' if percent < 0 else ''}{sensible(abs(percent))} %"
+    )
+    told = found.estimate
+    return (
+        row.term,
+        plus_minus(told.value, told.error),
+        f"{told.z:.1f}" if abs(told.z) < 100 else f"{told.z:.0f}",
+        f"{found.repeats.ratio:.1f}",
+        change,
+        f"{found.change.moves:.2g} %",
+    )
+
+
+def _sum(rows: tuple[Row, ...]) -> str:
+    def named(*verdicts: Verdict) -> str:
+        return ", ".join(row.coefficient for row in rows if row.verdict in verdicts) or "none"
+
+    kept = [row for row in rows if row.verdict.kept]
+    weak = ", ".join(row.coefficient for row in kept if row.reason.startswith("weak")) or "none"
+    return (
+        f"Came: {named(Verdict.COMES)}. Went: {named(Verdict.GOES)}. Weak: {weak}. "
+        f"Aliased: {named(Verdict.ALIASED)}."
+    )
+
+
+def selection_json(selection: Selection) -> dict[str, object]:
+    """The content of `select.json`; forward-left-up, SI."""
+    return {
+        "seatrial": SELECTION_FORMAT,
+        "vehicle": selection.vehicle.name,
+        "horizon": selection.horizon,
+        "repeats": [
+            {"name": f.name, "recordings": [r.name for r in f.recordings]} for f in selection.folds
+        ],
+        "structure": selection.vehicle.structure.lines(),
+        "terms": [_entry(row) for row in selection.rows],
+        "asked": list(selection.asked),
+    }
+
+
+def _entry(row: Row) -> dict[str, object]:
+    entry: dict[str, object] = {
+        "term": row.term,
+        "coefficient": row.coefficient,
+        "axis": AXES[row.axis],
+        "unit": row.unit,
+        "kept": row.verdict.kept,
+        "verdict": row.verdict.value,
+        "reason": row.reason,
+    }
+    return entry if row.evidence is None else {**entry, **_measured(row.evidence)}
+
+
+def _measured(found: Evidence) -> dict[str, object]:
+    change = found.change
+    return {
+        "value": found.estimate.value,
+        "error": found.estimate.error,
+        "p": found.estimate.p,
+        "repeats": found.repeats.values.tolist(),
+        "repeats_errors": found.repeats.errors.tolist(),
+        "repeats_p": found.repeats.p,
+        "repeats_between": found.repeats.between,
+        "held_out_percent": change.percent if np.isfinite(change.percent) else None,
+        "held_out_moves": change.moves if np.isfinite(change.moves) else None,
+        "held_out_z": change.z if np.isfinite(change.z) else None,
+    }

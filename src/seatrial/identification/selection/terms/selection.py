@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: MIT
+"""What `select` found."""
+
+from dataclasses import dataclass
+
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.decisions import Row
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The chosen structure, and why."""
+
+    vehicle: Vehicle  # with the chosen terms; all else as it was
+    model: Model  # fitted to all recordings together
+    rows: tuple[Row, ...]
+    folds: tuple[Fold, ...]
+    horizon: float  # [s] of the held-out prediction
+    asked: tuple[str, ...] = ()  # effects that the data ask for, before any term

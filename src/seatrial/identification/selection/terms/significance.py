@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""Tests for a term: is it distinguishable from zero, and do repeats agree on it?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.util.distributions import chi2_sf, normal_two_sided
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A coefficient, its standard error, and the chance of as much where there is nothing."""
+
+    value: float
+    error: float
+    p: float
+
+    @property
+    def z(self) -> float:
+        """Value in standard errors."""
+        return self.value / self.error if self.error > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Repeats:
+    """A coefficient found from each fold, all others common to them."""
+
+    values: Array  # (folds,)
+    errors: Array  # (folds,)
+    p: float  # chance of such a spread among repeats of one and the same boat
+    between: float  # standard deviation between folds, beyond that of their errors
+    ratio: float  # spread over what the errors let expect: about 1 where repeats agree
+
+
+def t_chance(t: float, freedom: int) -> float:
+    """Two-sided chance of |t| or more with Student's distribution (Wallace, 1959, to 1e-3 of z)."""
+    size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
+    return normal_two_sided(float(size))
+
+
+def freedom(blocks: int, fitted: int) -> int:
+    """Degrees of freedom of blocks of `BLOCK` [s]. Raises where there are too few."""
+    left = blocks - fitted
+    if left < fitted:
+        raise IdentificationError(
+            f"{blocks * BLOCK:.0f} s in all, in blocks of {BLOCK:.0f} s, are too short to test terms of "
+            f"{fitted} parameters or more; give recordings of {2 * fitted * BLOCK:.0f} s or more together"
+        )
+    return left
+
+
+def estimate(slopes: Slopes, name: str) -> Estimate:
+    """One coefficient by a Gauss-Newton step of all the parameters there are.
+
+    Its error is the larger of Fisher's and the sandwich over blocks: the one trusts the noise
+    model, the other that there are blocks enough.
+    """
+    j, p = slopes.place(name), len(slopes.names)
+    unit = np.zeros(p)
+    unit[j] = 1.0
+    row = solve(slopes.total, unit)
+    step = solve(slopes.total, slopes.gradient.sum(axis=0))
+    value = slopes.values[j] + step[j]
+    left = freedom(slopes.blocks, p - 1)
+    influence = slopes.left(step) @ row
+    sandwich = float(np.sum(influence**2)) * slopes.blocks / left
+    error = float(np.sqrt(max(sandwich, row[j])))
+    return Estimate(float(value), error, t_chance(value / error, left))
+
+
+def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
+    """One coefficient from each fold (indices of its recordings), the others from all together."""
+    j, k = slopes.place(name), len(folds)
+    rest = [i for i in range(len(slopes.names)) if i != j]
+    n = len(rest)
+    matrix, right = np.zeros((n + k, n + k)), np.zeros(n + k)
+    matrix[:n, :n] = slopes.total[np.ix_(rest, rest)]
+    right[:n] = slopes.gradient.sum(axis=0)[rest]
+    for f, members in enumerate(folds):
+        at = list(members)
+        cross = slopes.information[at].sum(axis=0)[j]
+        matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
+        matrix[n + f, n + f] = cross[j]
+        right[n + f] = slopes.gradient[at, j].sum()
+    step = solve(matrix, right)
+    rows = solve(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
+    influence = np.zeros((slopes.blocks, k))
+    for f, members in enumerate(folds):
+        own = np.insert(step[:n], j, step[n + f])
+        mine = np.isin(slopes.recording, list(members))
+        influence[mine] = (slopes.left(own) @ np.insert(rows[:n], j, rows[n + f], axis=0))[mine]
+    sandwich = influence.T @ influence * slopes.blocks / freedom(slopes.blocks, n + 1)
+    return _spread(slopes.values[j] + step[n:], _larger(sandwich, rows[n:]))
+
+
+def _larger(sandwich: Array, fisher: Array) -> Array:
+    """Correlations of the sandwich with the larger of both errors."""
+    errors = np.sqrt(np.maximum(np.diag(sandwich), np.diag(fisher)))
+    own = np.sqrt(np.diag(sandwich)) + np.finfo(float).tiny
+    return np.asarray(sandwich * np.outer(errors / own, errors / own))
+
+
+def _spread(values: Array, covariance: Array) -> Repeats:
+    """Cochran's Q over contrasts with the first fold; spread as DerSimonian and Laird (1986)."""
+    k = len(values)
+    contrast = np.hstack([-np.ones((k - 1, 1)), np.eye(k - 1)])
+    apart = contrast @ values
+    q = float(apart @ np.linalg.solve(contrast @ covariance @ contrast.T, apart))
+    errors = np.sqrt(np.diag(covariance))
+    weight = 1.0 / errors**2
+    scale = weight.sum() - (weight**2).sum() / weight.sum()
+    between = float(np.sqrt(max(0.0, q - (k - 1)) / scale))
+    return Repeats(values, errors, chi2_sf(q, k - 1), between, float(np.sqrt(q / (k - 1))))

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Settings of the prediction-error estimator, and what it ends with."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.model import LEVER_ERRORS, LEVER_TOLD, Model
+from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
+from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import EFFECTS, LEVER, Passes, Problem
+from seatrial.identification.provenance import envelope, recording_entry
+from seatrial.identification.regression.start_lever import of_origin
+from seatrial.recording.velocity import Motion, motion
+from seatrial.util.frames import Array
+from seatrial.util.statistics import BLOCK
+
+METHOD = "output-error"
+
+
+@dataclass(frozen=True)
+class OutputErrorSettings:
+    """Choices of the estimator."""
+
+    outlier: float = OUTLIER  # [sigma] from which on a pose's error counts linearly
+    block: float = BLOCK  # [s] over which scores may be correlated, for the standard errors
+    step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
+    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
+    hold_noise: bool = False  # the noise stays that of the start model
+    extras: bool = (
+        True  # further stages of the chain are tried, and freed where the data ask for it
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A solution with all that it came from."""
+
+    problem: Problem
+    theta: Array  # all parameters, in the problem's order
+    noise: Array  # (11,) as the filter believes it
+    passes: Passes
+    covariance: Array  # (p, p) of the free parameters
+    settings: OutputErrorSettings
+    notes: tuple[str, ...]  # what was not sought, and why
+    share: float = 0.0  # how closely the model was believed, see belief.py
+    plain: Array | None = None  # (11,) the noise when it was believed as the likelihood has it
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the free parameters."""
+        return tuple(self.problem.names[i] for i in self.problem.free)
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    def model(self) -> Model:
+        """The model, with the covariance of coefficients and constants."""
+        problem, theta, n = self.problem, self.theta, self.problem.size
+        size = n + problem.constants
+        own = [k for k, i in enumerate(problem.free) if i < size]
+        at = [problem.free[k] for k in own]
+        covariance = np.zeros((size, size))
+        covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
+        settings: dict[str, str | float | int | bool | None] = {
+            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.share,
+            "effects": ", ".join(self.settings.effects),
+        }  # fmt: skip
+        if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
+            settings[LEVER_TOLD] = stated
+        noise = self.noise
+        if self.share and self.plain is not None:
+            noise = plain_noise(Point(theta, noise, self.passes), self.plain)
+        recordings = problem.recordings
+        noise = folded(noise, min(r.period for r in recordings))
+        constants = theta[n:size]
+        lever = theta[problem.effects(0)[: len(LEVER)]]
+        return Model(
+            with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
+            Integration("runge-kutta", problem.step),
+            noise_entry(noise, earth=problem.earth_fixed),
+            envelope(problem.vehicle, constants, recordings, self._moving()),
+            tuple(self._entry(i) for i in range(len(recordings))),
+            EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),
+        )  # fmt: skip
+
+    def _moving(self) -> list[Motion]:
+        """How the boat's origin moved through the water, by recording."""
+        found = []
+        for i, recording in enumerate(self.problem.recordings):
+            lever, current = np.split(self.theta[self.problem.effects(i)][:4], 2)
+            found.append(motion(of_origin(recording, lever, current)))
+        return found
+
+    def _entry(self, recording: int) -> RecordingEntry:
+        """A recording with the effects on it that were sought."""
+        own = recording_entry(self.problem.recordings[recording])
+        places = self.problem.effects(recording)[len(LEVER) :].tolist()
+        sought = {
+            name: float(self.theta[i])
+            for name, i in zip(EFFECTS, places, strict=True)
+            if i in self.problem.free
+        }
+        errors = {name: self.errors[f"{name}.{own.name}"] for name in sought}
+        entry: RecordingEntry = msgspec.structs.replace(own, effects=sought, errors=errors)
+        return entry
+
+    def _lever(self) -> list[str]:
+        """How well its lever arm is known, where it was sought."""
+        errors = [self.errors[name] for name in LEVER if name in self.errors]
+        if not errors:
+            return []
+        ahead, aside = errors
+        return [f"{LEVER_ERRORS}: {ahead:.1e} m ahead, {aside:.1e} m aside"]
+
+
+def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
+    """The vehicle with its lever arm longer by what was found, forward-left-up [m]."""
+    if ahead == left == 0.0:
+        return vehicle
+    return vehicle.with_lever((vehicle.lever[0] + ahead, vehicle.lever[1] + left))

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""How well one parameter is known, in words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.structure import Term
+from seatrial.util.frames import Array
+
+SHARP, USABLE = 0.05, 0.2  # relative errors below which a parameter counts as such
+PARTNERS = 3
+# A latency of 0 is as good as any: errors of constants are relative to these, or to the value.
+TYPICAL = {
+    "latency": 0.1, "lag": 0.1,  # [s]
+    "edge_forward": 0.1, "edge_reverse": 0.1, "pair_dead_zone": 0.1,
+    "pair_offset_along": 0.1, "pair_offset_across": 0.1,
+}  # fmt: skip
+
+
+class Verdict(Enum):
+    """How well a parameter is known, in words."""
+
+    SHARP = "sharp"
+    USABLE = "usable"
+    WEAK = "weak"
+    ZERO = "not distinguishable from zero"
+    LOST = "not identifiable"
+    GIVEN = "given"
+    BOUND = "at its bound"
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the data say of it how well it is known."""
+        return self not in (Verdict.GIVEN, Verdict.BOUND)
+
+    @property
+    def enough(self) -> bool:
+        """Whether one may rely on the value."""
+        return self in (Verdict.SHARP, Verdict.USABLE, Verdict.GIVEN)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One coefficient, or one constant of the actuator chain."""
+
+    name: str
+    value: float
+    error: float  # standard error; 0: given, or at its bound
+    unit: str
+    relative: float  # error over the value, or over what is typical of such a constant
+    verdict: Verdict
+    partners: tuple[tuple[str, float], ...] = ()  # strongest first, with the correlation
+    reach: float | None = None  # its term's share of full thrust, at most: value and two errors
+
+
+def verdict_of(name: str, value: float, error: float, worth: float = 0.0) -> tuple[Verdict, float]:
+    """Verdict and relative error; `worth`: of the error, as a share of full thrust."""
+    typical = TYPICAL.get(name.partition(".")[0], 0.0)
+    size = max(abs(value), typical)
+    relative = error / size if size > 0 else np.inf
+    if error == 0.0:
+        return Verdict.GIVEN, 0.0
+    near_zero = abs(value) < TOLD_APART * error
+    if (near_zero and worth > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
+        return Verdict.LOST, relative
+    if near_zero and not typical:
+        return Verdict.ZERO, relative
+    known = Verdict.SHARP if relative < SHARP else Verdict.USABLE
+    return (known if relative < USABLE else Verdict.WEAK), relative
+
+
+def finding(model: Model, name: str, sought: Sequence[str], correlation: Array) -> Finding:
+    """Verdict of one parameter; correlation: (p, p) of the p that were sought."""
+    chain, error = model.vehicle.constants, model.standard_errors[name]
+    given = zip(chain.names, model.constants.tolist(), strict=True)
+    value = {**model.values, **dict(given)}[name]
+    unit = chain.unit(name) if name in chain.names else model.structure.units[name]
+    share = _worth(model, name)
+    said, relative = verdict_of(name, value, error, (share or 0.0) * error)
+    if said is Verdict.GIVEN and name in model.at_bounds:
+        said = Verdict.BOUND
+    row = correlation[sought.index(name)] if name in sought else np.zeros(0)
+    order = [int(i) for i in np.argsort(-np.abs(row)) if sought[i] != name]
+    partners = tuple((sought[i], float(row[i])) for i in order[:PARTNERS])
+    reach = None if share is None else share * (abs(value) + TOLD_APART * error)
+    return Finding(name, value, error, unit, relative, said, partners, reach)
+
+
+def full_thrust(model: Model, axis: int) -> float:
+    """Largest acceleration that one force gave the axis, [m/s^2] or [rad/s^2]; 0: none does."""
+    found = [
+        abs(t.number * model.values[t.coefficient]) * (_largest(model, t) or 0.0)
+        for t in model.structure.terms
+        if t.axis == axis and t.coefficient and pure(model, t)
+    ]
+    return max(found, default=0.0)
+
+
+def _worth(model: Model, name: str) -> float | None:
+    """Share of full thrust that a coefficient of 1 is worth at the envelope's edge; None: unknown."""
+    shares = []
+    for term in model.structure.terms:
+        thrust, largest = full_thrust(model, term.axis), _largest(model, term)
+        if term.coefficient == name and thrust > 0 and largest is not None:
+            shares.append(largest * abs(term.number) / thrust)
+    return max(shares, default=None)
+
+
+def pure(model: Model, term: Term) -> bool:
+    """Whether a term is a force times a coefficient."""
+    forces = [f.name for f in model.structure.forces]
+    return len(term.factors) == 1 and term.factors[0] in forces and term.acceleration is None
+
+
+def _largest(model: Model, term: Term) -> float | None:
+    """Largest product of a term's factors within the envelope; None where it has none."""
+    ranges = {**model.envelope.speeds, **model.envelope.forces}
+    if any(factor.strip("|") not in ranges for factor in term.factors):
+        return None
+    sizes = [max(map(abs, ranges[factor.strip("|")])) for factor in term.factors]
+    size = float(np.prod(sizes))
+    return size if term.acceleration is None else size * full_thrust(model, term.acceleration)

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""Accelerations from poses by local quadratics, and commands smoothed by the matching kernel.
+
+Second differences of poses drown in noise; a quadratic through 1.2 s of them does not. What it
+takes for the acceleration is the true one averaged over the window with weight (1 - s^2)^2, s from
+-1 to 1; so commands are averaged with the same weight before the two are compared.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.recording.recording import Signal
+from seatrial.util.frames import Array, Mask, Stamps
+
+Complex = NDArray[np.complex128]
+
+WINDOW = 1.2  # [s] that a quadratic is laid through
+STRIDE = 0.2  # [s] between the windows' centres
+STRETCHED = 1.3  # a window longer than this many times its nominal length is not used
+GRID = 0.02  # [s] at which commands are averaged
+STEPS = 30  # of the grid in half a window, at most
+MOST = 2_000_000  # steps in all
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """Velocities and accelerations at the centres of windows; the plane is complex, x + i y."""
+
+    t: Array  # (m,) [s]
+    half: float  # [s] half the length of a window
+    psi: Array  # (m,) [rad]
+    r: Array  # (m,) [rad/s]
+    r_dot: Array  # (m,) [rad/s^2]
+    velocity: Complex  # (m,) [m/s] earth-fixed
+    acceleration: Complex  # (m,) [m/s^2] earth-fixed
+
+
+def smooth_poses(
+    t: Array,
+    eta: Array,
+    valid: Mask,
+    segment: NDArray[np.int64],
+    *,
+    window: float = WINDOW,
+    stride: float = STRIDE,
+) -> Smooth:
+    """Local quadratics through the usable poses eta (n, 3) at t (n,) [s].
+
+    `window` [s] long, every `stride` [s]. No window reaches over a gap or a jump.
+    """
+    period = float(np.median(np.diff(t)))  # [s]
+    side = max(2, round(window / 2 / period))
+    index = np.flatnonzero(valid)
+    count = 2 * side + 1
+    windows = np.zeros((0, count), dtype=np.int64)
+    if len(index) >= count:
+        windows = np.lib.stride_tricks.sliding_window_view(index, count)
+        windows = windows[:: max(1, round(stride / period))]
+    half = (side + 0.5) * period
+    s = (t[windows] - t[windows[:, side]][:, None]) / half
+    usable = (s[:, -1] - s[:, 0] < 2 * STRETCHED) & (np.ptp(segment[windows], axis=1) == 0)
+    windows, s = windows[usable], s[usable]
+    value, slope, bend = np.moveaxis(_quadratics(s, eta[windows]), 1, 0)
+    velocity, acceleration = slope / half, 2.0 * bend / half**2
+    return Smooth(
+        t[windows[:, side]],
+        half,
+        value[:, 2],
+        velocity[:, 2],
+        acceleration[:, 2],
+        velocity[:, 0] + 1j * velocity[:, 1],
+        acceleration[:, 0] + 1j * acceleration[:, 1],
+    )
+
+
+def _quadratics(s: Array, values: Array) -> Array:
+    """Coefficients (m, 3, k) of 1, s, s^2 through values (m, count, k) at s (m, count)."""
+    square = s * s
+    powers = np.stack([np.ones_like(s), s, square, square * s, square * square])  # (5, m, count)
+    moments = powers.sum(axis=2)
+    normal = np.stack([moments[i : i + 3] for i in range(3)])  # (3, 3, m)
+    right = np.einsum("pmc,mck->mpk", powers[:3], values)
+    return np.linalg.solve(np.moveaxis(normal, 2, 0), right)
+
+
+def smooth_signals(
+    signal: Signal, origin: int, centres: Array, half: float, delays: Sequence[float]
+) -> Array:
+    """Rows that hold until the next, averaged around centres (m,) [s] less each delay [s].
+
+    (delays, m, names). `origin` [ns] is the zero of the centres; before the first row it holds.
+    """
+    if len(centres) == 0:
+        return np.zeros((len(delays), 0, len(signal.names)))
+    lowest, highest = (
+        float(centres[0]) - max(delays) - half,
+        float(centres[-1]) - min(delays) + half,
+    )
+    step = max(GRID, half / STEPS, (highest - lowest) / MOST)  # poses far apart need no fine grid
+    grid = np.arange(lowest, highest + 2 * step, step)
+    held = signal.values[held_rows(signal.stamps, origin, grid)]
+    s = np.arange(-half, half + step / 2, step) / half
+    kernel = np.clip(1.0 - s**2, 0.0, None) ** 2
+    kernel /= kernel.sum()
+    averaged = [np.convolve(column, kernel, mode="same") for column in held.T]
+    return np.array(
+        [[np.interp(centres - delay, grid, column) for column in averaged] for delay in delays]
+    ).transpose(0, 2, 1)
+
+
+def held_rows(stamps: Stamps, origin: int, t: Array) -> NDArray[np.int64]:
+    """The row that holds at each time t [s] after origin [ns]; before the first, the first."""
+    seconds = (stamps - origin).astype(np.float64) * 1e-9
+    return np.maximum(np.searchsorted(seconds, t, side="right") - 1, 0)

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""How the boat was driven: each axis by amplitude, direction and minutes; each input's values."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.excitation import Excitation, even_times, excitation
+from seatrial.recording.pose_faults import GAP_FACTOR
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import AXES, Array
+
+REST = 0.05  # command below which an axis counts as at rest
+LEVELS = (1 / 3, 2 / 3)  # bounds of small, medium and large commands
+MOST_LEVELS = 4096  # more different values than these are not called steps
+USUAL = 0.95  # share of the values not at rest that are on a grid, if there is one
+ALIKE = 1.02  # steps that differ by less are one
+OFF_GRID = 0.1  # share of a step by which values on a grid may miss it
+EDGE = 0.002  # share of the range within which a command counts as at its limit
+
+
+@dataclass(frozen=True)
+class AxisCoverage:
+    """What one axis was asked for while poses were recorded."""
+
+    axis: str
+    rms: float  # in command units
+    largest: float
+    share: float  # of all effort
+    both_directions: bool
+    minutes_positive: float  # forward, to port or counter-clockwise; in the vehicle file's axes
+    minutes_negative: float
+    minutes_small: float  # by size of the command
+    minutes_medium: float
+    minutes_large: float
+
+
+@dataclass(frozen=True)
+class InputUse:
+    """The values of one input over time."""
+
+    name: str
+    least: float
+    most: float
+    resolution: float  # step of the grid that the values are on; 0: none
+    levels: int  # different values
+    at_limit: float  # share of the time not at rest that it spends at its least or most
+    never_moves: bool
+
+
+def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[AxisCoverage]]:
+    """Minutes by axis, direction and size of the generalised forces."""
+    found = excitation(vehicle, recording)
+    times = even_times(recording)
+    period = float(times[1] - times[0]) if len(times) > 1 else recording.duration
+    t = _seen(recording, times)
+    forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+    signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
+    axes = []
+    for axis, name in enumerate(AXES):
+        mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        largest = _largest(mine) * signs[axis]
+        size = np.abs(largest)
+        bounds = (REST, *LEVELS, np.inf)
+        minutes = [
+            float(((size > a) & (size <= b)).sum()) * period / 60 for a, b in pairwise(bounds)
+        ]
+        axes.append(
+            AxisCoverage(
+                name, float(found.rms[axis]), float(found.largest[axis]), float(found.share[axis]),
+                found.both_signs[axis], float((largest > REST).sum()) * period / 60,
+                float((largest < -REST).sum()) * period / 60, *minutes,
+            )
+        )  # fmt: skip
+    return found, axes
+
+
+def _seen(recording: Recording, t: Array) -> Array:
+    """The times [s] that usable poses stand around."""
+    good = recording.t[recording.valid]
+    after = np.searchsorted(good, t, side="right").clip(1, len(good) - 1)
+    inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.usual_step)
+    return np.asarray(t[inside])
+
+
+def vehicle_sign(vehicle: Vehicle, axis: int) -> float:
+    """1, or -1 where the vehicle file's axis points the other way than forward-left-up."""
+    return -1.0 if vehicle.axes.value == "forward-right-down" and axis > 0 else 1.0
+
+
+def input_use(vehicle: Vehicle, recording: Recording) -> list[InputUse]:
+    """Every input's range, steps and limits, in the vehicle file's axes."""
+    signal = recording.commands
+    held = np.append(np.diff(signal.stamps), 0).astype(np.float64)
+    values = signal.values * vehicle.input_signs + 0.0  # no -0
+    return [_use(name, values[:, i], held) for i, name in enumerate(signal.names)]
+
+
+def _use(name: str, values: Array, held: Array) -> InputUse:
+    levels, rows = np.unique(values, return_counts=True)
+    least, most = float(levels[0]), float(levels[-1])
+    if len(levels) == 1:
+        return InputUse(name, least, most, 0.0, 1, 0.0, never_moves=True)
+    near = EDGE * (most - least)
+    limit = (values >= most - near) | (values <= least + near)
+    moving = np.abs(values - np.median(values)) > REST * max(abs(least), abs(most))
+    driven = float(held[moving].sum())
+    share = float(held[moving & limit].sum()) / driven if driven > 0 else 0.0
+    return InputUse(
+        name, least, most, _resolution(levels, rows), len(levels), share,
+        never_moves=False,
+    )  # fmt: skip
+
+
+def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
+    """Step of the grid that the values come from; 0 where they come from none.
+
+    The most usual step between neighbouring levels, if nearly all values are whole steps from
+    where the command rests; a few odd ones do not hide it.
+    """
+    steps = np.sort(np.diff(levels))
+    alike = np.searchsorted(steps, ALIKE * steps, side="right") - np.arange(len(steps))
+    first = int(np.argmax(alike))
+    usual = float(np.median(steps[first : first + alike[first]]))
+    driven = np.where(np.arange(len(levels)) == np.argmax(rows), 0, rows)
+    for step in (usual, usual / 2, usual / 3):  # not all levels occur
+        off = (levels - levels[np.argmax(rows)]) / step
+        on_grid = float(driven[np.abs(off - np.rint(off)) < OFF_GRID].sum())
+        if on_grid >= USUAL * driven.sum() and levels[-1] - levels[0] < MOST_LEVELS * step:
+            return step
+    return 0.0
+
+
+def _largest(mine: Array) -> Array:
+    """At every time the force of largest magnitude; 0 where there is none."""
+    if mine.shape[1] == 0:
+        return np.zeros(len(mine))
+    return np.asarray(mine[np.arange(len(mine)), np.argmax(np.abs(mine), axis=1)])

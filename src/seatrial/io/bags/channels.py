@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""The numbers that a topic's messages hold, and the frames that a tf tree has: for `init`."""
+
+import re
+from itertools import islice
+from pathlib import Path
+
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.tf import frame_edges
+from seatrial.io.bags.wire import WireError
+from seatrial.util.errors import RecordingError
+
+LOOKED_AT = 50  # messages; arrays have one length in nearly all logs
+MOST_CHANNELS = 32
+NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
+
+
+def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]:
+    """Field paths of the numbers in a topic's messages, arrays spelled out."""
+    with open_bag(path, salvage=salvage) as bag:
+        wire = bag.topic(topic, "init").wire
+        first = [raw for _, _, raw in islice(bag.messages({topic}), LOOKED_AT)]
+        try:
+            shapes = list(wire.shapes(first))
+        except WireError as error:
+            raise RecordingError(f"{path}: a message on {topic} {error}") from None
+    shape = max(shapes, key=lambda s: len(s.rows))
+    single = set(wire.paths())  # arrays stand there as name[]
+    found = []
+    for name, leaf in shape.leaves.items():
+        if leaf.dtype == "S" or name.startswith(NOT_CHANNELS):
+            continue
+        plain = re.sub(r"\[\d+\]", "[]", name) in single
+        found += [name] if plain else [f"{name}[{i}]" for i in range(leaf.count)]
+    return found[:MOST_CHANNELS]
+
+
+def tf_frames(path: Path, topic: str, *, salvage: bool = False) -> list[tuple[str, str, bool]]:
+    """Parent and child of every transform, and whether it moves."""
+    with open_bag(path, salvage=salvage) as bag:
+        return sorted(
+            (parent, child, not fixed)
+            for (parent, child), fixed in frame_edges(bag, topic, salvage=salvage)
+        )

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""What a bag holds, topic by topic: the first look, before there is a vehicle file."""
+
+import struct
+from array import array
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from seatrial.io.bags.bag import Bag, Topic
+from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.poses import pose_paths
+from seatrial.io.bags.tf import is_tf
+from seatrial.io.bags.wire import WireError
+from seatrial.recording.clocks import clock_verdicts
+from seatrial.recording.timing import Clock, Stream, describe, rhythm
+
+COMMAND_TYPES = (
+    "sensor_msgs/msg/Joy", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped",
+    "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "std_msgs/msg/Float32",
+    "std_msgs/msg/Float64", "std_msgs/msg/Float32MultiArray", "std_msgs/msg/Float64MultiArray",
+    "std_msgs/msg/Int16MultiArray", "std_msgs/msg/UInt16MultiArray", "mavros_msgs/msg/RCOut",
+    "mavros_msgs/msg/RCIn", "mavros_msgs/msg/OverrideRCIn", "mavros_msgs/msg/ManualControl",
+)  # fmt: skip
+COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator")
+STAMP_AT = 4  # [bytes] a header's time: after ROS 1's sequence number, after CDR's first four
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One topic."""
+
+    topic: Topic
+    role: str  # what it could be: poses, commands, or nothing of ours
+    stream: Stream
+
+
+@dataclass(frozen=True)
+class Contents:
+    """A bag's topics."""
+
+    path: Path
+    kind: str
+    length: float  # [s] from the first to the last arrival
+    entries: tuple[Entry, ...]
+    remarks: tuple[str, ...]
+
+    def of(self, role: str) -> list[Entry]:
+        """Topics that could play a role, those with the most messages first."""
+        found = [e for e in self.entries if e.role == role and e.stream.count > 1]
+        return sorted(found, key=lambda e: -e.stream.count)
+
+
+@dataclass
+class _Times:
+    stamped: bool
+    order: str = "<"
+    arrival: "array[int]" = field(default_factory=lambda: array("q"))
+    header: "array[int]" = field(default_factory=lambda: array("q"))
+
+
+def contents(path: Path, *, salvage: bool = False) -> Contents:
+    """Rates, gaps and clocks of every topic. Raises RecordingError, FileError."""
+    with open_bag(path, salvage=salvage) as bag:
+        times = {name: _Times(_begins_with_header(topic)) for name, topic in bag.topics.items()}
+        for name, arrival, raw in bag.messages(times.keys()):
+            mine = times[name]
+            mine.arrival.append(arrival)
+            if mine.stamped and len(raw) >= STAMP_AT + 8:
+                order = ">" if bag.topics[name].cdr and raw[1:2] == b"\0" else "<"
+                seconds, nanoseconds = struct.unpack_from(f"{order}iI", raw, STAMP_AT)
+                mine.header.append(seconds * 10**9 + nanoseconds)
+        entries = [_entry(bag, name, found) for name, found in sorted(times.items())]
+        begins = [t.arrival[0] for t in times.values() if t.arrival]
+        ends = [t.arrival[-1] for t in times.values() if t.arrival]
+        length = (max(ends) - min(begins)) * 1e-9 if begins else 0.0
+        return Contents(path, bag.kind, length, tuple(entries), bag.remarks)
+
+
+def contents_text(found: Contents) -> str:
+    """The topics as a table, and what to do next."""
+    lines = [f"{found.path}: {found.kind}, {found.length:.1f} s, {len(found.entries)} topics"]
+    rows: list[tuple[str, ...]] = [
+        ("topic", "type", "messages", "rate", "longest gap", "stamps", "could be")
+    ]
+    rows += [_row(entry) for entry in found.entries]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines += [
+        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    streams = [entry.stream for entry in found.entries if entry.role and entry.stream.count > 1]
+    lines += [f"  => {remark}" for remark in (*found.remarks, *clock_verdicts(streams))]
+    for role in ("poses", "commands"):
+        if not found.of(role):
+            lines.append(
+                f"  => nothing here looks like {role}; see docs/recording.md for what to record"
+            )
+    if found.of("poses") and found.of("commands"):
+        lines.append(
+            f"  => seatrial init {found.path} -o vehicle.yaml writes a vehicle file to start from"
+        )
+    return "\n".join(lines)
+
+
+def contents_json(found: Contents) -> dict[str, Any]:
+    """The same for programs."""
+    return {
+        "path": str(found.path),
+        "kind": found.kind,
+        "length": found.length,
+        "topics": [
+            {**msgspec.to_builtins(e.stream), "role": e.role or None} for e in found.entries
+        ],
+        "remarks": list(found.remarks),
+    }
+
+
+def _row(entry: Entry) -> tuple[str, ...]:
+    stream, delay = entry.stream, entry.stream.delay
+    clock = stream.clock.value
+    if delay is not None:
+        clock += f", {delay}"
+    return (
+        entry.topic.name, entry.topic.type, str(stream.count), rhythm(stream) if stream.rate else "",
+        f"{stream.longest:.3g} s" if stream.rate else "", clock, entry.role,
+    )  # fmt: skip
+
+
+def _entry(bag: Bag, name: str, times: _Times) -> Entry:
+    topic = bag.topics[name]
+    arrival = np.array(times.arrival, dtype=np.int64)
+    header = np.array(times.header, dtype=np.int64)
+    clock, stamps = Clock.ARRIVAL, arrival
+    if times.stamped and len(header) == len(arrival):
+        clock = Clock.HEADER if header.any() else Clock.ZERO
+        stamps = header if header.any() else arrival
+    role = _role(topic)
+    stream = describe(
+        role, name, topic.type, clock=clock, stamps=stamps, arrival=arrival,
+        publishers=topic.publishers,
+    )  # fmt: skip
+    return Entry(topic, role, stream)
+
+
+def _begins_with_header(topic: Topic) -> bool:
+    try:
+        fields = topic.wire.definitions[topic.type_name][1]
+        return topic.wire.stamped and fields[0][0] == "header"
+    except (WireError, IndexError):
+        return False
+
+
+def _role(topic: Topic) -> str:
+    """What a topic could be."""
+    try:
+        wire = topic.wire
+    except WireError:
+        return ""
+    if topic.type_name in COMMAND_TYPES:
+        return "commands"
+    if is_tf(topic):
+        return "" if topic.name.endswith("_static") else "poses"
+    if pose_paths(wire) is not None:
+        return "poses"
+    words = f"{topic.name} {topic.type}".lower()
+    return "commands" if any(w in words for w in COMMAND_WORDS) and wire.paths() else ""

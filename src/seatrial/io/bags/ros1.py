@@ -1,0 +1,378 @@
+# SPDX-License-Identifier: MIT
+"""ROS 1 bags, format 2.0 (http://wiki.ros.org/Bags/Format/2.0), chunk by chunk.
+
+Read here rather than through rosbags, whose reader makes an index entry for every message of
+every topic: a ten-hour recording would not fit into bounded memory, nor a short one open fast
+(`benchmarks/bags.py`). Its tests compare with rosbags and with ROS 1 itself.
+"""
+
+import mmap
+import re
+import struct
+from bz2 import BZ2Decompressor
+from collections import Counter
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from seatrial.io.bags.bag import SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
+
+MAGIC = b"#ROSBAG V2.0\n"
+MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
+LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag makes them of 768 KiB plus one message
+LARGEST_HEADER = 1 << 20  # [bytes]
+CHUNK_MARK = b"\x04\0\0\0op=\x05"
+KEPT = 1 << 25  # [bytes] of the file in memory
+MARK_REACH = 64  # [bytes] a chunk's header begins at most this long before its mark
+Buffer = mmap.mmap | bytes
+_u32 = struct.Struct("<I").unpack_from
+_u64 = struct.Struct("<Q").unpack_from
+_time = struct.Struct("<II").unpack_from
+
+
+class DamagedError(Exception):
+    """A record that can't be read."""
+
+
+class Record(NamedTuple):
+    """A record: where its header's values stand, and its data."""
+
+    source: Buffer
+    fields: dict[bytes, tuple[int, int]]
+    begin: int
+    end: int
+
+    @property
+    def kind(self) -> int:
+        """The record's op."""
+        begin, end = self.fields.get(b"op", (0, 0))
+        return self.source[begin] if end - begin == 1 else 0
+
+    def u32(self, name: bytes) -> int:
+        """A field of four bytes."""
+        return int(_u32(self.source, self._sized(name, 4))[0])
+
+    def u64(self, name: bytes) -> int:
+        """A field of eight bytes."""
+        return int(_u64(self.source, self._sized(name, 8))[0])
+
+    def text(self, name: bytes) -> str:
+        """A field of text."""
+        if name not in self.fields:
+            raise DamagedError(f"no field {name.decode()}")
+        begin, end = self.fields[name]
+        return self.source[begin:end].decode("utf-8", "replace")
+
+    def _sized(self, name: bytes, size: int) -> int:
+        begin, end = self.fields.get(name, (0, 0))
+        if end - begin != size:
+            raise DamagedError(f"field {name.decode()} is missing or of the wrong size")
+        return begin
+
+
+class Place(NamedTuple):
+    """Where a chunk is."""
+
+    position: int
+    present: frozenset[int] | None  # connections in it; None: not known
+    until: int | None = None  # what lies up to there is read, damaged or not; None: only whole
+
+
+class Ros1Bag(Bag):
+    """One .bag file. Raises RecordingError."""
+
+    kind = "ROS 1 bag"
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path, self.files = path, (path,)
+        self._connections: dict[int, Topic] = {}
+        self._callers: dict[str, set[str]] = {}  # by topic
+        self._counts: Counter[int] = Counter()
+        self._chunks: list[Place] = []
+        self._forgotten = 0
+        self._data = _mapped(path)
+        try:
+            self._open()
+            if salvage:
+                self.check_all()
+        except RecordingError as error:
+            if not salvage:
+                self.close()
+                raise
+            reason = str(error).removeprefix(f"{path}: ").partition(SALVAGE)[0]
+            self._scan(reason.partition(": was ")[0].rstrip("; "))
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._data.close()
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics, chunk by chunk."""
+        wanted = {i: t.name for i, t in self._connections.items() if t.name in names}
+        for place in self._chunks:
+            if place.present is not None and not place.present & wanted.keys():
+                continue
+            self._forget(place.position)
+            try:
+                for connection, stamp, begin, end, chunk in self._chunk_messages(place):
+                    if connection in wanted:
+                        yield wanted[connection], stamp, chunk[begin:end]
+            except DamagedError as error:
+                if place.until is None:
+                    raise RecordingError(
+                        f"{self.path}: the bag is damaged at byte {place.position} ({error}); {SALVAGE}"
+                    ) from None
+
+    def _forget(self, position: int) -> None:
+        """Let go of the memory that holds what was read before."""
+        until = position // mmap.PAGESIZE * mmap.PAGESIZE
+        if until - self._forgotten >= KEPT and hasattr(mmap, "MADV_DONTNEED"):
+            self._data.madvise(mmap.MADV_DONTNEED, 0, until)
+            self._forgotten = until
+
+    def _open(self) -> None:
+        try:
+            self._read_index()
+        except DamagedError as error:
+            raise RecordingError(
+                f"{self.path}: the bag is not whole ({error}): was the recording cut off? {SALVAGE}"
+            ) from None
+        self.topics = self._merged()
+
+    def _merged(self) -> dict[str, Topic]:
+        return merged_topics(
+            [
+                replace(t, messages=self._counts[i], publishers=len(self._callers[t.name]))
+                for i, t in self._connections.items()
+            ]
+        )
+
+    def _read_index(self) -> None:
+        """Connections and chunks from the index at the file's end."""
+        head = _record(self._data, len(MAGIC), len(self._data))
+        if head.kind != BAG_HEADER:
+            raise DamagedError("no bag header")
+        if b"encryptor" in head.fields and head.text(b"encryptor"):
+            raise RecordingError(f"{self.path}: is encrypted; decrypt it with rosbag decrypt")
+        at = head.u64(b"index_pos")
+        if at == 0:
+            raise DamagedError("it has no index")
+        if at > len(self._data):
+            raise DamagedError(f"{len(self._data)} of at least {at} bytes are there")
+        for _ in range(head.u32(b"conn_count")):
+            record = _record(self._data, at, len(self._data))
+            self._add_connection(record)
+            at = record.end
+        for _ in range(head.u32(b"chunk_count")):
+            record = _record(self._data, at, len(self._data))
+            self._add_chunk(record)
+            at = record.end
+
+    def _add_connection(self, record: Record) -> None:
+        if record.kind != CONNECTION:
+            raise DamagedError("a connection is missing from the index")
+        inner = Record(record.source, _fields(record.source, record.begin, record.end), 0, 0)
+        name = "/".join(part for part in record.text(b"topic").split("/") if part)
+        package, _, kind = inner.text(b"type").partition("/")
+        number = record.u32(b"conn")
+        self._connections[number] = Topic(
+            f"/{name}", f"{package}/msg/{kind.removeprefix('msg/')}", 0,
+            inner.text(b"message_definition") or "# empty", cdr=False,
+        )  # fmt: skip
+        caller = inner.text(b"callerid") if b"callerid" in inner.fields else str(number)
+        self._callers.setdefault(f"/{name}", set()).add(caller)
+
+    def _add_chunk(self, record: Record) -> None:
+        if record.kind != CHUNK_INFO:
+            raise DamagedError("a chunk is missing from the index")
+        pairs = self._data[record.begin : record.end]
+        if len(pairs) != 8 * record.u32(b"count"):
+            raise DamagedError("a chunk's entry in the index has the wrong size")
+        counts = dict(struct.iter_unpack("<II", pairs))
+        self._counts.update(counts)
+        position = record.u64(b"chunk_pos")
+        if position >= len(self._data):
+            raise DamagedError("a chunk is said to be beyond the end of the file")
+        self._chunks.append(Place(position, frozenset(counts)))
+
+    def _scan(self, reason: str) -> None:
+        """Connections and chunks from the records themselves, where the index is not whole."""
+        self._connections.clear()
+        self._counts.clear()
+        self._chunks.clear()
+        lost = 0
+        at, end = self._next_chunk(len(MAGIC)), len(MAGIC)
+        while at < len(self._data):
+            end = _record(self._data, at, len(self._data), whole=False).end
+            following = self._next_chunk(at + 1)
+            lost += self._scan_chunk(Place(at, None, following))
+            at = following
+        self._scan_index(end)
+        count = sum(self._counts[i] for i in self._connections)
+        if not count:
+            self.close()
+            raise RecordingError(f"{self.path}: no message could be salvaged ({reason})")
+        self.topics = self._merged()
+        self.remarks = (
+            f"salvaged ({reason}): {count} messages"
+            + (f", {lost} damaged stretches left out" if lost else ""),
+        )
+
+    def _scan_chunk(self, place: "Place") -> int:
+        """1 if a part of the chunk can't be read."""
+        self._chunks.append(place)
+        try:
+            for connection, *_ in self._chunk_messages(place, learn=True):
+                self._counts[connection] += 1
+        except DamagedError:
+            return 1
+        return 0
+
+    def _scan_index(self, at: int) -> None:
+        """Connections that stand after the chunks: those in a chunk may be lost."""
+        try:
+            while at < len(self._data):
+                record = _record(self._data, at, len(self._data))
+                if record.kind == CONNECTION:
+                    self._add_connection(record)
+                at = record.end
+        except DamagedError:
+            return
+
+    def _next_chunk(self, at: int) -> int:
+        """Where the next record begins that is a chunk; the file's end if there is none."""
+        mark = self._data.find(CHUNK_MARK, at)
+        while mark >= 0:
+            for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
+                try:
+                    if _record(self._data, begin, len(self._data), whole=False).kind == CHUNK:
+                        return begin
+                except DamagedError:
+                    continue
+            mark = self._data.find(CHUNK_MARK, mark + 1)
+        return len(self._data)
+
+    def _chunk_messages(
+        self, place: "Place", *, learn: bool = False
+    ) -> Iterator[tuple[int, int, int, int, bytes]]:
+        """Connection, time, begin and end in the chunk of each message, and the chunk."""
+        chunk = self._chunk(place.position) if place.until is None else self._part(place)
+        at, end = 0, len(chunk)
+        layouts: dict[int, tuple[int, int, int]] = {}  # by length of header: op, conn, time
+        while at < end:
+            if at + 8 > end:
+                raise DamagedError("a record is cut off")
+            (length,) = _u32(chunk, at)
+            begin = at + 8 + length
+            layout = layouts.get(length)
+            if layout is None or begin > end or chunk[at + layout[0]] != MESSAGE:
+                record = _record(chunk, at, end)
+                if record.kind == MESSAGE:
+                    layout = layouts[length] = (
+                        record.fields[b"op"][0] - at,
+                        record._sized(b"conn", 4) - at,
+                        record._sized(b"time", 8) - at,
+                    )
+                else:
+                    if learn and record.kind == CONNECTION:
+                        with suppress(DamagedError):
+                            self._add_connection(record)
+                    at = record.end
+                    continue
+            stop = begin + _u32(chunk, begin - 4)[0]
+            if stop > end:
+                raise DamagedError("a message is cut off")
+            seconds, nanoseconds = _time(chunk, at + layout[2])
+            yield _u32(chunk, at + layout[1])[0], seconds * 10**9 + nanoseconds, begin, stop, chunk
+            at = stop
+
+    def _chunk(self, position: int) -> bytes:
+        record = _record(self._data, position, len(self._data))
+        if record.kind != CHUNK:
+            raise DamagedError("no chunk there")
+        size, how = record.u32(b"size"), record.text(b"compression")
+        if size > LARGEST_CHUNK:
+            raise DamagedError(f"a chunk of {size} bytes")
+        content = _decompressed(self._data[record.begin : record.end], how, size)
+        if len(content) != size:
+            raise DamagedError(f"a chunk has {len(content)} of {size} bytes")
+        return content
+
+    def _part(self, place: "Place") -> bytes:
+        """What is left of a chunk. One that was never finished has no lengths yet."""
+        record = _record(self._data, place.position, len(self._data), whole=False)
+        size = min(record.u32(b"size"), LARGEST_CHUNK) or LARGEST_CHUNK
+        raw = self._data[record.begin : place.until]
+        return _decompressed(raw, record.text(b"compression"), size, part=True)[:size]
+
+
+def _mapped(path: Path) -> mmap.mmap:
+    """The file in memory, as far as it is looked at."""
+    try:
+        with path.open("rb") as file:
+            first = file.read(len(MAGIC))
+            if not first:
+                raise RecordingError(f"{path}: is empty; was anything recorded?")
+            if first != MAGIC:
+                old = re.match(rb"#ROSBAG V(\d+\.\d+)", first)
+                hint = (
+                    f"a bag of format {old[1].decode()}; convert it with rosbag migrate"
+                    if old else "not a ROS 1 bag; is it another file, renamed?"
+                )  # fmt: skip
+                raise RecordingError(f"{path}: is {hint}")
+            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except OSError as error:
+        raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
+
+
+def _record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
+    """The record at a position; its data may be cut off if it need not be whole. DamagedError."""
+    if at + 8 > end:
+        raise DamagedError("a record is cut off")
+    (length,) = _u32(source, at)
+    begin = at + 8 + length
+    if length > LARGEST_HEADER or begin > end:
+        raise DamagedError("a record's header is cut off")
+    stop = begin + _u32(source, begin - 4)[0]
+    if stop > end and whole:
+        raise DamagedError("a record is cut off")
+    return Record(source, _fields(source, at + 4, begin - 4), begin, stop)
+
+
+def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
+    """name=value fields: where each value begins and ends."""
+    found: dict[bytes, tuple[int, int]] = {}
+    while at < end:
+        if at + 4 > end:
+            raise DamagedError("a header's field is cut off")
+        stop = at + 4 + _u32(source, at)[0]
+        if stop > end:
+            raise DamagedError("a header's field is cut off")
+        name, sign, _ = source[at + 4 : min(stop, at + 68)].partition(b"=")
+        if not sign:
+            raise DamagedError("a header's field has no name")
+        found[name] = (at + 5 + len(name), stop)
+        at = stop
+    return found
+
+
+def _decompressed(raw: bytes, how: str, size: int, *, part: bool = False) -> bytes:
+    """A chunk's content; never more than it says it has. Raises DamagedError."""
+    packed: Decompressor
+    if how == "none":
+        return raw
+    if how == "bz2":
+        packed = BZ2Decompressor()
+    elif how == "lz4":
+        packed, size = lz4_decompressor(), min(size, LZ4_RATIO * len(raw) + LZ4_RATIO)
+    else:
+        raise DamagedError(f"a chunk is compressed with '{plain(how)}'; expected none, bz2, lz4")
+    try:
+        return inflate(packed, raw, size, part=part)
+    except ValueError as error:
+        raise DamagedError(f"a chunk {error}") from None

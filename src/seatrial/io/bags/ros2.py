@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""ROS 2 bags through rosbags: a folder, an .mcap or a .db3; split and compressed ones, too."""
+
+import zlib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import NoReturn
+
+from seatrial.io.bags.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
+
+SUFFIXES = (".mcap", ".db3")
+METADATA = "metadata.yaml"
+# what rosbags lets through on damaged bytes, besides its own errors
+ODD_BYTES = (ValueError, TypeError, KeyError, IndexError, AssertionError, AttributeError,
+             OverflowError, MemoryError, EOFError, RuntimeError, RecursionError, OSError,
+             zlib.error)  # fmt: skip
+
+
+class Ros2Bag(Bag):
+    """One rosbag2 recording, or one of its files. Raises RecordingError."""
+
+    kind = "ROS 2 bag"
+
+    def __init__(self, path: Path) -> None:
+        from rosbags.interfaces import MessageDefinitionFormat
+        from rosbags.rosbag2 import Reader
+
+        self.path = path
+        self.files = storage_files(path)
+        try:
+            self._reader: Reader = Reader(path)
+            self._reader.open()
+        except Exception as error:  # noqa: BLE001, RUF100 see _explained
+            raise _explained(path, error) from None
+        said = [(c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections]
+        if any([type(x) for x in entry] != [str, str, int, str] for entry in said):
+            self.close()
+            raise RecordingError(f"{path}: the bag's list of topics is damaged; {SALVAGE}")
+        self.topics = merged_topics(
+            [
+                Topic(*entry, idl=c.msgdef.format is MessageDefinitionFormat.IDL)
+                for entry, c in zip(said, self._reader.connections, strict=True)
+            ]
+        )
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._reader.close()
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics."""
+        wanted = [c for c in self._reader.connections if c.topic in names]
+        if not wanted:
+            return
+        try:
+            for connection, stamp, data in self._reader.messages(connections=wanted):
+                if type(data) is not bytes or type(stamp) is not int or not 0 <= stamp <= LATEST:
+                    _refuse(self.path, connection.topic)
+                yield connection.topic, stamp, data
+        except Exception as error:  # noqa: BLE001, RUF100 see _explained
+            raise _explained(self.path, error) from None
+
+
+def storage_files(path: Path) -> tuple[Path, ...]:
+    """The files that hold a ROS 2 recording's messages."""
+    if path.is_file():
+        return (path,)
+    found = [p for p in path.iterdir() if p.suffix in SUFFIXES or p.name.endswith(".zstd")]
+    return tuple(sorted(found, key=by_number))
+
+
+def by_number(path: Path) -> tuple[int, str]:
+    """Split files in their order: run_2 before run_10."""
+    digits = path.name.split(".")[0].rpartition("_")[2]
+    return (int(digits) if digits.isdecimal() else 0, path.name)
+
+
+def _refuse(path: Path, topic: str) -> NoReturn:
+    raise RecordingError(
+        f"{path}: the bag is damaged (a message on {topic} has no time or content); {SALVAGE}"
+    )
+
+
+def _explained(path: Path, error: Exception) -> RecordingError:
+    """rosbags' complaint in our words. Errors of our own making are not hidden."""
+    from apsw import Error as SqliteError
+    from rosbags.rosbag2 import ReaderError
+
+    if isinstance(error, RecordingError):
+        return error
+    known = (ReaderError, SqliteError, *ODD_BYTES)
+    if not isinstance(error, known) and type(error).__name__ not in ("ZstdError", "error"):
+        raise error
+    said = plain(str(error), 200) or type(error).__name__
+    if "seems to be empty" in said or (path.is_file() and path.stat().st_size == 0):
+        return RecordingError(f"{path}: is empty; was anything recorded?")
+    if "File magic is invalid" in said or "not a database" in said:
+        return RecordingError(f"{path}: is not a ROS 2 bag; is it another file, renamed?")
+    if "magic is invalid" in said:
+        return RecordingError(f"{path}: has no end: was the recording cut off? {SALVAGE}")
+    if "Profile is not ros2" in said:
+        return RecordingError(f"{path}: is an MCAP file, but not one of ROS 2; convert it to one")
+    return RecordingError(f"{path}: the bag is damaged ({said}); {SALVAGE}")

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Compressed parts of bags, unpacked: never more than is due, and as far as they are whole."""
+
+import sys
+import tempfile
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from seatrial.io.bags.bag import SALVAGE, Bag, Message
+from seatrial.io.bags.wire import plain
+from seatrial.util.errors import RecordingError
+
+if TYPE_CHECKING:
+    from backports.zstd import ZstdDecompressor
+
+PIECE = 1 << 16  # [bytes] decompressed at once
+LZ4_RATIO = 256  # lz4 packs no tighter
+LARGEST_MESSAGE = 1 << 28  # [bytes]
+ZSTD = b"\x28\xb5\x2f\xfd"  # begins what is compressed; CDR begins with 0
+
+
+class Decompressor(Protocol):
+    """What bz2's, lz4's and zstd's have in common."""
+
+    @property
+    def eof(self) -> bool:
+        """Whether the end was reached."""
+
+    @property
+    def needs_input(self) -> bool:
+        """Whether there is no more to come from what was given."""
+
+    def decompress(self, data: bytes, max_length: int) -> bytes:
+        """The next part."""
+
+
+def inflate(packed: Decompressor, raw: bytes, most: int, *, part: bool = False) -> bytes:
+    """At most `most` bytes out of compressed ones; with `part` those before the damage.
+
+    Raises ValueError.
+    """
+    errors: tuple[type[Exception], ...]
+    errors = (OSError, EOFError, RuntimeError, ValueError, MemoryError, *_zstd_errors())
+    found: list[bytes] = []
+    left = most
+    try:
+        for at in range(0, len(raw), PIECE):
+            given = raw[at : at + PIECE]
+            while left > 0 and not packed.eof and (given or not packed.needs_input):
+                found.append(packed.decompress(given, max_length=left))
+                left -= len(found[-1])
+                given = b""
+    except errors as error:
+        if not part:
+            raise ValueError(f"can't be decompressed: {plain(str(error))}") from None
+    return b"".join(found)
+
+
+def lz4_decompressor() -> Decompressor:
+    """For frames of lz4."""
+    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+
+    made: Decompressor = LZ4FrameDecompressor()
+    return made
+
+
+def zstd_decompressor() -> "ZstdDecompressor":
+    """For frames of zstd."""
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+    return zstd.ZstdDecompressor()
+
+
+def _zstd_errors() -> tuple[type[Exception], ...]:
+    """What zstd raises, if it is in use."""
+    module = sys.modules.get("compression.zstd") or sys.modules.get("backports.zstd")
+    return () if module is None else (module.ZstdError,)
+
+
+class UnpackedBag(Bag):
+    """A file that was compressed as a whole, unpacked for as long as it is read."""
+
+    def __init__(self, path: Path, opened: Callable[[Path], Bag], *, salvage: bool) -> None:
+        self.path = path
+        self._folder = tempfile.TemporaryDirectory()
+        unpacked = Path(self._folder.name) / path.stem
+        try:
+            self._unpack(unpacked, salvage=salvage)
+            self._bag = opened(unpacked)
+        except RecordingError as error:
+            self._folder.cleanup()
+            raise RecordingError(str(error).replace(str(unpacked), str(path))) from None
+        except OSError:
+            self._folder.cleanup()
+            raise
+        self.kind, self.topics, self.remarks = self._bag.kind, self._bag.topics, self._bag.remarks
+        self._bag.path = path  # for messages to people
+        self.files = (path,)
+
+    def close(self) -> None:
+        """Remove what was unpacked."""
+        self._bag.close()
+        self._folder.cleanup()
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """The messages of some topics."""
+        yield from self._bag.messages(names)
+
+    def _unpack(self, target: Path, *, salvage: bool) -> None:
+        """As far as it can be. Raises RecordingError where that is not all of it."""
+        packed = zstd_decompressor()
+        with self.path.open("rb") as source, target.open("wb") as out:
+            for raw in iter(lambda: source.read(PIECE), b""):
+                try:
+                    while raw:
+                        packed = zstd_decompressor() if packed.eof else packed
+                        out.write(packed.decompress(raw))
+                        raw = packed.unused_data if packed.eof else b""  # noqa: PLW2901
+                except _zstd_errors():
+                    break
+        if not packed.eof and not salvage:
+            raise RecordingError(f"{self.path}: the compressed bag is not whole; {SALVAGE}")
+
+
+def unpacked(data: bytes) -> bytes:
+    """A message, if it was compressed by itself."""
+    if not data.startswith(ZSTD):
+        return data
+    return inflate(zstd_decompressor(), data, LARGEST_MESSAGE, part=True)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+"""A recording through the predictor, as it would have been on board."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.onboard.live.line_loop import RATE
+from seatrial.onboard.live.protocol import NANO
+from seatrial.onboard.odometer import Odometer, Odometry
+from seatrial.recording.recording import Recording
+
+
+def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[Odometry]:
+    """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps, none late."""
+    # a recording's poses are of the boat's origin already
+    odometer = Odometer(model, lever=(0.0, 0.0))
+    moments = [
+        *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
+        *((int(recording.stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
+    ]
+    if recording.scales is not None:
+        moments += [(int(t), 1, i) for i, t in enumerate(recording.scales.stamps)]
+    period = round(NANO / rate)
+    due = recording.origin
+    for stamp, kind, i in sorted(moments):
+        while due < stamp:
+            out = odometer.at(due)
+            if out.known:
+                yield out
+            due += period
+        if kind == 0:
+            odometer.command(stamp, recording.commands.values[i])
+        elif kind == 1 and recording.scales is not None:
+            odometer.scale(stamp, recording.scales.values[i])
+        else:
+            odometer.pose(stamp, recording.eta[i])

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""What a node publishes: the predictor's motion in the frames of REP-105.
+
+In `odom` the pose integrates the filtered velocity: it never jumps, and drifts. In `map` it follows the
+poses. The core (`core/include/seatrial/onboard/odometer.hpp`) does it, here and in the ROS nodes alike.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seatrial import _core
+from seatrial.boat.model import Model, load
+from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
+from seatrial.util.frames import Array, frozen_array
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Motion at one stamp, forward-left-up."""
+
+    stamp: int  # [ns]
+    known: bool  # a pose was used once; before that the rest means nothing
+    pose: Array  # (3,) x, y [m], psi [rad] in odom
+    covariance: Array  # (3, 3) of the way since the start
+    map_to_odom: Array  # (3,) where odom is in map
+    motion: Estimate  # pose in map, body velocity, their covariance, health
+
+    def __post_init__(self) -> None:
+        for name in ("pose", "covariance", "map_to_odom"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+
+class Odometer:
+    """A predictor with stamps in nanoseconds, the vehicle's lever arm, and a way that never jumps.
+
+    Arguments as of `Predictor`; poses are of the measured point, at `lever` (2,) forward, left [m] of the
+    origin, by default where the vehicle file has it.
+    Never raises on data. Raises ModelError and PredictorError as `Predictor` does.
+    """
+
+    def __init__(
+        self,
+        model: Model | str | Path,
+        *,
+        disturbance: Literal["earth", "body"] = "earth",
+        current: Sequence[float] = (0.0, 0.0),
+        window: float = 0.5,
+        lever: Sequence[float] | None = None,
+    ) -> None:
+        self.model = model if isinstance(model, Model) else load(model)
+        self._settings = disturbance, current, window
+        self._lever = None if lever is None else np.array(lever, dtype=float)
+        self._core = _core.Odometer(self._onboard(self.model), self._arm(self.model))
+
+    def command(self, stamp: int, values: ArrayLike) -> Taken:
+        """Commands (inputs,) to all inputs of the vehicle; they hold until the next."""
+        return Taken(
+            self._core.command(stamp, row_of(values, "command", self.model.vehicle.inputs))
+        )
+
+    def scale(self, stamp: int, values: ArrayLike) -> Taken:
+        """Known scale signals (scales,) of the vehicle."""
+        return Taken(self._core.scale(stamp, row_of(values, "scale", self.model.vehicle.scales)))
+
+    def pose(self, stamp: int, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
+        """A pose (3,) of the measured point, and its covariance (3, 3) if that is known."""
+        return Taken(self._core.pose(stamp, row_of(eta, "pose", POSE), spread_of(covariance)))
+
+    def look(self, stamp: int) -> Estimate:
+        """Motion at any stamp within the window, now, or up to 60 s ahead; moves nothing."""
+        return Estimate.of(self._core.look(stamp))
+
+    def at(self, stamp: int) -> Odometry:
+        """What is published at a stamp; stamps rise from call to call."""
+        own, known, pose, covariance, place, motion = self._core.at(stamp)
+        return Odometry(own, known, pose, covariance, place, Estimate.of(motion))
+
+    def reload(self, model: Model | str | Path) -> None:
+        """From now on by another model of the same inputs. Raises ModelError; then all stays."""
+        new = model if isinstance(model, Model) else load(model)
+        self.model.same_signals(new)
+        self._core.reload(self._onboard(new), self._arm(new))
+        self.model = new
+
+    def count(self, source: Literal["command", "scale", "pose"], taken: Taken) -> int:
+        """How many inputs of a source came to what."""
+        return self._core.count(("command", "scale", "pose").index(source), int(taken))
+
+    @property
+    def newest(self) -> int:
+        """Stamp of the newest input that was used; 0 before the first."""
+        return self._core.newest
+
+    def _arm(self, model: Model) -> Array:
+        return np.array(model.vehicle.lever) if self._lever is None else self._lever
+
+    def _onboard(self, model: Model) -> _core.OnboardModel:
+        disturbance, current, window = self._settings
+        return onboard_model(model, disturbance=disturbance, current=current, window=window)

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""The model on board: commands and poses in, late or wrong or missing; motion out at any time.
+
+An extended Kalman filter in the core (`core/include/seatrial/onboard/predictor.hpp`), here as a class.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from seatrial import _core
+from seatrial.boat.model import Model, load
+from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.util.errors import ModelError, PredictorError
+from seatrial.util.frames import SYMBOLS, Array, frozen_array
+
+Answer = tuple[float, Array, Array, Array, Array, float, int]
+POSE = ("x", "y", "psi")
+ANYTHING = (-1e300, 1e300)  # where a model states no range
+LONGEST_WINDOW = 5.0  # [s]
+FIRST_SHARE = 0.5  # of the largest speed: standard deviation of the velocity at the first pose
+
+
+class Health(enum.Flag):
+    """How an estimate is to be taken; what each asks for is in `advice`."""
+
+    NO_POSE = 1
+    DEAD_RECKONING = 2
+    GATE_REJECTING = 4
+    REINITIALISED = 8
+    COMMAND_SILENCE = 16
+    OUTSIDE_SPEEDS = 32
+    OUTSIDE_COMMANDS = 64
+    BAD_INPUT = 128
+    DIVERGED = 256
+    BEYOND_REACH = 512
+    MODEL_DOUBTED = 1024
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """One sentence for each flag that is raised."""
+        return tuple(words for bit, _, words in _core.health_words() if Health(bit) in self)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The flags that are raised."""
+        return tuple(name for bit, name, _ in _core.health_words() if Health(bit) in self)
+
+
+class Taken(enum.IntEnum):
+    """What became of an input, in the order of the core's codes."""
+
+    USED = 0  # or will be at its stamp; a pose, if it passes the gate
+    NOT_A_NUMBER = 1  # NaN, infinite, absurdly large, or no covariance
+    STALE = 2  # later than `window`
+    AHEAD = 3  # its stamp leaps ahead; used when the next one does, too
+    TWICE = 4  # the same pose once more
+    NO_ROOM = 5  # more within the window than is kept
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Motion at one time, forward-left-up."""
+
+    time: float  # [s]
+    pose: Array  # (3,) x, y [m], psi [rad] in (-pi, pi], earth-fixed
+    velocity: Array  # (3,) u, v [m/s], r [rad/s] body-fixed, over ground
+    covariance: Array  # (6, 6) of pose and velocity
+    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] that the model leaves out, in its frame
+    last_pose: float  # [s] stamp of the last pose that was used; -inf: none
+    health: Health
+
+    def __post_init__(self) -> None:
+        for name in ("pose", "velocity", "covariance", "disturbance"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+    @classmethod
+    def of(cls, answer: Answer) -> "Estimate":
+        """From the core's."""
+        time, pose, velocity, covariance, disturbance, last, flags = answer
+        seen = last if last > ANYTHING[0] else -np.inf
+        return cls(time, pose, velocity, covariance, disturbance, seen, Health(flags))
+
+
+def onboard_model(
+    model: Model,
+    *,
+    disturbance: Literal["earth", "body"] = "earth",
+    current: Sequence[float] = (0.0, 0.0),
+    window: float = 0.5,
+) -> _core.OnboardModel:
+    """All that the core's predictor is told of a boat; arguments as of `Predictor`."""
+    if disturbance not in ("earth", "body"):
+        raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
+    water = np.array(current, dtype=float)
+    if not 0.0 < window <= LONGEST_WINDOW:
+        raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
+    if water.shape != (2,) or not np.isfinite(water).all():
+        raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
+    vehicle, ranges = model.vehicle, model.envelope
+    speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
+    forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
+    believed = believed_on_board(model)
+    try:
+        return _core.OnboardModel(
+            model.boat, vehicle.chain, model.constants, believed.noise, believed.errors,
+            disturbance == "earth", water, vehicle.file.command_timeout,
+            speeds, forces, _first_spread(model), window,
+        )  # fmt: skip
+    except ValueError as error:
+        raise ModelError(f"{model.name}: can't be run on board: {error}") from None
+
+
+class Predictor:
+    """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
+
+    model: a Model or the path of its file. Poses are of the boat's origin and commands as a
+    `Recording` has them: forward-left-up, SI units. Times are seconds by one clock; a stamp is when
+    a thing happened. Inputs up to `window` [s] late are used at their stamp: what follows is, to the
+    last bit, what it would be had they come in time. `disturbance`: the frame that it is constant
+    in. `current`: (2,) earth-fixed [m/s], of the water, if it is known.
+
+    Never raises on data (see `Taken` and `Health`). Raises ModelError where the model can't be
+    used, PredictorError where an input has the wrong shape.
+    """
+
+    def __init__(
+        self,
+        model: Model | str | Path,
+        *,
+        disturbance: Literal["earth", "body"] = "earth",
+        current: Sequence[float] = (0.0, 0.0),
+        window: float = 0.5,
+    ) -> None:
+        self.model = model if isinstance(model, Model) else load(model)
+        self._core = _core.Predictor(
+            onboard_model(self.model, disturbance=disturbance, current=current, window=window)
+        )
+
+    def command(self, t: float, values: ArrayLike) -> Taken:
+        """Commands (inputs,) to all inputs of the vehicle at t [s]; they hold until the next."""
+        names = self.model.vehicle.inputs
+        return Taken(self._core.command(t, row_of(values, "command", names)))
+
+    def scale(self, t: float, values: ArrayLike) -> Taken:
+        """Known scale signals (scales,) of the vehicle at t [s], for instance propeller speed."""
+        return Taken(self._core.scale(t, row_of(values, "scale", self.model.vehicle.scales)))
+
+    def pose(self, t: float, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
+        """A pose (3,) x, y [m], psi [rad] of time t [s].
+
+        covariance: (3, 3) [m, m, rad] squared; without one the model's pose noise is taken.
+        """
+        return Taken(self._core.pose(t, row_of(eta, "pose", POSE), spread_of(covariance)))
+
+    def at(self, t: float) -> Estimate:
+        """Motion at t [s]: within the window, now, or up to 60 s ahead of the newest input."""
+        return Estimate.of(self._core.at(t))
+
+    def forget(self) -> None:
+        """As at the start: no inputs, no state."""
+        self._core.forget()
+
+
+def spread_of(covariance: ArrayLike | None) -> Array | None:
+    """A pose's covariance (3, 3), if there is one. Raises PredictorError."""
+    if covariance is None:
+        return None
+    spread = np.ascontiguousarray(covariance, dtype=float)
+    if spread.shape != (3, 3):
+        raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
+    return spread
+
+
+def _first_spread(model: Model) -> Array:
+    """Standard deviations (3,) of the velocity at the first pose: the boat may be under way."""
+    speeds = model.envelope.speeds
+    most = [max(map(abs, speeds[name])) if name in speeds else 1.0 for name in SYMBOLS]
+    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), VELOCITY_SPREAD))
+
+
+def row_of(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
+    """One number for each name. Raises PredictorError."""
+    row = np.ascontiguousarray(values, dtype=float)
+    if row.shape != (len(names),):
+        raise PredictorError(
+            f"{what} of shape {row.shape}; expected {len(names)} numbers: {', '.join(names) or 'none'}"
+        )
+    return row

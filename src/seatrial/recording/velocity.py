@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Velocity from poses: differentiation schemes, one function each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
+
+UNEVEN = 1.5  # a window with a step longer than this many usual ones is not differentiated
+NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either
+SLOW = 0.55  # [s] between poses, from which on the stencil misses what the boat does within four of them
+STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
+EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps
+STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Poses with velocities at the same instants. NaN where not valid."""
+
+    t: Array  # (n,) [s]
+    eta: Array  # (n, 3) [m, m, rad]
+    nu: Array  # (n, 3) body velocity [m/s, m/s, rad/s]
+    valid: Mask  # (n,)
+    deviation: Array | None = None  # (n, 3) of nu, where a filter knows it
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nu", frozen_array(self.nu))
+        if self.deviation is not None:
+            object.__setattr__(self, "deviation", frozen_array(self.deviation))
+
+
+def motion(recording: Recording) -> Motion:
+    """The paper's velocities: five-point stencil in earth axes, then Eq. (1) into body axes."""
+    eta_dot, valid = five_point_stencil(recording)
+    nu = body_velocity(recording.eta[:, 2], eta_dot)
+    nu[~valid] = np.nan
+    return Motion(recording.t, recording.eta, nu, valid)
+
+
+def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[Array, Mask]:
+    """eta_dot (n, 3) and where it is valid (n,), of the recording's poses or other ones (n, 3) at its stamps.
+
+    The derivative of the quartic through five poses at the middle one. For even stamps its weights
+    are the stencil's (1, -8, 0, 8, -1) / 12 dt; uneven stamps are used as they are. Windows never
+    reach over a masked pose, a gap or a jump.
+    """
+    n = len(recording.t)
+    eta_dot = np.full((n, 3), np.nan)
+    valid = np.zeros(n, dtype=bool)
+    windows, weights = _stencils(recording)
+    poses = recording.eta if eta is None else eta
+    eta_dot[windows[:, 2]] = np.einsum("ni,nij->nj", weights, poses[windows])
+    valid[windows[:, 2]] = True
+    return eta_dot, valid
+
+
+def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
+    """Five poses each (m, 5), and the weights (m, 5) of their derivative at the middle one."""
+    index = np.flatnonzero(recording.valid)
+    if len(index) < 5:
+        return np.zeros((0, 5), dtype=np.int64), np.zeros((0, 5))
+    windows = np.lib.stride_tricks.sliding_window_view(index, 5)
+    t = recording.t[windows]
+    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.usual_step
+    usable &= np.ptp(recording.segment[windows], axis=1) == 0
+    windows, weights = windows[usable], stencil_weights(t[usable])
+    quiet = np.linalg.norm(weights, axis=1) < NOISIER * STENCIL_NOISE / recording.usual_step
+    return windows[quiet], weights[quiet]
+
+
+def stencil_deviation(
+    noise: NoiseEntry, recording: Recording, *, first: int | None = None
+) -> Array:
+    """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s] for white pose noise.
+
+    Root mean square over the recording, or its `first` so many stencils: where stamps come close together
+    they are far larger.
+    """
+    sigma = np.array([noise.position, noise.position, noise.heading])
+    weights = _stencils(recording)[1][:first]
+    if not len(weights):
+        return STENCIL_NOISE / recording.period * sigma
+    return np.asarray(np.sqrt(np.mean(np.sum(weights**2, axis=1))) * sigma)
+
+
+def stencil_weights(t: Array) -> Array:
+    """Weights (n, 5) of the derivative at t[:, 2] of the quartic through five points t (n, 5)."""
+    h = t - t[:, 2:3]
+    weights = np.zeros_like(h)
+    for j in (0, 1, 3, 4):
+        others = [m for m in (0, 1, 3, 4) if m != j]
+        above = np.prod(-h[:, others], axis=1)
+        weights[:, j] = above / (h[:, j] * np.prod(h[:, [j]] - h[:, others], axis=1))
+    weights[:, 2] = np.sum(-1.0 / h[:, [0, 1, 3, 4]], axis=1)
+    return weights

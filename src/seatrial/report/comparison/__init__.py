@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""Two models side by side as one HTML file: what changed, and whether it matters."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from seatrial.boat.model import Model
+from seatrial.evaluation.comparison import Comparison
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.recording.recording import Recording
+from seatrial.report.comparison import errors, models, prediction
+from seatrial.report.comparison.two_models import both
+from seatrial.report.figures.png import check
+from seatrial.report.html import page
+from seatrial.report.papers import write_figures, write_tables
+from seatrial.report.sections.base import Section, store_of
+from seatrial.util.files import write_text
+
+__all__ = ["comparison_report", "write_comparison"]
+
+
+def comparison_report(
+    a: Model,
+    b: Model,
+    recordings: Sequence[Recording],
+    found: Comparison,
+    *,
+    horizon: float = DEFAULT_HORIZON,
+) -> str:
+    """The page as HTML text; `found` is what `compare` says of both, `horizon` in s.
+
+    Raises what `gather` does.
+    """
+    return page(_title(a, b), _sections(a, b, recordings, found, horizon))
+
+
+def write_comparison(
+    a: Model,
+    b: Model,
+    recordings: Sequence[Recording],
+    found: Comparison,
+    path: str | Path,
+    *,
+    horizon: float = DEFAULT_HORIZON,
+    figures: str | Path | None = None,
+    raster: bool = False,
+    tables: str | Path | None = None,
+) -> None:
+    """Write `comparison_report` to a file; `figures`, `raster` and `tables` as in `write_report`."""
+    if raster:
+        check()
+    told = _sections(a, b, recordings, found, horizon)
+    write_text(Path(path), page(_title(a, b), told))
+    if figures is not None:
+        names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
+        write_figures(told, names, Path(figures), raster=raster)
+    if tables is not None:
+        write_tables(told, Path(tables))
+
+
+def _sections(
+    a: Model, b: Model, recordings: Sequence[Recording], found: Comparison, horizon: float
+) -> list[Section]:
+    pair = both(a, b, recordings, found, horizon)
+    order = (
+        models.verdict, models.known, models.parameters, models.actuators, prediction.recorded,
+        prediction.horizons, prediction.ahead, errors.errors, models.boat, models.advised,
+        models.provenance,
+    )  # fmt: skip
+    return [told for one in order if (told := one(pair)) is not None]
+
+
+def _title(a: Model, b: Model) -> str:
+    names = a.name if a.name == b.name else f"{a.name} and {b.name}"
+    return f"{names}: two models compared by seatrial"

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""Plots that show two models in one."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import driven
+from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.evaluation.scores import Scored
+from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.report.comparison.two_models import COLOURS, DASHES, LETTERS, SIGNS
+from seatrial.report.evidence.actuators import Curve
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
+    BLACK,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    Figure,
+    area,
+    figure,
+    line,
+    logarithmic,
+    marks,
+    room_for,
+    speed,
+    upright,
+    whiskers,
+)
+from seatrial.report.figures.known import LEAST, MOST, reach
+from seatrial.report.figures.prediction import above_commands
+from seatrial.report.text.names import plotly_symbol
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.statistics import NORMAL_95
+
+BELOW = (GREEN, PURPLE, ORANGE, BLACK)  # of the commands: those of the models are others
+CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces beside A and B
+
+
+class Rows(NamedTuple):
+    """Names down the side of a plot."""
+
+    names: Sequence[str]
+
+    @property
+    def place(self) -> Array:
+        """Where each is (n,)."""
+        return -np.arange(len(self.names), dtype=float)
+
+    @property
+    def axis(self) -> Figure:
+        """For the layout."""
+        ticks = [plotly_symbol(name) for name in self.names]
+        return {
+            "tickvals": self.place.tolist(),
+            "ticktext": ticks,
+            "range": [-len(ticks) + 0.3, 0.7],
+        }
+
+
+def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
+    """Relative standard errors [%] of the parameters of either."""
+    names = list(
+        dict.fromkeys(f.name for one in known for f in one.findings if f.verdict.estimated)
+    )
+    rows = Rows(names)
+    traces, shares = [], [np.zeros(0)]
+    for one, letter, colour, sign in zip(known, LETTERS, COLOURS, SIGNS, strict=True):
+        own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict.estimated}
+        points = [
+            (np.clip(own[n], LEAST, MOST), y)
+            for n, y in zip(names, rows.place, strict=True)
+            if n in own
+        ]
+        if points:
+            shares.append(np.array(points)[:, 0])
+            traces.append(marks(letter, np.array(points), colour, sign, size=9) | {"opacity": 1.0})
+    return figure(
+        traces, "relative error [%]", "",
+        xaxis=logarithmic(*reach(np.concatenate(shares))), yaxis=rows.axis, showlegend=True,
+        shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
+    )  # fmt: skip
+
+
+def differences(found: Sequence[Pair]) -> Figure:
+    """B less A in standard errors of the difference, with the 95 % limits of one test."""
+    tested = [pair for pair in found if pair.z is not None]
+    rows = Rows([pair.name for pair in tested])
+    points = np.array(
+        [[pair.z, y] for pair, y in zip(tested, rows.place.tolist(), strict=True)], dtype=float
+    )
+    points = points.reshape(-1, 2)
+    changed = np.array([pair.differs for pair in tested], dtype=bool)
+    traces = [
+        marks("no more than chance", points[~changed], COLOURS[0], "circle", size=9),
+        marks("changed (Holm)", points[changed], COLOURS[1], "diamond", size=11),
+    ]
+    reach = 1.1 * max(4.0, float(np.abs(points[:, 0]).max(initial=0.0)))
+    return figure(
+        traces, "(B − A) / its standard error [–]", "", yaxis=rows.axis,
+        xaxis={"range": [-reach, reach]}, showlegend=True,
+        shapes=[upright(0.0, BLACK, "solid"), upright(NORMAL_95, BLACK), upright(-NORMAL_95, BLACK)],
+    )  # fmt: skip
+
+
+def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> Figure:
+    """Curves of the thrusters of both; a colour for each model, a dash for each curve."""
+    traces = []
+    for own, letter, colour in zip(found, LETTERS, COLOURS, strict=True):
+        for i, one in enumerate(own[:4]):
+            name = f"{letter}: {one.label}"
+            if (one.high > one.low).any():
+                band = area(name, one.x, one.low, one.high, colour)
+                traces.append(band | {"showlegend": False})
+            dash = ("solid", "dash", "dot", "solid")[i]
+            traces.append(line(name, one.x, one.y, colour, dash=dash, width=2.0 if i < 3 else 1.0))
+    return figure(traces, x, y, showlegend=True, **limits)
+
+
+def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figure:
+    """RMS errors of both against the horizon, from measured starts, with intervals."""
+    name, scale = UNITS[axis]
+    symbol = SYMBOLS[axis]
+    traces = []
+    every = [[row for row in own if row.start == "stencil"] for own in rows]
+    for own, letter, colour, sign in zip(every, LETTERS, COLOURS, SIGNS, strict=True):
+        if not own:
+            continue
+        x = np.array([row.horizon for row in own])
+        scores = [row.scores[symbol] for row in own]
+        rms = scale * np.array([s.rms for s in scores])
+        low, high = scale * np.array([s.rms_interval or (s.rms, s.rms) for s in scores]).T
+        look = {"color": colour, "symbol": sign, "size": 8}
+        trace = line(letter, x, rms, colour) | {"mode": "lines+markers", "marker": look}
+        traces.append(trace | {"error_y": whiskers(rms, low, high, colour)})
+        floor = scale * np.array([s.floor for s in scores])
+        traces.append(line(f"floor of {letter}", x, floor, colour, dash="dot"))
+    first = every[0] or every[1]
+    still = scale * np.array([row.scores[symbol].stays_constant for row in first])
+    x = np.array([row.horizon for row in first])
+    traces.append(line("velocity stays", x, still, ORANGE, dash="dash"))
+    ticks = x.tolist()
+    return figure(
+        traces, "looking ahead [s]", f"RMS error of {symbol} [{name}]",
+        xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
+        yaxis=room_for(traces), showlegend=True,
+    )  # fmt: skip
+
+
+def velocity(model: Model, runs: tuple[Run, Run], axis: int) -> Figure:
+    """Measured velocity, predicted by both, above what drives the axis."""
+    run = runs[0]
+    at = run.shown
+    traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
+    for own, letter, colour in zip(runs, LETTERS, COLOURS, strict=True):
+        if own.tested:
+            traces.append(line(letter, own.t[at], own.predicted[at, axis], colour))
+    return above_commands(traces, model, run, axis, BELOW)
+
+
+def overlaid(figures: Sequence[Figure], keep: str) -> Figure:
+    """The same plot of both models in one: of each the trace of that name, and A's bands."""
+    traces: list[Figure] = []
+    for i, (one, letter) in enumerate(zip(figures, LETTERS, strict=False)):
+        for trace in one["data"]:
+            own = trace["name"] == keep
+            if own:
+                look = {"color": COLOURS[i], "width": 2.0, "dash": DASHES[i]}
+                more = {"type": "scatter", "mode": "lines", "name": letter, "line": look}
+                traces.append({k: trace[k] for k in ("x", "y")} | more)
+            elif i == 0:
+                traces.append(trace)
+    return {"data": traces, "layout": figures[0]["layout"] | {"showlegend": True}}
+
+
+def start_and_stop(models: tuple[Model, Model], axis: int, until: float) -> Figure:
+    """Speed from rest under the largest command of each, then without any, until [s]."""
+    traces = []
+    for model, letter, colour in zip(models, LETTERS, COLOURS, strict=True):
+        t, v = driven(model, axis)
+        half = float(t[-1]) / 2.0
+        first, second = t <= until, (t >= half) & (t <= half + 2.0 * until)
+        traces.append(line(f"{letter}: command on at 0 s", t[first], v[first], colour, width=2.0))
+        trace = line(f"{letter}: off", t[second] - half, v[second], colour, dash="dash", width=2.0)
+        traces.append(trace)
+    return figure(traces, "time [s]", speed(axis), showlegend=True, yaxis={"rangemode": "tozero"})

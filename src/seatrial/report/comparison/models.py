@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""What two models are: verdict, what is known, parameters, actuators, boat, provenance."""
+
+from itertools import zip_longest
+
+from seatrial.evaluation.comparison.console import changed, matters
+from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.report.comparison import draw
+from seatrial.report.comparison.two_models import LETTERS, Both
+from seatrial.report.evidence.actuators import answers, curves
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures.base import Figure
+from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.sections.known import said, share
+from seatrial.report.sections.provenance import facts_of
+from seatrial.report.text import prose
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, between
+from seatrial.report.text.cells import known as told
+from seatrial.report.text.equations import equations
+from seatrial.report.text.markup import listing
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.numbers import minutes
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
+
+
+def verdict(pair: Both) -> Section:
+    """What is compared, what changed, whether it matters."""
+    found = pair.found
+    sides = "; ".join(
+        f"{letter} is {side.label} ({side.vehicle}, {side.method}"
+        + (f", {minutes(side.length)})" if side.recordings else ")")
+        for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
+    )
+    lines = [f"{sides}.", " ".join(map(_opened, changed(found))).replace(" (*)", "")]
+    if found.better:
+        lines += [f"{name} s ahead, {matters(found, name)}." for name in found.better]
+    else:
+        lines.append("Next: give recordings, to see whether it matters for prediction.")
+    names = names_in(*pair.models)
+    text = "".join(f"<p>{sentence(line, names)}</p>" for line in lines)
+    notes = "".join(
+        f'<p class="sanity">{sentence(_opened(note), names)}</p>' for note in found.notes
+    )
+    html = f"""<header><h1>A and B</h1>
+<p class="subtitle">Two dynamic models side by side</p></header>
+<section id="verdict"><h2 class="quiet">Verdict</h2>
+<div class="said">{text}</div>
+{notes}</section>"""
+    return Section("verdict", "", html)
+
+
+def known(pair: Both) -> Section:
+    """How well either knows its parameters."""
+    names = list(
+        dict.fromkeys(f.name for one in pair.known for f in one.findings if f.verdict.estimated)
+    )
+    rows: list[list[Cell]] = []
+    for name in names:
+        row: list[Cell] = [Name(name)]
+        for one in pair.known:
+            own = {f.name: f for f in one.findings}.get(name)
+            given = own is None or not own.verdict.estimated
+            row += [NOTHING, NOTHING] if own is None or given else [
+                share(own), Text(said(own))
+            ]  # fmt: skip
+        rows.append(row)
+    head = ("parameter", "relative error A", "verdict A", "relative error B", "verdict B")
+    table = Table("known", "How well each parameter is known", head, rows)
+    html = f"""<section id="known"><h2>What is known</h2>
+<p class="note">{prose.KNOWN}</p>
+<div class="pair wider">{table.html()}
+{plot(ALL, "known", "relative errors of both", "tall", rows=len(names))}</div></section>"""
+    return Section(
+        "known", "What is known", html, {ALL: {"known": draw.relative_errors(pair.known)}}, (table,)
+    )
+
+
+def parameters(pair: Both) -> Section:
+    """Every parameter of both, the difference, and the equations."""
+    table = differences(pair)
+    numbers = "".join(
+        f"<h3>{letter}</h3>{equations(m.structure, m.values)}"
+        for letter, m in zip(LETTERS, pair.models, strict=True)
+    )
+    tested = [p for p in pair.found.pairs if p.z is not None]
+    drawn, figures = "", dict[str, Figure]()
+    if tested:
+        figures["differences"] = draw.differences(tested)
+        label = "differences in standard errors"
+        drawn = plot(ALL, "differences", label, "tall", rows=len(tested))
+    html = f"""<section id="model"><h2>What changed</h2>
+<p class="note">{prose.AXES} {prose.DIFFERENCES}</p>
+{drawn}{table.html()}
+<h3>Equations with numbers</h3>{numbers}</section>"""
+    return Section("model", "What changed", html, {ALL: figures}, (table,))
+
+
+def differences(pair: Both) -> Table:
+    """Values, difference, its size in standard errors, and the probability of chance."""
+    found = pair.found
+    head = (
+        "parameter",
+        "A",
+        "± A (s.e.)",
+        "B",
+        "± B (s.e.)",
+        "B − A",
+        "in s.e.",
+        "p (Holm)",
+        "unit",
+    )
+    rows = [_difference(one) for one in found.pairs]
+    marked = frozenset(i for i, one in enumerate(found.pairs) if one.differs)
+    for place, rest in enumerate((found.only_a, found.only_b)):
+        for only in rest:
+            value: list[Cell] = [Number(only.value), told(only.error or None, 2)]
+            cells = [*value, NOTHING, NOTHING] if place == 0 else [NOTHING, NOTHING, *value]
+            why = Text(only.why or f"only in {LETTERS[place]}")
+            rows.append([Name(only.name), *cells, NOTHING, NOTHING, why, Unit(only.unit)])
+    return Table("differences", "Parameters of both models", head, rows, marked)
+
+
+def _difference(one: Pair) -> list[Cell]:
+    chance = "given" if one.p is None else "< 0.001" if one.p < 0.001 else f"{one.p:.3f}"
+    return [
+        Name(one.name), Number(one.a), told(one.error_a or None, 2), Number(one.b),
+        told(one.error_b or None, 2), Number(one.difference, 2), told(one.z, 2), Text(chance),
+        Unit(one.unit),
+    ]  # fmt: skip
+
+
+def actuators(pair: Both) -> Section:
+    """Curves and answers of both."""
+    static = draw.curves(
+        [curves(m) for m in pair.models], "command [command units]", "thrust [share of full]",
+        {"xaxis": {"range": [-1.02, 1.02]}},
+    )  # fmt: skip
+    answer = draw.curves(
+        [answers(m) for m in pair.models], "time since the command [s]", "force [share of its end]",
+        {"yaxis": {"range": [-0.05, 1.1]}},
+    )  # fmt: skip
+    html = f"""<section id="actuators"><h2>Actuators</h2>
+<p class="note">{prose.ACTUATORS}</p>
+<div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
+{plot(ALL, "answer", "force after a step of the command", "middle", "after a full command at 0 s")}</div>
+</section>"""
+    return Section("actuators", "Actuators", html, {ALL: {"curve": static, "answer": answer}})
+
+
+def boat(pair: Both) -> Section:
+    """What both mean for the boat."""
+    units = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
+    axes = [
+        one.axis
+        for one in pair.physics[0].axes
+        if one.axis in {o.axis for o in pair.physics[1].axes}
+    ]
+    head = ("axis", "model", "command", "top speed", "95 % of it", "unit", "time to 63 % [s]", "95 % of that [s]",
+            "coasts", "95 % of the way", "unit of the way")  # fmt: skip
+    rows: list[list[Cell]] = []
+    figures: dict[str, Figure] = {}
+    for axis in axes:
+        own = [next(o for o in side.axes if o.axis == axis) for side in pair.physics]
+        for letter, one in zip(LETTERS, own, strict=True):
+            f = one.found
+            rows.append(
+                [
+                    Text(AXES[axis]), Text(letter), Number(f.command, 2), Number(f.top_speed, 3),
+                    between(one.top_speed), Text(units[axis][0]), Number(f.rise_time, 3),
+                    between(one.rise_time), Number(f.coast, 3), between(one.coast), Text(units[axis][1]),
+                ]
+            )  # fmt: skip
+        until = min(60.0, 6.0 * max(2.0 / 6.0, *(one.found.rise_time for one in own)))
+        figures[f"start-{SYMBOLS[axis]}"] = draw.start_and_stop(pair.models, axis, until)
+    table = Table("boat", "What the models mean for the boat", head, rows)
+    drawn = "".join(plot(ALL, name, "getting going, coming to rest", "middle") for name in figures)
+    html = f"""<section id="physics"><h2>The boat</h2>
+<div class="three">{drawn}</div>
+{table.html()}<p class="note">{prose.PHYSICS}</p></section>"""
+    return Section("physics", "Boat", html, {ALL: figures}, (table,))
+
+
+def advised(pair: Both) -> Section | None:
+    """What to do next with either."""
+    if pair.evidence is None:
+        return None
+    parts = "".join(
+        f"<div><h3>{letter}</h3>{_todo(one)}</div>"
+        for letter, one in zip(LETTERS, pair.evidence, strict=True)
+    )
+    html = (
+        f'<section id="advice"><h2>The next drive</h2>\n<div class="pair">{parts}</div></section>'
+    )
+    return Section("advice", "Next drive", html)
+
+
+def _opened(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _todo(one: Evidence) -> str:
+    found = [sentence(text, names_in(one.model)) for text in advice(one)]
+    return listing(found, "advice") if found else prose.ALL_WELL
+
+
+def provenance(pair: Both) -> Section:
+    """Where both come from."""
+    sides = [facts_of(model) for model in pair.models]
+    rows: list[list[Cell]] = [
+        [Text(a[0]), Text(a[1]), Text(b[1])]
+        for a, b in zip_longest(*sides, fillvalue=("", ""))
+        if a[0] == b[0]
+    ]
+    for place, (letter, model) in enumerate(zip(LETTERS, pair.models, strict=True)):
+        for entry in model.recordings:
+            for file in entry.files:
+                cells = [
+                    Text(f"{entry.name}, {minutes(entry.length)}: {file.name} {file.sha256}"),
+                    Text(""),
+                ]
+                rows.append([Text(f"{letter} from"), *(cells if place == 0 else cells[::-1])])
+    table = Table("provenance", "Provenance", ("", *LETTERS), rows, numbers=False)
+    html = f'<section id="provenance"><h2>Provenance</h2>\n{table.html()}</section>'
+    return Section("provenance", "Provenance", html, tables=(table,))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""How both models predict the same recordings."""
+
+from seatrial.evaluation.assessment import pooled
+from seatrial.evaluation.comparison.prediction import Ahead
+from seatrial.report.comparison import draw
+from seatrial.report.comparison.two_models import LETTERS, Both
+from seatrial.report.figures import recorded as draw_recorded
+from seatrial.report.figures.base import Figure
+from seatrial.report.sections.base import (
+    ALL,
+    Section,
+    first_of,
+    foldable,
+    plot,
+    store_of,
+    three,
+)
+from seatrial.report.sections.prediction import linked, sizes
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Number, Text, between
+from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.table import Table
+from seatrial.util.frames import AXES, SYMBOLS
+
+
+def recorded(pair: Both) -> Section | None:
+    """The recordings that both predict."""
+    if pair.evidence is None:
+        return None
+    runs = pair.evidence[0].runs
+    html = f"""<section id="recorded"><h2>What was recorded</h2>
+<div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
+{plot(ALL, "timeline", "when poses and commands were usable", "square", "what is missing, when")}</div>
+</section>"""
+    figures = {"tracks": draw_recorded.tracks(runs), "timeline": draw_recorded.timeline(runs)}
+    return Section("recorded", "Recordings", html, {ALL: figures})
+
+
+def horizons(pair: Both) -> Section | None:
+    """Errors against the horizon, and whether the difference may be chance."""
+    if pair.evidence is None:
+        return None
+    chosen = [
+        [run.assessment for run in side.runs if run.assessment.ahead] for side in pair.evidence
+    ]
+    if not chosen[0] or not chosen[1]:
+        return None
+    rows = pooled(chosen[0]), pooled(chosen[1])
+    table = ahead_table(pair.found.ahead)
+    html = f"""<section id="horizons"><h2>Which predicts better</h2>
+<p class="note">{prose.BOTH_HORIZONS}</p>
+{three(ALL, "horizons", "RMS errors of both against the horizon", "middle")}
+{table.html()}<p class="note">{prose.AHEAD}</p></section>"""
+    figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
+    return Section("horizons", "Which predicts better", html, {ALL: figures}, (table,))
+
+
+def ahead_table(found: list[Ahead]) -> Table:
+    """RMS errors of both from the same starts, with the interval of their difference."""
+    head = ("velocity", "horizon [s]", "RMS A", "RMS B", "unit", "A − B", "95 % of it", "better")
+    rows: list[list[Cell]] = []
+    for row in found:
+        seen = [letter for letter, s in zip(LETTERS, (row.seen_a, row.seen_b), strict=True) if s]
+        more = f" (seen by {' and '.join(seen)})" if seen else ""
+        rows.append([Text(f"{row.recording}, {row.horizon:g} s{more}")])
+        for axis, symbol in enumerate(SYMBOLS):
+            (unit, scale), one = UNITS[axis], row.axes[symbol]
+            rows.append(
+                [
+                    Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Number(one.a, 3, scale),
+                    Number(one.b, 3, scale), Text(unit), Number(one.difference, 2, scale),
+                    between(one.interval, 2, scale), Text(one.better or "no difference seen"),
+                ]
+            )  # fmt: skip
+    return Table("ahead", "RMS errors of both models", head, rows)
+
+
+def ahead(pair: Both) -> Section | None:
+    """Measured, and predicted by both."""
+    if pair.evidence is None:
+        return None
+    first, second = pair.evidence
+    figures: dict[str, dict[str, Figure]] = {}
+    parts = []
+    opened = first_of(first.runs)
+    for i, (a, b) in enumerate(zip(first.runs, second.runs, strict=True)):
+        store = store_of(i)
+        figures[store] = {
+            f"velocity-{s}": draw.velocity(first.model, (a, b), axis)
+            for axis, s in enumerate(SYMBOLS)
+        }
+        drawn = "".join(
+            f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
+            + plot(
+                store, f"velocity-{s}", f"{axis} velocity, measured and predicted by both", "wide"
+            )
+            for axis, s in zip(AXES, SYMBOLS, strict=True)
+        )
+        facts = f"A: {sizes(a)}. B: {sizes(b)}"
+        parts.append(foldable(a.name, facts, linked(a, drawn), opened=i == opened))
+    html = f"""<section id="prediction"><h2>Measured and predicted, {pair.horizon:g}&nbsp;s ahead</h2>
+{"".join(parts)}</section>"""
+    return Section("prediction", "Prediction", html, figures)

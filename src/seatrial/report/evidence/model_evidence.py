@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""Everything that the report tells of one model, computed once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.evaluation.assessment import assess, assess_from
+from seatrial.evaluation.scores import Scores
+from seatrial.evaluation.validation import scores_of
+from seatrial.identification.experiment_design import Alone, Around, Gain, alone, around, gains
+from seatrial.identification.uncertainty.identifiability import Identifiability, identifiability
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.physics import Physics, physics
+from seatrial.report.evidence.runs import Run, gather
+from seatrial.util.errors import SeatrialError
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A model and its recordings."""
+
+    model: Model
+    runs: tuple[Run, ...]
+    scores: Scores
+    known: Identifiability
+    physics: Physics
+    point: Around | None  # what information is counted around; None: see `silent`
+    alone: tuple[Alone, ...]  # what each recording says by itself
+    gains: tuple[Gain, ...]  # what more driving would tell
+    silent: str  # why there is no information
+
+    @property
+    def horizon(self) -> float:
+        """That of the scores [s]."""
+        return self.scores.horizon
+
+    @property
+    def tested(self) -> list[Run]:
+        """Recordings that could be predicted."""
+        return [run for run in self.runs if run.tested]
+
+
+def collect(
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float,
+    scores: Scores | None = None,
+) -> Evidence:
+    """All of it, with `scores` as `validate` wrote them or computed here; see `gather` for what is raised."""
+    found = (
+        assess(model, recordings, horizon)
+        if scores is None
+        else assess_from(model, recordings, scores)
+    )
+    runs = gather(model, found)
+    point, each, gained, silent = _information(model, runs)
+    return Evidence(
+        model, tuple(runs), scores or scores_of(model, found, horizon), identifiability(model), physics(model),
+        point, each, gained, silent,
+    )  # fmt: skip
+
+
+def _information(
+    model: Model, runs: Sequence[Run]
+) -> tuple[Around | None, tuple[Alone, ...], tuple[Gain, ...], str]:
+    """What each recording says by itself, and what more driving would; or why that is not known."""
+    recordings = [run.recording for run in runs]
+    period = float(np.median([r.period for r in recordings]))
+    try:
+        noise = next((run.noise for run in runs if run.noise is not None), None)
+        point = around(model, recordings, noise)
+        each = alone(point, recordings)
+        seen = [run.name for run in runs if not run.unseen]
+        return point, tuple(each), tuple(gains(point, period, each, seen)), ""
+    except SeatrialError as error:
+        return None, (), (), str(error)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""What a model means for the boat, with the uncertainty of its coefficients."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.schema import Integration
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import Array
+
+DRAWS = 60  # of the coefficients
+SEED = 20
+COARSE = 1 / 12  # [s] step of the integration that does for intervals
+LEAST = 0.5  # share of the draws that must be a boat for an interval to be said
+
+
+@dataclass(frozen=True)
+class Spread:
+    """One axis with 95 % intervals; None where there are none."""
+
+    axis: int
+    found: AxisSanity
+    top_speed: tuple[float, float] | None  # [m/s] or [rad/s]
+    rise_time: tuple[float, float] | None  # [s]
+    coast: tuple[float, float] | None  # [m] or [rad]
+
+
+@dataclass(frozen=True)
+class Physics:
+    """All driven axes, or why there are none."""
+
+    axes: tuple[Spread, ...]
+    unstable: str  # what makes the model no boat; empty: it is one
+    lost: float  # share of the draws that are unstable
+
+
+def physics(model: Model) -> Physics:
+    """Top speeds, rise times and ways to stop, with intervals from draws of the coefficients."""
+    try:
+        found = sanity(model)
+    except ModelError as error:
+        return Physics((), str(error), 0.0)
+    drawn = _drawn(model)
+    stable = [one for one in drawn if one is not None]
+    lost = 1.0 - len(stable) / len(drawn) if drawn else 0.0
+    told = stable if drawn and lost < LEAST else []
+    return Physics(tuple(_spread(place, one, told) for place, one in enumerate(found)), "", lost)
+
+
+def _spread(place: int, found: AxisSanity, drawn: Sequence[Sequence[AxisSanity]]) -> Spread:
+    def interval(name: str) -> tuple[float, float] | None:
+        if not drawn:
+            return None
+        low, high = np.quantile([getattr(one[place], name) for one in drawn], [0.025, 0.975])
+        return float(low), float(high)
+
+    return Spread(
+        found.axis, found, interval("top_speed"), interval("rise_time"), interval("coast")
+    )
+
+
+def _drawn(model: Model) -> list[list[AxisSanity] | None]:
+    """`sanity` of coefficients drawn from their covariance; None where they make no boat."""
+    n = len(model.coefficients)
+    root = _root(model.covariance[:n, :n])
+    if not root.any():
+        return []
+    normal = np.random.default_rng(SEED).normal(size=(DRAWS, n))
+    own = model.integration
+    step = max(own.step, COARSE) if own.scheme == "runge-kutta" else own.step
+    model = replace(model, integration=Integration(own.scheme, step))
+    found: list[list[AxisSanity] | None] = []
+    for draw in model.coefficients + normal @ root.T:
+        try:
+            found.append(sanity(replace(model, coefficients=draw)))
+        except ModelError:
+            found.append(None)
+    return found
+
+
+def _root(covariance: Array) -> Array:
+    """A square root (n, n) of a covariance that may be singular."""
+    spectrum, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(spectrum, 0.0)))

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""The report's first three sentences: what was identified, how well it predicts, what to do."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.boat.physics import doubts
+from seatrial.identification.uncertainty.identifiability import Identifiability, Verdict
+from seatrial.report.evidence.advice import advice
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.runs import Run, judged
+from seatrial.report.text.markup import number
+from seatrial.report.text.numbers import (
+    AT_FLOOR,
+    UNITS,
+    floors,
+    foreseen,
+    minutes,
+    names_of,
+    ratio_word,
+    rms_and_ratio,
+)
+from seatrial.util.format import joined, shortened
+from seatrial.util.frames import AXES, Array
+
+ALL_WELL = "use it within the speeds and commands that it was made from."
+
+
+def verdict(evidence: Evidence) -> list[str]:
+    """Three sentences."""
+    return [identified(evidence), predicted(evidence), following(evidence)]
+
+
+def identified(evidence: Evidence) -> str:
+    """What was identified, how, from what, and how well its parameters are known."""
+    model, known = evidence.model, evidence.known
+    parts = [_count(len(model.values), "coefficient")]
+    constants = [n for n in model.vehicle.constants.names if model.standard_errors[n] > 0]
+    parts += [f"{_count(len(constants), 'constant')} of the thrusters"] if constants else []
+    what = f"{model.name}: {joined(parts)}"
+    if not model.recordings:
+        return f"{what}, {model.estimator.method}{_told(known)}."
+    length = minutes(sum(r.length for r in model.recordings))
+    names = [r.name for r in model.recordings]
+    listed = shortened(names)
+    return (
+        f"{what}, identified by {model.estimator.method} from {_count(len(names), 'recording')}, "
+        f"{length} in all ({listed}){_told(known)}."
+    )
+
+
+def _told(known: Identifiability) -> str:
+    """How many are sharp, and which may not be relied on."""
+    if not known.names:
+        return "; none has a standard error"
+    found = [f for f in known.findings if f.verdict.estimated]
+    counts = Counter(f.verdict for f in found)
+    parts = [f"{counts[v]} {v.value}" for v in Verdict if counts[v]]
+    poor = [f.name for f in found if not f.verdict.enough]
+    listed = "" if not poor else f" ({', '.join(poor[:6])}{' …' if len(poor) > 6 else ''})"
+    return f"; of these {joined(parts)}{listed}"
+
+
+def predicted(evidence: Evidence) -> str:
+    """How well velocities are predicted, in words, numbers, and against no model at all."""
+    runs = judged(evidence.runs)
+    if evidence.physics.unstable:
+        return f"It can't be used: {evidence.physics.unstable}."
+    if not runs:
+        return f"It predicts none of the recordings: {evidence.runs[0].lost}."
+    rms, ratio = rms_and_ratio(runs)
+    groups: dict[str, list[str]] = {}
+    for axis, share in zip(AXES, ratio.tolist(), strict=True):
+        groups.setdefault(ratio_word(share), []).append(axis)
+    said = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
+    sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), UNITS, strict=True)]
+    shares = [number(share, 2) for share in ratio.tolist()]
+    kind = "that it has not seen" if runs[0].unseen else "that it was identified from"
+    lost = len(evidence.runs) - len(evidence.tested)
+    missing = f"; {lost} of {len(evidence.runs)} recordings could not be predicted" if lost else ""
+    return (
+        f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {said}: "
+        f"off by {joined(sizes)} (RMS), {joined(shares)} of the error of a velocity that stays as "
+        f"it is{_at_floor(runs, rms)}{missing}."
+    )
+
+
+def _at_floor(runs: Sequence[Run], rms: Array) -> str:
+    """What pose noise alone makes."""
+    noise = floors(runs)
+    sizes = [f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), UNITS, strict=True)]
+    all_of_it = bool(np.all(rms < AT_FLOOR * noise))
+    more = ", which is all of it" if all_of_it else ""
+    return f"; pose noise alone makes {joined(sizes)}{more}{_foreseen(runs, rms)}"
+
+
+def _foreseen(runs: Sequence[Run], rms: Array) -> str:
+    """What the model itself says of that."""
+    own = foreseen(runs)
+    if own is None:
+        return ""
+    times = [number(t, 2) for t in (rms / own).tolist()]
+    return f"; the error is {joined(times)} times what the model foresees of itself"
+
+
+def following(evidence: Evidence) -> str:
+    """The most important thing to do next."""
+    odd = [] if evidence.physics.unstable else doubts(evidence.model)
+    found = [*odd, *advice(evidence)]
+    first = found[0] if found else ALL_WELL
+    start = first[0].lower() if first[1:2].islower() else first[0]
+    return f"Next: {start}{first[1:]}"
+
+
+def _count(n: int, word: str) -> str:
+    return f"{n} {word}{'s' * (n != 1)}"

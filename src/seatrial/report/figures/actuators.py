@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""The thrusters' curve with its dead zone, and their answer to a step with latency and lag."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.model import Model
+from seatrial.report.evidence.actuators import Curve, answers, curves
+from seatrial.report.figures.base import (
+    BLACK,
+    ORANGE,
+    SHADE,
+    WARM,
+    Figure,
+    area,
+    colour_of,
+    figure,
+    line,
+    upright,
+)
+
+MEMBERS = 8  # curves of one plot at most
+
+
+def static(model: Model) -> Figure:
+    """Thrust against command, with 95 % bands and the edges of the dead zones."""
+    each = model.vehicle.constants.of_each
+    edges = {
+        sign * float(edge)
+        for sign, kind in ((1.0, "edge_forward"), (-1.0, "edge_reverse"))
+        for edge in each(kind, model.constants)
+        if edge
+    }
+    shapes = [upright(edge, ORANGE) for edge in sorted(edges)]
+    traces = _drawn(curves(model))
+    return figure(
+        traces, "command [command units]", "thrust [share of full]",
+        xaxis={"range": [-1.02, 1.02]}, shapes=shapes, showlegend=True,
+    )  # fmt: skip
+
+
+def answer(model: Model) -> Figure:
+    """Force after a full command at 0 s, with 95 % bands; where it has 63 %."""
+    found = answers(model)
+    shapes = [upright(0.0, BLACK, "dash")]
+    return figure(
+        _drawn(found), "time since the command [s]", "force [share of its end]",
+        yaxis={"range": [-0.05, 1.1]}, shapes=shapes, showlegend=True,
+    )  # fmt: skip
+
+
+def _drawn(found: Sequence[Curve]) -> list[Figure]:
+    traces = []
+    for i, one in enumerate(found[:MEMBERS]):
+        colour, dash = colour_of(i)
+        if (one.high > one.low).any():
+            band = area(
+                f"{one.label}, 95 %",
+                one.x,
+                one.low,
+                one.high,
+                colour,
+                shade=SHADE if i == 0 else WARM,
+            )
+            traces.append(band | {"showlegend": False})
+        traces.append(line(one.label, one.x, one.y, colour, dash=dash, width=2.0))
+    return traces

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""How well each parameter is known, at a glance."""
+
+import numpy as np
+
+from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability, Verdict
+from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.report.figures.base import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    Figure,
+    figure,
+    logarithmic,
+    marks,
+    upright,
+)
+from seatrial.report.text.names import plotly_symbol
+from seatrial.util.frames import Array
+
+LOOKS = {  # of a verdict
+    Verdict.SHARP: (BLUE, "circle"),
+    Verdict.USABLE: (GREEN, "square"),
+    Verdict.WEAK: (ORANGE, "diamond"),
+    Verdict.ZERO: (PURPLE, "cross"),
+    Verdict.LOST: (RED, "x-thin-open"),
+}
+LEAST, MOST = 0.01, 1000.0  # [%] that the axis reaches at the most
+
+
+def errors(found: Identifiability) -> Figure:
+    """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
+    rows = [f for f in found.findings if f.verdict.estimated]
+    share = np.clip([100.0 * f.relative for f in rows], LEAST, MOST)
+    place = -np.arange(len(rows), dtype=float)
+    traces = []
+    for verdict, (colour, sign) in LOOKS.items():
+        mine = np.array([f.verdict is verdict for f in rows])
+        if mine.any():
+            points = np.column_stack([share[mine], place[mine]])
+            traces.append(marks(verdict.value, points, colour, sign, size=10) | {"opacity": 1.0})
+    names = [plotly_symbol(f.name) for f in rows]
+    return figure(
+        traces, "relative error [%]", "",
+        xaxis=logarithmic(*reach(share)),
+        yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
+        shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
+        showlegend=True,
+    )  # fmt: skip
+
+
+def reach(share: Array) -> tuple[float, float]:
+    """What an axis of relative errors shows [%]: all of them, and the limits of the verdicts."""
+    if not len(share):
+        return 1.0, 100.0
+    low, high = float(share.min()), float(share.max())
+    return max(LEAST, 0.5 * min(low, 100 * SHARP)), max(200 * USABLE, 1.6 * high)

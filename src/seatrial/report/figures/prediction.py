@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Measured against predicted velocity, and errors against how far ahead one looks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.evaluation.scores import Scored
+from seatrial.report.evidence.runs import Run
+from seatrial.report.figures.base import (
+    BLACK,
+    BLUE,
+    COMMAND,
+    FORCE_COLOURS,
+    ORANGE,
+    RED,
+    Figure,
+    figure,
+    force_name,
+    forces_in,
+    line,
+    room_for,
+    speed,
+    whiskers,
+)
+from seatrial.report.text.numbers import UNITS
+from seatrial.util.frames import SYMBOLS
+
+STARTS = (
+    ("stencil", "measured start", BLUE, "square"),
+    ("filter", "filter's start", RED, "circle"),
+)
+
+
+def velocity(model: Model, run: Run, axis: int) -> Figure:
+    """Measured and predicted velocity above what drives the axis, Fig. 4."""
+    at = run.shown
+    traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
+    if run.tested:
+        traces.append(line("predicted", run.t[at], run.predicted[at, axis], RED))
+    return above_commands(traces, model, run, axis, FORCE_COLOURS)
+
+
+def above_commands(
+    traces: Sequence[Figure], model: Model, run: Run, axis: int, colours: Sequence[str]
+) -> Figure:
+    """Traces of one velocity over time, and below them what drives the axis."""
+    at, below = run.shown, []
+    for n, place in enumerate(forces_in(model, axis)):
+        trace = line("", run.t[at], run.forces[at, place], colours[n % len(colours)])
+        trace["line"]["shape"] = "hv"
+        below.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
+    return figure(
+        [*traces, *below], "time [s]", speed(axis),
+        xaxis={"range": list(run.window), "anchor": "y2"}, yaxis={"domain": [0.38, 1.0]},
+        yaxis2={"title": {"text": COMMAND}, "domain": [0.0, 0.3]}, hovermode="x",
+    )  # fmt: skip
+
+
+def horizons(rows: Sequence[Scored], axis: int) -> Figure:
+    """RMS error against the horizon with 95 % intervals, the floor, and that of no model at all."""
+    name, scale = UNITS[axis]
+    traces = []
+    for start, label, colour, sign in STARTS:
+        own = [row for row in rows if row.start == start]
+        if not own:
+            continue
+        scores = [row.scores[SYMBOLS[axis]] for row in own]
+        x = np.array([row.horizon for row in own])
+        rms = scale * np.array([s.rms for s in scores])
+        ends = [s.rms_interval or (s.rms, s.rms) for s in scores]
+        low, high = scale * np.array(ends).T
+        trace = line(label, x, rms, colour) | {"mode": "lines+markers"}
+        traces.append(
+            trace
+            | {"marker": {"color": colour, "symbol": sign, "size": 8},
+               "error_y": whiskers(rms, low, high, colour)}
+        )  # fmt: skip
+        floor = scale * np.array([s.floor for s in scores])
+        traces.append(
+            line("floor", x, floor, colour, dash="dot") | {"showlegend": start == STARTS[0][0]}
+        )
+        foreseen = [s.foreseen for s in scores if s.foreseen is not None]
+        if len(foreseen) == len(scores):
+            trace = line("foreseen", x, scale * np.array(foreseen), colour, dash="dashdot")
+            traces.append(trace | {"showlegend": start == STARTS[0][0]})
+    still = [row for row in rows if row.start == "stencil"]
+    if still:
+        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
+        x = np.array([row.horizon for row in still])
+        traces.append(line("velocity stays", x, values, ORANGE, dash="dash"))
+    ticks = sorted({row.horizon for row in rows})
+    return figure(
+        traces, "looking ahead [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
+        xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
+        yaxis=room_for(traces), showlegend=True,
+    )  # fmt: skip

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Commands to a virtual boat in, a velocity for a holonomic carrier out, the carrier's poses back in.
+
+The core (`core/include/seatrial/simulation/mimic.hpp`) does it, here and in the ROS nodes alike.
+"""
+
+import enum
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from numpy.typing import ArrayLike
+
+from seatrial import _core
+from seatrial.boat.model import Model, load
+from seatrial.boat.schema import NotNegative, Positive, Strict
+from seatrial.onboard.predictor import POSE, row_of
+from seatrial.util.errors import MimicError
+from seatrial.util.frames import Array, frozen_array
+
+ADVICE = {
+    1: "no pose of the carrier: its drift is not corrected; check its odometry",
+    2: "the boat is faster than the carrier may be: it falls behind; drive slower, or raise the limit",
+    4: "the boat speeds up faster than the carrier may: it falls behind for a while",
+    8: "the carrier is too far from the virtual boat, and stopped: start anew with it in place",
+    16: "commands are silent: the virtual boat's thrusters are off",
+    32: "the model diverges: the carrier is stopped; identify it again",
+}
+
+
+class MimicHealth(enum.Flag):
+    """How a velocity is to be taken; what each asks for is in `advice`."""
+
+    NO_POSE = 1
+    SPEED_LIMITED = 2
+    ACCELERATION_LIMITED = 4
+    LOST = 8
+    COMMAND_SILENCE = 16
+    DIVERGED = 32
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The flags that are raised."""
+        return tuple(str(flag.name) for flag in MimicHealth if flag in self)
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """One sentence for each flag that is raised."""
+        return tuple(ADVICE[flag.value] for flag in MimicHealth if flag in self)
+
+
+class Carrier(Strict, frozen=True):
+    """What the carrier can do, and how it is led; what is not given is as the core has it."""
+
+    speed: Positive | None = None  # [m/s] most, in any direction
+    yaw_rate: Positive | None = None  # [rad/s]
+    acceleration: Positive | None = None  # [m/s^2]
+    yaw_acceleration: Positive | None = None  # [rad/s^2]
+    lag: NotNegative | None = None  # [s] delay and time constant together, made up for ahead
+    gain: NotNegative | None = None  # [1/s] of the way back to the virtual boat's pose
+    pose_timeout: Positive | None = None  # [s] after its last pose it is led without
+    lost: Positive | None = None  # [m] from the virtual boat it is stopped
+
+    @property
+    def core(self) -> _core.Carrier:
+        """The core's. Raises MimicError."""
+        made = _core.Carrier()
+        for name, value in msgspec.structs.asdict(self).items():
+            if value is not None:
+                _set(made, name, value)
+        name, got, expected, advice = made.fault()
+        if name:
+            raise MimicError(f"carrier: {name} is {got:g}; expected {expected}: {advice}")
+        return made
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the carrier is to do, and how it is going; forward-left-up."""
+
+    time: float  # [s]
+    velocity: Array  # (3,) for the carrier: forward, left [m/s], yaw [rad/s]
+    asked: Array  # (3,) the same before the carrier's limits
+    pose: Array  # (3,) of the virtual boat: x, y [m], psi [rad], in the carrier's odometry frame
+    nu: Array  # (3,) of the virtual boat: u, v [m/s], r [rad/s]
+    mismatch: Array  # (3,) boat minus carrier at its last pose, in the carrier's frame [m, m, rad]
+    health: MimicHealth
+
+    def __post_init__(self) -> None:
+        for name in ("velocity", "asked", "pose", "nu", "mismatch"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+
+class Mimic:
+    """A virtual boat, and the carrier that is to move as it does.
+
+    model: a Model or the path of its file. Times are seconds by one clock. The virtual boat begins at rest,
+    where the carrier's first pose says that it is. Its thrusters are off after the vehicle file's
+    `command_timeout` without a command. Raises ModelError, MimicError; never on data.
+    """
+
+    def __init__(self, model: Model | str | Path, carrier: Carrier | None = None) -> None:
+        self.model = model if isinstance(model, Model) else load(model)
+        timeout = self.model.vehicle.file.command_timeout
+        self._core = _core.Mimic(
+            self.model.boat, self.model.vehicle.chain, self.model.constants,
+            (carrier or Carrier()).core, math.inf if timeout is None else timeout,
+        )  # fmt: skip
+
+    def command(self, t: float, values: ArrayLike) -> bool:
+        """Commands (inputs,) to the boat at t [s]; False where one is not a number."""
+        return self._core.command(t, row_of(values, "command", self.model.vehicle.inputs))
+
+    def pose(self, t: float, eta: ArrayLike) -> bool:
+        """The carrier's pose (3,) of time t [s] by its own odometry; False where it was not used."""
+        return self._core.pose(t, row_of(eta, "pose", POSE))
+
+    def at(self, t: float) -> Motion:
+        """What the carrier is to do from t [s] on; t rises from call to call."""
+        time, velocity, asked, boat, mismatch, health = self._core.at(t)
+        return Motion(
+            time, velocity, asked, boat[:3], boat[3:], mismatch, MimicHealth(health)  # type: ignore[arg-type]
+        )  # fmt: skip
+
+
+def _set(carrier: _core.Carrier, name: str, value: object) -> None:
+    try:
+        setattr(carrier, name, value)
+    except TypeError:
+        raise MimicError(f"carrier: {name} is {value!r}; expected a number") from None

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""The plan of simulated trials: plant, sensor, operator and trials in one file."""
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from seatrial.boat.schema import ChainGroup, NotNegative, Positive, Strict
+from seatrial.util.errors import FileError
+from seatrial.util.files import convert, expect_format, read_yaml
+
+PLAN_FORMAT = "plan 1"
+Range = tuple[float, float]
+
+
+class Unmodelled(Strict, frozen=True):
+    """A force that no model knows of, in every axis a first-order Gauss-Markov process."""
+
+    share: NotNegative  # of full thrust, standard deviation
+    correlation: Positive  # [s] its time constant
+    earth_fixed: bool = False  # from one side of the world, as wind is; else it turns with the boat
+
+
+class PlantEntry(Strict, frozen=True):
+    """The truth."""
+
+    coefficients: dict[str, float]
+    step: Positive  # [s] of the integration
+    chain: list[ChainGroup] = msgspec.field(default_factory=list)
+    unmodelled: Unmodelled | None = None
+
+
+class Pool(Strict, frozen=True):
+    """A rectangular pool around the origin, its length along x."""
+
+    length: Positive  # [m]
+    width: Positive  # [m]
+    margin: NotNegative  # [m] that the operator keeps from the walls
+
+
+class DropOuts(Strict, frozen=True):
+    """Stretches without poses."""
+
+    per_minute: NotNegative
+    shortest: NotNegative = 0.3  # [s]
+    longest: NotNegative = 2.0  # [s]
+
+
+class Jumps(Strict, frozen=True):
+    """False matches."""
+
+    per_minute: NotNegative
+    shortest: NotNegative = 0.1  # [m]
+    longest: NotNegative = 0.5  # [m]
+    samples: Annotated[int, msgspec.Meta(ge=1)] = 3  # poses in a row at most
+
+
+class PoseSensor(Strict, frozen=True):
+    """SLAM as a sensor."""
+
+    rate: Positive  # [Hz]
+    position_noise: NotNegative  # [m] standard deviation
+    heading_noise: NotNegative  # [rad]
+    stamp_jitter: NotNegative  # [s]
+    drop_outs: DropOuts
+    jumps: Jumps
+    noise_correlation: NotNegative = 0.0  # [s] time constant of the noise; 0: white
+
+
+class Joypad(Strict, frozen=True):
+    """Rate and clock of the commands."""
+
+    rate: Positive  # [Hz]
+    clock_offset: float  # [s]
+
+
+class OperatorEntry(Strict, frozen=True):
+    """How the operator drives."""
+
+    reaction: Positive  # [s]
+    amplitude: dict[Literal["surge", "sway", "yaw"], Range]
+    pulse: Range  # [s]
+    pause: Range  # [s]
+    crosstalk: NotNegative = 0.0  # standard deviation of the other sticks, as a share of a pulse
+
+
+class TrialEntry(Strict, frozen=True):
+    """One trial."""
+
+    drive: Literal["surge", "sway", "yaw", "courses"]
+    duration: Positive  # [s]
+
+
+class PlanFile(Strict, frozen=True):
+    """A plan, whole."""
+
+    seatrial: Literal["plan 1"]
+    name: str
+    seed: Annotated[int, msgspec.Meta(ge=0)]
+    vehicles: list[str]
+    plant: PlantEntry
+    pool: Pool
+    pose: PoseSensor
+    joypad: Joypad
+    operator: OperatorEntry
+    trials: dict[str, TrialEntry]
+
+
+def load_plan(path: str | Path) -> PlanFile:
+    """A plan from a file, or by the name of one that comes with seatrial."""
+    return convert(_resolved(path, 0), PlanFile, path)
+
+
+def with_seed(plan: PlanFile, seed: int) -> PlanFile:
+    """The same plan with other random numbers."""
+    if seed < 0:
+        raise FileError(f"seed {seed}: expected a whole number from 0 on")
+    return msgspec.structs.replace(plan, seed=seed)
+
+
+def plan_names() -> list[str]:
+    """Plans that come with seatrial."""
+    folder = resources.files("seatrial") / "data" / "plans"
+    return sorted(
+        p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml")
+    )
+
+
+def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
+    bundled = resources.files("seatrial") / "data" / "plans" / f"{path}.yaml"
+    given = Path(path)
+    if not given.exists() and not bundled.is_file():
+        raise FileError(f"{path}: no such plan; give a file or one of {', '.join(plan_names())}")
+    content = read_yaml(given) if given.is_file() else read_yaml(bundled)
+    expect_format(content, PLAN_FORMAT, path)
+    base = content.pop("based_on", None)
+    if base is None:
+        return content
+    if depth > 5:
+        raise FileError(f"{path}: plans are based on each other in a circle")
+    return _merged(_resolved(str(base), depth + 1), content)
+
+
+def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """Deep merge: mappings key by key, all else replaced. `trials` and `vehicles` replace whole."""
+    out = dict(base)
+    for key, value in over.items():
+        deep = isinstance(value, dict) and isinstance(out.get(key), dict) and key != "trials"
+        out[key] = _merged(out[key], value) if deep else value
+    return out

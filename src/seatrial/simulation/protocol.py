@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""The lines of `seatrial sim`, JSON, in each model file's own axes; `docs/sim.md` lists them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.schema import Strict
+from seatrial.onboard.live.protocol import not_a_line
+from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
+from seatrial.simulation.world import SimulatedBoat
+from seatrial.util.errors import LiveError
+from seatrial.util.frames import POSE_SIGNS, Array, Axes
+
+Kind = Literal["pose", "truth", "imu", "scan", "command"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+class Line(Strict, frozen=True):
+    """A line in: a command, or only a time to go on to."""
+
+    t: float | None = None  # [s] simulated
+    boat: str | None = None  # may be left out where there is one
+    command: list[float] | dict[str, float] | None = None
+    at: float | None = None  # [s] to go on to
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a line asks for, forward-left-up."""
+
+    t: float | None  # [s]; None: now
+    boat: SimulatedBoat | None
+    command: Array | None
+
+
+_decode = msgspec.json.Decoder(Line).decode
+_encode = msgspec.json.Encoder().encode
+
+
+def read_line(text: str, boats: Sequence[SimulatedBoat]) -> Asked:
+    """What a line asks for. Raises LiveError."""
+    try:
+        line = _decode(text)
+    except (msgspec.DecodeError, UnicodeError) as error:
+        raise not_a_line(error, Line, text) from None
+    if (line.command is None) == (line.at is None):
+        raise LiveError(f"expected command or at, one of them; got {text.strip()[:80]}")
+    if line.command is None:
+        return Asked(line.at, None, None)
+    boat = _named(line.boat, boats)
+    return Asked(line.t, boat, _row(line.command, boat))
+
+
+def _named(name: str | None, boats: Sequence[SimulatedBoat]) -> SimulatedBoat:
+    found = [b for b in boats if b.name == name] if name is not None else list(boats)
+    if len(found) != 1:
+        names = ", ".join(b.name for b in boats)
+        raise LiveError(f"boat: got {name or 'none'}; expected one of {names}")
+    return found[0]
+
+
+def _row(given: list[float] | dict[str, float], boat: SimulatedBoat) -> Array:
+    names = boat.model.vehicle.inputs
+    if isinstance(given, dict):
+        if set(given) != set(names):
+            raise LiveError(
+                f"command: expected {', '.join(names)}; got {', '.join(given) or 'none'}"
+            )
+        given = [given[name] for name in names]
+    if len(given) != len(names):
+        raise LiveError(
+            f"command: expected {len(names)} numbers: {', '.join(names)}; got {len(given)}"
+        )
+    return np.array(given) * boat.model.vehicle.input_signs
+
+
+class Writer:
+    """Readings, truth and commands as lines; of several boats each says whose it is."""
+
+    def __init__(self, boats: Sequence[SimulatedBoat]) -> None:
+        self._several = len(boats) > 1
+        self._flips = {b.name: _signs(b) for b in boats}
+
+    def reading(self, reading: Reading) -> str:
+        """A sensor's, by its stamp."""
+        flip = self._flips[reading.boat]
+        if isinstance(reading, PoseReading):
+            return self._line(reading.boat, reading.stamp, pose=(reading.eta * flip).tolist())
+        if isinstance(reading, ImuReading):
+            # yaw rate, forward, second axis
+            turned = (reading.values * np.array([flip[2], 1.0, flip[1]])).tolist()
+            return self._line(reading.boat, reading.stamp, imu=turned)
+        assert isinstance(reading, Scan)
+        ends = (reading.angles[[0, -1]] * flip[2]).tolist()
+        seen = [r if np.isfinite(r) else None for r in np.round(reading.ranges, 5).tolist()]
+        return self._line(reading.boat, reading.stamp, scan=seen, angles=ends, sweep=reading.sweep)
+
+    def truth(self, boat: SimulatedBoat) -> str:
+        """Pose and velocity now."""
+        flip = self._flips[boat.name]
+        now = [*(boat.eta * flip).tolist(), *(boat.nu * flip).tolist()]
+        return self._line(boat.name, boat.time, truth=now)
+
+    def command(self, boat: SimulatedBoat, values: Array) -> str:
+        """A command that was given now."""
+        given = (values * boat.model.vehicle.input_signs).tolist()
+        return self._line(boat.name, boat.time, command=given)
+
+    def _line(self, boat: str, t: float, **content: object) -> str:
+        whose = {"boat": boat} if self._several else {}
+        return _encode({"t": round(t, 9), **whose, **content}).decode()
+
+
+def _signs(boat: SimulatedBoat) -> Array:
+    return POSE_SIGNS if boat.model.vehicle.axes is Axes.FRD else np.ones(3)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""What simulated sensors say, forward-left-up."""
+
+from dataclasses import dataclass
+
+from seatrial import _core
+from seatrial.util.frames import Array, frozen_array
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Of one boat; `values` by kind: see the subclasses."""
+
+    boat: str
+    stamp: float  # [s]
+    arrival: float  # [s] when it is there to be read
+    values: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen_array(self.values))
+
+
+@dataclass(frozen=True)
+class PoseReading(Reading):
+    """x, y [m], psi [rad] of the measured point as the SLAM has it; of the time `stamp`."""
+
+    @property
+    def eta(self) -> Array:
+        """(3,)."""
+        return self.values
+
+
+@dataclass(frozen=True)
+class ImuReading(Reading):
+    """Means over a period that ends at `stamp`; the specific force is without gravity."""
+
+    @property
+    def yaw_rate(self) -> float:
+        """[rad/s]."""
+        return float(self.values[0])
+
+    @property
+    def acceleration(self) -> Array:
+        """(2,) forward, left [m/s^2] of the origin over ground."""
+        return self.values[1:]
+
+
+@dataclass(frozen=True)
+class Scan(Reading):
+    """A turn of the LiDAR; `stamp` is the first beam's time, the last is `sweep` later."""
+
+    angles: Array  # (n,) [rad] from where the sensor looks, to port positive
+    sweep: float  # [s]
+    nearest: float  # [m]
+    farthest: float  # [m]
+
+    @property
+    def ranges(self) -> Array:
+        """(n,) [m]; infinite: nothing is seen."""
+        return self.values
+
+
+def reading_of(
+    row: tuple[int, int, float, float, Array], boat: str, lidar: _core.Lidar | None
+) -> Reading:
+    """From the core's: kind, boat, stamp, arrival, values."""
+    kind, _, stamp, arrival, values = row
+    if kind == 0:
+        return PoseReading(boat, stamp, arrival, values)
+    if kind == 1:
+        return ImuReading(boat, stamp, arrival, values)
+    assert lidar is not None
+    angles = frozen_array(lidar.angles())
+    return Scan(boat, stamp, arrival, values, angles, lidar.sweep(), lidar.nearest, lidar.farthest)

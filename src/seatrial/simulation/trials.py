@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""Simulated trials like the paper's S1-S7: an operator, a boat, a SLAM, two clocks."""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.allocation import Scheme
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
+from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.recording.velocity import Motion
+from seatrial.simulation.pilots import make_operator
+from seatrial.simulation.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
+from seatrial.util.errors import ModelError, VehicleError
+from seatrial.util.frames import Array, Mask, Stamps, body_velocity
+
+SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
+TRANSPORT = 0.002  # [s] from a message's making to its arrival at the recorder
+LEAD = 0.5  # [s] the joypad is recorded before the first pose and after the last
+OVERSHOOT = 0.3  # [m] past the wall at which a trial is given up
+PUSH = 0.01  # [s] between pushes of the unmodelled force
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One simulated trial: what was recorded, and the truth at every pose tick."""
+
+    name: str
+    vehicle: Vehicle
+    pose_stamps: Stamps  # (n,) [ns] of the poses that arrived
+    pose: Array  # (n, 3) as the SLAM gave them, heading wrapped
+    command_stamps: Stamps  # (m,) [ns] by the joypad's clock
+    command: Array  # (m, inputs)
+    pose_arrival: Stamps  # (n,) [ns] by the recorder's clock, which is the poses'
+    command_arrival: Stamps  # (m,) [ns]
+    truth_t: Array  # (k,) [s] true times of all pose ticks
+    truth: Array  # (k, 6) x, y, psi, u, v, r
+    truth_force: Array  # (k, forces) generalised forces after the actuator chain
+    arrived: Mask  # (k,) ticks whose pose arrived
+
+    @cached_property
+    def recording(self) -> Recording:
+        """The recording, as `read` would give it."""
+        commands = Signal(self.vehicle.inputs, self.command_stamps, self.command)
+        return make_recording(self.name, self.pose_stamps, self.pose, commands)
+
+    @cached_property
+    def true_motion(self) -> Motion:
+        """True poses and velocities at the recording's poses."""
+        x = self.truth[self.arrived]
+        return Motion(self.recording.t, x[:, :3], x[:, 3:], self.recording.valid)
+
+
+def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> Iterator[Trial]:
+    """The plan's trials with one vehicle, one by one.
+
+    The truth is the plan's plant, or `model` if given. The same plan, vehicle and seed give the
+    same trials; each trial has a stream of random numbers of its own.
+    """
+    if set(vehicle.inputs) != set(WRENCH):
+        raise VehicleError(
+            f"{vehicle.source}: the simulated operator moves {', '.join(WRENCH)}; "
+            f"this vehicle's inputs are {', '.join(vehicle.inputs)}"
+        )
+    plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
+    for name, entry in plan.trials.items():
+        yield _run(plan, plant, name, entry)
+
+
+def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
+    """The plan's plant as a model: the truth to compare an identified one with."""
+    driven = vehicle.with_chain(plan.plant.chain)
+    names = driven.structure.coefficients
+    if driven.estimated:
+        raise VehicleError(
+            f"plan {plan.name}: the plant's chain leaves {', '.join(driven.estimated)} to be "
+            "estimated; give numbers"
+        )
+    odd = set(names) ^ set(plan.plant.coefficients)
+    if odd:
+        raise ModelError(
+            f"plan {plan.name}: plant and structure disagree on {', '.join(sorted(odd))}; "
+            f"expected {', '.join(names)}"
+        )
+    values = np.array([plan.plant.coefficients[name] for name in names])
+    return Model(
+        driven,
+        values,
+        np.zeros((len(values), len(values))),
+        driven.constants.values,
+        Integration("runge-kutta", plan.plant.step),
+        NoiseEntry(plan.pose.position_noise, plan.pose.heading_noise),
+        EnvelopeEntry({}, {}),
+        estimator=EstimatorEntry("truth", {"plan": plan.name}),
+    )
+
+
+def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
+    label = name + SUFFIX[model.vehicle.scheme]
+    rng = np.random.default_rng([plan.seed, zlib.crc32(label.encode())])
+    stick_t, sticks, truth_t, truth, force = _drive(plan, model, label, entry, rng)
+    joypad_t = np.arange(-LEAD, entry.duration + LEAD, 1.0 / plan.joypad.rate)
+    order = [WRENCH.index(i) for i in model.vehicle.inputs]
+    held = np.maximum(np.searchsorted(stick_t, joypad_t + 1e-9, side="right") - 1, 0)
+    command = np.where((joypad_t < 0)[:, None], 0.0, sticks[held])[:, order]
+    pose, arrived = _observe(plan.pose, truth_t, truth[:, :3], rng)
+    pose_t = truth_t + rng.normal(0.0, 1.0, len(truth_t)) * plan.pose.stamp_jitter
+    return Trial(
+        label,
+        model.vehicle.with_chain([]),
+        _nanoseconds(pose_t)[arrived],
+        pose[arrived],
+        _nanoseconds(joypad_t + plan.joypad.clock_offset),
+        command,
+        _nanoseconds(truth_t + TRANSPORT)[arrived],
+        _nanoseconds(joypad_t + TRANSPORT),
+        truth_t,
+        truth,
+        force,
+        arrived,
+    )
+
+
+def _drive(
+    plan: PlanFile, model: Model, label: str, entry: TrialEntry, rng: np.random.Generator
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Operator and boat in closed loop: stick times and positions, truth at the pose ticks."""
+    operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
+    order = [WRENCH.index(i) for i in model.vehicle.inputs]
+    pushes = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
+    plant = PushedPlant(model, plan.plant.unmodelled, pushes)
+    state = np.zeros(6)
+    state[2] = operator.start_heading()
+    plant.state = state
+    tick = 1.0 / plan.joypad.rate
+    looks = np.arange(0, entry.duration, plan.operator.reaction)
+    looks = np.round(looks / tick) * tick  # sticks are read at the joypad's rate
+    poses = np.arange(0, entry.duration, 1.0 / plan.pose.rate)
+    sticks = np.zeros((len(looks), 3))
+    truth = np.zeros((len(poses), 6))
+    force = np.zeros((len(poses), len(model.structure.forces)))
+    wall_x, wall_y = plan.pool.length / 2 + OVERSHOOT, plan.pool.width / 2 + OVERSHOOT
+    due, j = [*poses.tolist(), np.inf], 0
+    for i, t in enumerate(looks.tolist()):
+        while due[j] < t:
+            j = _note(plant, due[j], truth, force, j)
+        plant.advance_to(t)
+        x = plant.state
+        if not (abs(x[0]) < wall_x and abs(x[1]) < wall_y):
+            raise ModelError(
+                f"{label}: the boat left the pool after {t:.1f} s at ({x[0]:.2f}, {x[1]:.2f}) m; "
+                "the plant is too fast or too weak for this operator and pool"
+            )
+        sticks[i] = operator.look(t, x)
+        plant.command(t, np.ascontiguousarray(sticks[i][order]))
+    while j < len(poses):
+        j = _note(plant, due[j], truth, force, j)
+    return looks, sticks, poses, truth, force
+
+
+class PushedPlant(_core.Plant):
+    """The plant with an unmodelled force: kicks to its velocity every PUSH."""
+
+    def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
+        super().__init__(model.boat, model.vehicle.chain, model.constants)
+        self.force, self.rng = force, rng
+        if force is not None:
+            self.response = _response(model) * force.share  # to full thrust, force by force
+            self.level = rng.normal(size=len(self.response))
+
+    def advance_to(self, t: float) -> bool:
+        """On to t [s]."""
+        if self.force is None:
+            return super().advance_to(t)
+        begin, good = self.time, True
+        steps = max(1, round((t - begin) / PUSH))
+        length = (t - begin) / steps
+        stays = np.exp(-length / self.force.correlation)
+        fresh = np.sqrt(1.0 - stays**2) * self.rng.normal(size=(steps, len(self.level)))
+        for i in range(steps):
+            state = self.state
+            push = self.level @ self.response
+            if self.force.earth_fixed:
+                push = body_velocity(state[2:3], push[None])[
+                    0
+                ]  # accelerations turn as velocities do
+            state[3:] += push * length
+            self.state = state
+            good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
+            self.level = stays * self.level + fresh[i]
+        return good
+
+
+def _response(model: Model) -> Array:
+    """Accelerations (forces, 3) [m/s^2, rad/s^2] of the boat at rest under full thrust: Eq. (12)."""
+    n = len(model.structure.forces)
+    full = np.vstack([np.eye(n), np.zeros((1, n))])
+    found = _core.accelerations(
+        model.structure.compiled, model.coefficients, np.zeros((n + 1, 3)), full
+    )
+    return np.asarray(found[:-1] - found[-1])
+
+
+def _note(plant: _core.Plant, t: float, truth: Array, force: Array, j: int) -> int:
+    plant.advance_to(t)
+    truth[j] = plant.state
+    force[j] = plant.forces(force.shape[1])
+    return j + 1
+
+
+def _observe(
+    sensor: PoseSensor, t: Array, eta: Array, rng: np.random.Generator
+) -> tuple[Array, Mask]:
+    """Poses as a SLAM gives them: noisy, sometimes away, sometimes somewhere else."""
+    n = len(t)
+    noise = np.array([sensor.position_noise, sensor.position_noise, sensor.heading_noise])
+    pose = eta + _coloured(rng.normal(0.0, 1.0, (n, 3)), t, sensor.noise_correlation) * noise
+    minutes = (t[-1] - t[0]) / 60.0
+    for _ in range(rng.poisson(sensor.jumps.per_minute * minutes)):
+        first = int(rng.integers(1, n))
+        last = first + int(rng.integers(1, sensor.jumps.samples + 1))
+        size, angle = (
+            rng.uniform(sensor.jumps.shortest, sensor.jumps.longest),
+            rng.uniform(-np.pi, np.pi),
+        )
+        pose[first:last] += size * np.array([np.cos(angle), np.sin(angle), rng.uniform(-1.0, 1.0)])
+    arrived = np.ones(n, dtype=bool)
+    for _ in range(rng.poisson(sensor.drop_outs.per_minute * minutes)):
+        begin = rng.uniform(t[0], t[-1])
+        end = begin + rng.uniform(sensor.drop_outs.shortest, sensor.drop_outs.longest)
+        arrived[(t >= begin) & (t < end)] = False
+    arrived[0] = True
+    pose[:, 2] = _core.wrap(np.ascontiguousarray(pose[:, 2]))
+    return pose, arrived
+
+
+def _coloured(white: Array, t: Array, correlation: float) -> Array:
+    """First-order Gauss-Markov noise of the same variance; white where `correlation` [s] is 0."""
+    if correlation == 0.0:
+        return white
+    stays = np.exp(-np.diff(t) / correlation)
+    out = white.copy()
+    for k, a in enumerate(stays.tolist(), start=1):
+        out[k] = a * out[k - 1] + np.sqrt(1.0 - a * a) * white[k]
+    return out
+
+
+def _nanoseconds(t: Array) -> Stamps:
+    return np.rint(t * 1e9).astype(np.int64)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""Numbers, lists and tables as text."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def joined(words: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def shortened(words: Sequence[str]) -> str:
+    """The same; of more than four the first two, and how many more."""
+    return joined(words) if len(words) <= 4 else f"{joined(words[:2])} and {len(words) - 2} more"
+
+
+def plus_minus(value: float, error: float) -> str:
+    """A value and its standard error, both to the error's second digit; 0: given."""
+    if not 0.0 < error < np.inf:
+        return f"{value:.6g}"
+    digits = 1 - int(f"{error:.1e}".partition("e")[2])
+    if digits > 7 or max(abs(value), error) >= 1e5:
+        return f"{value:.3e} ± {error:.1e}"
+    return f"{value:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
+
+
+def percent(share: float) -> str:
+    """A share to two digits, or to whole per cent where there are more."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns of text, numbers to the right."""
+    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+    return "\n".join(
+        "  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
+        for row in (head, *rows)
+    )
