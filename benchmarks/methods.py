@@ -16,7 +16,6 @@ import time
 from collections.abc import Iterable, Sequence
 from functools import cache
 
-import msgspec
 import numpy as np
 
 import seatrial
@@ -25,11 +24,12 @@ from benchmarks.harness.page import refill
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.methods import METHODS
-from seatrial.simulation.plan import PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.simulation.plan import PlanFile, load_plan
+from seatrial.simulation.trials import Trial, plant_model
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
-from tests.boats.scenes import FORCE, TRAINING, UNSEEN
+from tests.boats.scenes import TRAINING, UNSEEN, driven
+from tests.boats.scenes import pushed as with_force
 
 FIRST = 2001  # seed
 WEAK = "N_ud"  # weakly excited in the paper's trials: listed apart
@@ -40,9 +40,8 @@ def trials(
     preset: str, name: str, seed: int, *, pushed: bool = False
 ) -> tuple[tuple[Trial, ...], Trial]:
     """Those to train on, and the one to test on; the same for every method."""
-    plan = plan_of(preset, seed, pushed=pushed)
-    plan = msgspec.structs.replace(plan, trials={s: plan.trials[s] for s in (*TRAINING, UNSEEN)})
-    *known, unseen = simulate(plan, load_vehicle(name))
+    plan = with_force(preset) if pushed else preset
+    *known, unseen = driven(plan, load_vehicle(name), seed, (*TRAINING, UNSEEN)).values()
     return tuple(known), unseen
 
 
@@ -53,14 +52,6 @@ def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, f
         for name, value in plan.plant.coefficients.items()
     }
     return {name: values[name] / truth[name] - 1.0 for name in truth}
-
-
-def plan_of(preset: str, seed: int, *, pushed: bool) -> PlanFile:
-    """The preset with another seed, and with an unmodelled force or without."""
-    plan = with_seed(load_plan(preset), seed)
-    unmodelled = FORCE if pushed else plan.plant.unmodelled
-    plant = msgspec.structs.replace(plan.plant, unmodelled=unmodelled)
-    return msgspec.structs.replace(plan, plant=plant)
 
 
 def rows(presets: Iterable[str], seeds: int, *, pushed: bool) -> Iterable[str]:
@@ -79,7 +70,7 @@ def row(preset: str, name: str, method: str, seeds: int, *, pushed: bool = False
     spent: list[float] = []
     failed = 0
     for seed in range(FIRST, FIRST + seeds):
-        plan = plan_of(preset, seed, pushed=pushed)
+        plan = load_plan(preset)
         known, unseen = trials(preset, name, seed, pushed=pushed)
         begin = time.process_time()
         try:

@@ -18,7 +18,7 @@ from seatrial import _core
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.onboard.predictor import Health, Predictor, Taken
 from seatrial.util.errors import PredictorError
-from tests.boats import drives
+from tests.boats import drives, scenes
 from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
@@ -74,7 +74,7 @@ def test_pose_errors_that_hang_together_are_believed_as_such():
     told, not_told, errors = [], [], []
     for seed in COLOUR_WORTH:
         known = model(CORRELATED[PUSHED], seed)
-        assert known.noise.correlated.memory == pytest.approx(drives.CORRELATION, rel=0.2)
+        assert known.noise.correlated.memory == pytest.approx(scenes.CORRELATION, rel=0.2)
         pair = known, consistency.taken_for_white(known)
         ways = [consistency.followed(CORRELATED[PUSHED], seed, m) for m in pair]
         told.append(consistency.sampled(*ways[0]))

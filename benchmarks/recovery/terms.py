@@ -9,13 +9,10 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-import msgspec
-
 import seatrial
 from seatrial.identification.selection.terms import given_candidates, select
-from seatrial.simulation.plan import PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import simulate
-from tests.boats.scenes import FORCE
+from seatrial.simulation.plan import load_plan
+from tests.boats.scenes import driven, pushed
 
 TRIALS = ("S1", "S2", "S3", "S4", "S5", "S6")
 ABSENT = (
@@ -26,21 +23,13 @@ SCENES = ("paper-like", "hard", "paper-like pushed", "hard pushed")
 LESS = 1000  # than the benchmark's seed
 
 
-def plan_of(scene: str) -> PlanFile:
-    """The scene's plan; it lacks only the seed."""
-    plan = load_plan(scene.removesuffix(" pushed"))
-    plant = plan.plant
-    if scene.endswith("pushed"):
-        plant = msgspec.structs.replace(plant, unmodelled=FORCE)
-    trials = {name: plan.trials[name] for name in TRIALS}
-    return msgspec.structs.replace(plan, trials=trials, plant=plant)
-
-
 def work(scene: str, seed: int) -> dict[str, Any]:
     """Terms that are kept and terms that are called weak, of one scene and seed."""
     vehicle = seatrial.load_vehicle("mallard-mp")
-    trials = simulate(with_seed(plan_of(scene), seed - LESS), vehicle)
-    recordings = [t.recording for t in trials]
+    preset = scene.removesuffix(" pushed")
+    plan = pushed(preset) if scene.endswith("pushed") else load_plan(preset)
+    trials = driven(plan, vehicle, seed - LESS, TRIALS)
+    recordings = [t.recording for t in trials.values()]
     found = select(recordings, vehicle, candidates=given_candidates(vehicle, ABSENT))
     return {
         "kept": [r.coefficient for r in found.rows if r.verdict.kept],

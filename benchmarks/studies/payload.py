@@ -24,10 +24,9 @@ from seatrial.evaluation.comparison import compare
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.prior import widened
 from seatrial.recording.recording import Recording
-from seatrial.simulation.plan import PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import simulate
+from seatrial.simulation.plan import PlanFile, load_plan
 from seatrial.util.errors import SeatrialError
-from tests.boats.scenes import FORCE, TRAINING, UNSEEN
+from tests.boats.scenes import TRAINING, UNSEEN, driven, pushed
 
 MORE = 1.2  # times mass and inertia
 OFFSET = 0.1  # [rad/m] of N_ud
@@ -46,11 +45,9 @@ def loaded(plan: PlanFile) -> PlanFile:
     return msgspec.structs.replace(plan, plant=plant)
 
 
-def driven(plan: PlanFile, names: Sequence[str], seed: int) -> list[Recording]:
+def recordings(plan: PlanFile, names: Sequence[str], seed: int) -> list[Recording]:
     """Some of the plan's trials."""
-    plan = with_seed(plan, seed)
-    trials = {name: plan.trials[name] for name in names}
-    return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), VEHICLE)]
+    return [trial.recording for trial in driven(plan, VEHICLE, seed, names).values()]
 
 
 def alarms(models: Sequence[Model]) -> Iterable[Row]:
@@ -118,21 +115,18 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=20, help=f"from {FIRST} and {AFTER} on")
     parser.add_argument("--pushed", action="store_true", help="with an unmodelled force")
     given = parser.parse_args(arguments)
-    plan = load_plan(given.plan)
-    if given.pushed:
-        plant = msgspec.structs.replace(plan.plant, unmodelled=FORCE)
-        plan = msgspec.structs.replace(plan, plant=plant)
+    plan = pushed(given.plan) if given.pushed else load_plan(given.plan)
     before, after, unseen = [], [], []
     for seed in range(given.seeds):
         try:
-            old = output_error(driven(plan, TRAINING, FIRST + seed), VEHICLE)
-            new = output_error(driven(loaded(plan), TRAINING, AFTER + seed), VEHICLE)
+            old = output_error(recordings(plan, TRAINING, FIRST + seed), VEHICLE)
+            new = output_error(recordings(loaded(plan), TRAINING, AFTER + seed), VEHICLE)
         except SeatrialError as error:
             print(f"seed {seed}: {error}", file=sys.stderr)
             continue
         before.append(old)
         after.append(new)
-        unseen += driven(loaded(plan), [UNSEEN], AFTER + seed)
+        unseen += recordings(loaded(plan), [UNSEEN], AFTER + seed)
     rows = [*alarms(before), *changes(before, after, unseen), *minute(before, plan, unseen)]
     print(table(["", given.plan + (", pushed" if given.pushed else "")], rows))
 

@@ -13,17 +13,16 @@ from scipy.interpolate import CubicSpline
 import seatrial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
-from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
-from seatrial.simulation.trials import Trial, simulate
+from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.trials import Trial
 from seatrial.util.frames import Array
+from tests.boats.scenes import CORRELATION, TRAINING, driven, pushed
 
 SCENES = {"hard": 0.0, "hard, pushed": 0.04}  # share of full thrust that no model knows of
 LASTS = 2.0  # [s]
 CORRELATED = {name: f"{name}, correlated" for name in SCENES}  # the same but for the poses' errors
 PUSHES = {**SCENES, **{CORRELATED[name]: share for name, share in SCENES.items()}}
-CORRELATION = 0.3  # [s] time constant of these
 SETTLED = 5.0  # [s] from the start, not counted
-IDENTIFIED = ("S1", "S2", "S3")
 SHIP = Path(__file__).parents[2] / "data" / "cse1"
 RUNS = ("run1", "random_run1", "random_run3")
 
@@ -89,17 +88,12 @@ def of_trial(trial: Trial) -> Drive:
 @cache
 def trials(scene: str, seed: int, names: tuple[str, ...]) -> dict[str, Trial]:
     """Trials by name. The preset's false matches are left out: `matches` has its own."""
-    plan = with_seed(load_plan("hard"), seed)
+    plan = pushed("hard", Unmodelled(PUSHES[scene], LASTS) if PUSHES[scene] else None)
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
     correlation = CORRELATION if scene in CORRELATED.values() else 0.0
-    push = Unmodelled(PUSHES[scene], LASTS) if PUSHES[scene] else None
-    plan = msgspec.structs.replace(
-        plan, pose=msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=correlation),
-        plant=msgspec.structs.replace(plan.plant, unmodelled=push),
-        trials={name: plan.trials[name] for name in names},
-    )  # fmt: skip
-    made = simulate(plan, seatrial.load_vehicle("mallard-mp"))
-    return {trial.name.partition("-")[0]: trial for trial in made}
+    pose = msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=correlation)
+    plan = msgspec.structs.replace(plan, pose=pose)
+    return driven(plan, seatrial.load_vehicle("mallard-mp"), seed, names)
 
 
 @cache
@@ -111,8 +105,8 @@ def drive(scene: str, seed: int) -> Drive:
 @cache
 def model(scene: str, seed: int, method: str = "output-error") -> seatrial.Model:
     """Identified from S1 to S3."""
-    made = trials(scene, seed, IDENTIFIED)
-    recordings = [made[name].recording for name in IDENTIFIED]
+    made = trials(scene, seed, TRAINING)
+    recordings = [made[name].recording for name in TRAINING]
     return seatrial.identify(recordings, made["S1"].vehicle, method=method)
 
 

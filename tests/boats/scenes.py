@@ -39,16 +39,31 @@ class Scene:
 
     def trials(self, seed: int, names: Sequence[str] = TRAINING) -> dict[str, Trial]:
         """Its trials by name, S1-MP and so on."""
-        plan = with_seed(self.plan, seed)
-        chosen = {name: plan.trials[name] for name in names}
-        plan = msgspec.structs.replace(plan, trials=chosen)
-        found = [t for a in self.allocations for t in simulate(plan, vehicle_of(a))]
-        return {trial.name: trial for trial in found}
+        found = (driven(self.plan, vehicle_of(a), seed, names) for a in self.allocations)
+        return {trial.name: trial for one in found for trial in one.values()}
 
 
 def vehicle_of(allocation: str) -> Vehicle:
     """The bundled boat with MP or AF."""
     return seatrial.load_vehicle(f"mallard-{allocation.lower()}")
+
+
+def driven(
+    plan: str | PlanFile, vehicle: Vehicle, seed: int | None = None, names: Sequence[str] = ()
+) -> dict[str, Trial]:
+    """Trials of a plan by its own names; all where none are named, its own seed where none is given."""
+    plan = load_plan(plan) if isinstance(plan, str) else plan
+    plan = plan if seed is None else with_seed(plan, seed)
+    chosen = {name: plan.trials[name] for name in names or plan.trials}
+    made = simulate(msgspec.structs.replace(plan, trials=chosen), vehicle)
+    return dict(zip(chosen, made, strict=True))
+
+
+def pushed(plan: str | PlanFile, force: Unmodelled | None = FORCE) -> PlanFile:
+    """The plan with an unmodelled force, or without one."""
+    plan = load_plan(plan) if isinstance(plan, str) else plan
+    plant = msgspec.structs.replace(plan.plant, unmodelled=force)
+    return msgspec.structs.replace(plan, plant=plant)
 
 
 def scenes() -> dict[str, Scene]:
@@ -63,12 +78,9 @@ def scenes() -> dict[str, Scene]:
 
 
 def _preset(preset: str, allocation: str, force: bool) -> Scene:
-    plan = load_plan(preset)
     if not force:
-        return Scene(f"{preset} {allocation}", "still", plan, (allocation,))
-    plant = msgspec.structs.replace(plan.plant, unmodelled=FORCE)
-    plan = msgspec.structs.replace(plan, plant=plant)
-    return Scene(f"{preset} {allocation} pushed", "pushed", plan, (allocation,))
+        return Scene(f"{preset} {allocation}", "still", load_plan(preset), (allocation,))
+    return Scene(f"{preset} {allocation} pushed", "pushed", pushed(preset), (allocation,))
 
 
 def _faulty(plan: PlanFile) -> PlanFile:

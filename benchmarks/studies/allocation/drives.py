@@ -2,9 +2,7 @@
 """Schemes along drives: MallARD's simulated S7, and the real model ship's unseen run."""
 
 from dataclasses import replace
-from pathlib import Path
 
-import msgspec
 import numpy as np
 
 import seatrial
@@ -14,9 +12,10 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.control.allocation import AllocationComparison, compare_schemes
 from seatrial.recording.recording import Recording, Signal
 from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.trials import plant_model
+from tests.boats.drives import SHIP
+from tests.boats.scenes import driven
 
-CSE1 = Path(__file__).parents[3] / "data" / "cse1"
 ZONE = DeadZone(0.2, 0.3)  # of the Voith-Schneider propellers' pitch, PROVENANCE.md
 TRAINED, UNSEEN = ("random_run1", "random_run3"), "run1"
 
@@ -25,8 +24,7 @@ def mallard() -> str:
     """S7 of the preset `paper-like` with its plant's dead zone of 0.08; then with half the stick."""
     plan = load_plan("paper-like")
     vehicle = seatrial.load_vehicle("mallard-mp")
-    only = msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]})
-    (trial,) = simulate(only, vehicle)
+    trial = driven(plan, vehicle, names=["S7"])["S7"]
     drives = [trial.recording, scaled(trial.recording, 0.5)]
     found = compare_schemes(plant_model(plan, vehicle), drives)
     return "\n".join(
@@ -42,9 +40,9 @@ def mallard() -> str:
 
 def ship() -> str:
     """C/S Enterprise I: T of coefficients, identified with the propellers' dead zone."""
-    vehicle = with_dead_zone(seatrial.load_vehicle(CSE1 / "vehicle.yaml"))
+    vehicle = with_dead_zone(seatrial.load_vehicle(SHIP / "vehicle.yaml"))
     runs = {
-        n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", vehicle) for n in (*TRAINED, UNSEEN)
+        n: seatrial.read(SHIP / "csv" / f"CSE1_data_{n}.csv", vehicle) for n in (*TRAINED, UNSEEN)
     }
     model = seatrial.identify([runs[n] for n in TRAINED], vehicle, method="equation-error")
     found = compare_schemes(model, [runs[UNSEEN]])

@@ -7,13 +7,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from benchmarks.studies.paper.trials import TRAINING, boat, driven
+from benchmarks.studies.paper.trials import boat
 from seatrial import _core, identify
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
+from tests.boats.scenes import TRAINING, driven
 
 LEVELS = (0.3, 0.6, 1.0)  # of full command
 PUSH, DRIFT = 2.0, 3.0  # [s]

@@ -7,16 +7,7 @@ import numpy as np
 
 from benchmarks.harness import pictures
 from benchmarks.studies.paper.maps import METHODS
-from benchmarks.studies.paper.trials import (
-    ALLOCATIONS,
-    FIRST,
-    HORIZON,
-    UNSEEN,
-    Trials,
-    boat,
-    driven,
-    identified,
-)
+from benchmarks.studies.paper.trials import FIRST, HORIZON, Trials, boat, identified
 from seatrial.boat.model import Model
 from seatrial.evaluation.prediction import Prediction, predict
 from seatrial.report.figures.base import (
@@ -33,6 +24,7 @@ from seatrial.report.figures.base import (
 )
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.statistics import autocorrelation, white_band
+from tests.boats.scenes import ALLOCATIONS, UNSEEN, driven
 
 PLAN = "paper-like"
 SAMPLE = (150.0, 190.0)  # [s] that are drawn

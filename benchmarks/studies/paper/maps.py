@@ -4,11 +4,8 @@
 from typing import Any
 
 from benchmarks.studies.paper.trials import (
-    ALLOCATIONS,
-    UNSEEN,
     boat,
     changed,
-    driven,
     identified,
     measured_errors,
     paired,
@@ -17,6 +14,7 @@ from benchmarks.studies.paper.trials import (
 )
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import SeatrialError
+from tests.boats.scenes import ALLOCATIONS, UNSEEN, driven
 
 EDGES = (0.0, 0.04, 0.08, 0.12, 0.16)  # share of full command
 AMPLITUDES = {"small": (0.1, 0.4), "as in the trials": (0.2, 1.0), "large": (0.6, 1.0)}

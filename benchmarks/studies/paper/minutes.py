@@ -5,9 +5,10 @@ from typing import Any
 
 import msgspec
 
-from benchmarks.studies.paper.trials import TRAINING, UNSEEN, boat, driven, identified, true_error
+from benchmarks.studies.paper.trials import boat, identified, true_error
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import SeatrialError
+from tests.boats.scenes import TRAINING, UNSEEN, driven
 
 SECONDS = (15.0, 30.0, 60.0, 120.0, 200.0)  # [s] of each of S1, S2, S3
 POOLS = {"2.4 x 1.8 m": (2.4, 1.8), "3.6 x 2.4 m": (3.6, 2.4), "6 x 4 m": (6.0, 4.0),

@@ -6,15 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.studies.paper.trials import (
-    ALLOCATIONS,
-    HORIZON,
-    TRAINING,
-    UNSEEN,
-    boat,
-    driven,
-    rms,
-)
+from benchmarks.studies.paper.trials import HORIZON, boat, rms
 from seatrial.boat.model import Model
 from seatrial.boat.schema import Integration, NoiseEntry
 from seatrial.evaluation.prediction import predict
@@ -24,6 +16,7 @@ from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.statistics import autocorrelation, white_band
+from tests.boats.scenes import ALLOCATIONS, TRAINING, UNSEEN, driven
 
 PLANS = ("paper-like", "hard")
 LAGS = 60

@@ -13,8 +13,8 @@ from benchmarks.harness.markdown import table
 from benchmarks.harness.page import fill
 from benchmarks.studies.paper import cost, coupling, maps, minutes, open_points, payload, tables
 from benchmarks.studies.paper.grid import Grid, draw
-from benchmarks.studies.paper.trials import ALLOCATIONS
 from seatrial.util.frames import Array
+from tests.boats.scenes import ALLOCATIONS
 
 PAPER, OURS = maps.METHODS
 MEASURED_RATIOS = (1.28, 1.59, 1.43)  # the paper's Table III, MP / AF

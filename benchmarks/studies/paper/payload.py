@@ -3,17 +3,14 @@
 
 from typing import Any
 
-import msgspec
-
-from benchmarks.studies.payload import AFTER, FIRST, VEHICLE, driven, loaded
+from benchmarks.studies.payload import AFTER, FIRST, VEHICLE, loaded, recordings
 from seatrial.boat.model import Model
 from seatrial.evaluation.comparison import compare
 from seatrial.identification.estimator import output_error
 from seatrial.identification.prior import widened
 from seatrial.recording.recording import Recording
-from seatrial.simulation.plan import PlanFile, load_plan
 from seatrial.util.errors import SeatrialError
-from tests.boats.scenes import FORCE, TRAINING, UNSEEN
+from tests.boats.scenes import FORCE, TRAINING, UNSEEN, pushed
 
 KINDS = {"still": None, "pushed": FORCE}
 SECONDS = (10.0, 20.0, 40.0, 80.0, 160.0)  # of S7
@@ -29,17 +26,10 @@ def keys(seeds: range) -> list[tuple[Any, ...]]:
 
 def work(kind: str, n: int, seed: int) -> dict[str, Any]:
     """The old model from S1-S3, then pieces of the loaded boat's S7."""
-    plan, own = plan_of(kind), SEEDS_EACH * seed + n
-    old = output_error(driven(plan, TRAINING, FIRST + own), VEHICLE)
-    (run,) = driven(loaded(plan), [UNSEEN], AFTER + own)
+    plan, own = pushed("hard", KINDS[kind]), SEEDS_EACH * seed + n
+    old = output_error(recordings(plan, TRAINING, FIRST + own), VEHICLE)
+    (run,) = recordings(loaded(plan), [UNSEEN], AFTER + own)
     return {f"{s:g}": _from_piece(old, run.cut(BEGIN, BEGIN + s)) for s in SECONDS}
-
-
-def plan_of(kind: str) -> PlanFile:
-    """Preset hard, with or without an unmodelled force."""
-    plan = load_plan("hard")
-    plant = msgspec.structs.replace(plan.plant, unmodelled=KINDS[kind])
-    return msgspec.structs.replace(plan, plant=plant)
 
 
 def _from_piece(old: Model, piece: Recording) -> dict[str, Any]:

@@ -5,19 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.studies.paper.trials import (
-    ALLOCATIONS,
-    HORIZON,
-    UNSEEN,
-    boat,
-    driven,
-    identified,
-    measured_errors,
-    paired,
-    rms,
-)
+from benchmarks.studies.paper.trials import HORIZON, boat, identified, measured_errors, paired, rms
 from seatrial.evaluation.prediction import predict
 from seatrial.util.statistics import autocorrelation, kurtosis
+from tests.boats.scenes import ALLOCATIONS, UNSEEN, driven
 
 PLANS = ("paper-like", "hard")
 LAGS = 60

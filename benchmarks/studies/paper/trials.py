@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Boats, trials and scores that all findings share."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,14 +13,12 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import DeadZone
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.evaluation.prediction import predict
-from seatrial.simulation.plan import PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import Trial, simulate
+from seatrial.simulation.plan import PlanFile
+from seatrial.simulation.trials import Trial
 from seatrial.util.frames import SYMBOLS, Array
+from tests.boats.scenes import TRAINING
 
-TRAINING = ("S1", "S2", "S3")
 PAIRING = (("S4", "u"), ("S5", "v"), ("S6", "r"))  # Table III
-UNSEEN = "S7"
-ALLOCATIONS = ("MP", "AF")
 ABOVE = 0.04  # of full command, F_os above the dead zone's edge: mallard-af has 0.12 for 0.08
 HORIZON = 1.0  # [s]
 FIRST = 5001  # seed
@@ -59,16 +57,6 @@ def changed(
         pose = msgspec.structs.replace(plan.pose, position_noise=noise[0], heading_noise=noise[1])
         plan = msgspec.structs.replace(plan, pose=pose)
     return plan
-
-
-def driven(
-    plan: str | PlanFile, vehicle: Vehicle, seed: int, names: Sequence[str] | None = None
-) -> Trials:
-    """Trials of a plan by name; all where none are named."""
-    plan = with_seed(load_plan(plan) if isinstance(plan, str) else plan, seed)
-    if names is not None:
-        plan = msgspec.structs.replace(plan, trials={name: plan.trials[name] for name in names})
-    return {trial.name.partition("-")[0]: trial for trial in simulate(plan, vehicle)}
 
 
 def identified(trials: Trials, vehicle: Vehicle, method: str) -> Model:

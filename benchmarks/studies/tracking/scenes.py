@@ -4,18 +4,15 @@
 from dataclasses import dataclass
 from functools import cache
 
-import msgspec
-
 import seatrial
 from seatrial.boat.model import Model
 from seatrial.control import Circle, Course, Eight, Square, fitted
 from seatrial.simulation import PoseSettings, Sensors
-from seatrial.simulation.plan import Unmodelled, load_plan
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+from tests.boats.scenes import TRAINING, driven, pushed
 
 SCHEMES = {"AF": "mallard-af", "MP": "mallard-mp"}
-IDENTIFIED = ("S1", "S2", "S3")
-PUSHED = Unmodelled(0.04, 2.0)  # share of full thrust that no model knows of; lasts so many s
 SLAM_DELAY = 0.05  # [s] from a pose's stamp to its arrival
 SHAPES = {"circle": Circle(0.7), "eight": Eight(1.1, 0.45), "square": Square(1.2)}
 
@@ -43,19 +40,13 @@ def truth(scheme: str) -> Model:
 
 @cache
 def identified(scheme: str, plan: str) -> Model:
-    """What `seatrial identify` makes of the plan's S1 to S3, driven in water that is not quite still.
+    """The model from the plan's S1 to S3, with an unmodelled force.
 
-    A model that was never wrong would be believed so firmly on board that poses in a current are taken for
-    false ones.
+    Without one the model would state so little process noise that the predictor rejects poses in a current.
     """
     vehicle = seatrial.load_vehicle(SCHEMES[scheme])
-    driven = load_plan(plan)
-    driven = msgspec.structs.replace(
-        driven, plant=msgspec.structs.replace(driven.plant, unmodelled=PUSHED)
-    )
-    trials = simulate(driven, vehicle)
-    chosen = [t.recording for t in trials if t.name.split("-")[0] in IDENTIFIED]
-    return seatrial.identify(chosen, vehicle)
+    trials = driven(pushed(plan), vehicle, names=TRAINING)
+    return seatrial.identify([t.recording for t in trials.values()], vehicle)
 
 
 @cache
