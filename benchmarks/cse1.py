@@ -89,7 +89,7 @@ def identified(
 
 
 def with_power(model: seatrial.Model, power: float) -> seatrial.Model:
-    """The model with thrust that goes with this power of the propellers' speed."""
+    """The model with thrust proportional to this power of the propellers' speed."""
     constants = model.constants.copy()
     constants[list(model.vehicle.constants.names).index(POWER)] = power
     return replace(model, constants=constants)
@@ -228,7 +228,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--vehicle", type=Path, action="append", help="vehicle file; repeat")
     parser.add_argument("--method", action="append", choices=METHODS, help="repeat; all")
     parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
-    parser.add_argument("--power", type=float, help="thrust goes with it of the propellers' speed")
+    parser.add_argument("--power", type=float, help="exponent of the propellers' speed in thrust")
     parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
     parser.add_argument("--bollard", action="store_true", help="the pair by the bollard pulls")
     chosen = parser.parse_args(arguments)

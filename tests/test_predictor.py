@@ -75,7 +75,7 @@ def test_pose_errors_that_hang_together_are_believed_as_such():
     for seed in COLOUR_WORTH:
         known = model(CORRELATED[PUSHED], seed)
         assert known.noise.correlated.memory == pytest.approx(scenes.CORRELATION, rel=0.2)
-        pair = known, consistency.taken_for_white(known)
+        pair = known, consistency.as_white(known)
         ways = [consistency.followed(CORRELATED[PUSHED], seed, m) for m in pair]
         told.append(consistency.sampled(*ways[0]))
         not_told.append(consistency.sampled(*ways[1]))

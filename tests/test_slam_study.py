@@ -172,10 +172,10 @@ def test_odometry_knows_commands_up_to_now_and_the_matches_that_were_accepted(tr
     off = {name: [] for name in guesses}
     for now, pose in zip(t[1:], true[1:], strict=True):
         for name, guess in guesses.items():
-            guess.hear(now)
+            guess.commands_until(now)
             off[name].append(error(pose[None], guess.poses(np.array([now])))[0])
             guess.accepted(now, pose)
-        heard = guesses["predictor"].heard
+        heard = guesses["predictor"].taken
         assert made.command_sent[heard - 1] <= now < made.command_sent[heard]
     rms = {name: np.sqrt(np.mean(np.square(x), axis=0)) for name, x in off.items()}
     assert (rms["predictor"] < 0.5 * rms["velocity"]).all()

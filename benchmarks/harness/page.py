@@ -34,7 +34,7 @@ def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
 
 
 def refill(path: Path, made: Mapping[str, str]) -> None:
-    """Some of the page's blocks anew, the others as they stand."""
+    """Replace the page's blocks of these names; the others stay."""
 
     def block(mark: re.Match[str]) -> str:
         if mark["name"] not in made:

@@ -9,5 +9,5 @@
 
 Simulated: S1-S3 of the preset `hard` (4 mm, 4 mrad, 15 Hz, drop-outs, two clocks) to identify from,
 S7 to drive along, "pushed" with an unmodelled force of 4 % of full thrust that lasts 2 s. Poses
-come as the SLAM gives them. Real: CSE1, the run that the model was not identified from.
+are those of the SLAM. Real: CSE1, the run that the model was not identified from.
 """

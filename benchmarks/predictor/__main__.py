@@ -27,7 +27,7 @@ NODE = {"node": ros1.cost}
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Make what is asked for."""
+    """Make the chosen tables."""
     parser = command.parser("predictor", benchmarks.predictor.__doc__)
     parser.add_argument("--soak", action="store_true", help="the soak, too: some minutes")
     given = command.tables(parser, arguments, {**MAKERS, **NODE}, default=MAKERS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The predictor as a C++ program of its own: what a step costs, and what it bears."""
+"""The predictor as a C++ program of its own: the time of a step, and a soak test."""
 
 import subprocess
 import tempfile
@@ -42,8 +42,8 @@ def speed() -> str:
     """Markdown; then with correlated pose errors. Each line from the quickest of RUNS for it."""
     blocks = []
     for more in ((), ("coloured",)):
-        said = [run("time", *more).splitlines() for _ in range(RUNS)]
-        head, *rows = (min(each, key=_median) for each in zip(*said, strict=True))
+        printed = [run("time", *more).splitlines() for _ in range(RUNS)]
+        head, *rows = (min(each, key=_median) for each in zip(*printed, strict=True))
         blocks.append("\n".join(["```", head, *rows, "```"]))
     return "\n\n".join(blocks)
 
@@ -55,5 +55,5 @@ def _median(line: str) -> float:
 
 
 def soak() -> str:
-    """Markdown; fails on an estimate that is not sound, or where memory was asked for."""
+    """Markdown; fails on an estimate that is not finite, or where memory is allocated."""
     return f"```\n{run('soak', str(STEPS), str(SEED))}```"

@@ -64,8 +64,8 @@ def cost() -> str:
         path = Path(name) / "model.yaml"
         seatrial.save(model("hard", 5), path)
         for odometry, commands in CASES:
-            asked = "after every command" if odometry == 0.0 else f"{odometry:g} Hz"
+            rate = "after every command" if odometry == 0.0 else f"{odometry:g} Hz"
             for words, program in (("node", NODE), ("empty node", RELAY)):
                 cells = measured(program, path, odometry, commands)
-                rows.append(f"| {asked} | {commands:g} Hz | {words} | {' | '.join(cells)} |")
+                rows.append(f"| {rate} | {commands:g} Hz | {words} | {' | '.join(cells)} |")
     return "\n".join(rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A current that the filter is told nothing of: how often poses overrule it, and how far it is off."""
+"""A current that the filter does not know: how often poses reinitialise it, and its errors."""
 
 from dataclasses import dataclass
 from functools import cache

@@ -18,7 +18,7 @@ Block = tuple[list[str], Callable[[], str]]  # scenes that it is of, and what ma
 
 
 def blocks(records: Sequence[Record]) -> dict[str, Block]:
-    """The tables by name, each made when it is asked for."""
+    """The tables by name, each made on request."""
     names = groups()
     driven = names["still"] + names["pushed"]
     delayed = driven + names["together"]
@@ -45,7 +45,7 @@ def made(records: Sequence[Record]) -> dict[str, str]:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Run or show what is asked for."""
+    """Run, print or write."""
     parser = command.parser("recovery", benchmarks.recovery.__doc__)
     parser.add_argument("verb", choices=("run", "tables", "write", "reachable", "figure"))
     command.with_results(parser, "build/recovery.jsonl")

@@ -59,7 +59,7 @@ def one(name: str, seed: int) -> Record:
 
 
 def work(scene: Scene, seed: int) -> Record:
-    """All figures of one scene and seed; `failed` in words where no model was found."""
+    """All figures of one scene and seed; `failed`: the message where no model was found."""
     record: Record = {"scene": scene.name, "group": scene.group, "seed": seed}
     try:
         return record | KINDS[scene.group](scene, seed)
@@ -154,7 +154,7 @@ def _noise_of(model: Model) -> Array:
 
 
 def causal(model: Model, recording: Recording) -> Motion:
-    """Poses and velocities of the model's own filter, each from what came before it."""
+    """Poses and velocities of the model's own filter, each from the poses before it."""
     problem = bounds.problem_of(model.vehicle, [recording])
     problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])

@@ -101,10 +101,10 @@ def minute(before: Sequence[Model], plan: PlanFile, unseen: Sequence[Recording])
     spread = np.sqrt(np.mean(np.square(stated), axis=0))
     yield ["a minute of S7: refused without a prior", f"{refused} of {len(before)}"]
     for name, (prior, alone), z in zip(names, rms.T, spread, strict=True):
-        said = f"{prior / alone:.2f} ({prior:.5f} / {alone:.5f}); {z:.2f}"
+        shown = f"{prior / alone:.2f} ({prior:.5f} / {alone:.5f}); {z:.2f}"
         yield [
             f"a minute of S7, {name}: RMS error with the prior over that without; over stated",
-            said,
+            shown,
         ]
 
 

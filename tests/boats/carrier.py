@@ -18,7 +18,7 @@ DT = 0.02  # [s] of the carrier's velocities
 
 @dataclass(frozen=True)
 class Run:
-    """A carrier's way beside the boat's."""
+    """Paths of a carrier and of the boat."""
 
     carrier: Array  # (n, 3) true
     boat: Array  # (n, 3) true
@@ -48,20 +48,20 @@ def driven(duration: float | None = None) -> tuple[seatrial.Model, Trial]:
 def follow(
     model: seatrial.Model, trial: Trial, ground: Ground, carrier: Carrier, seed: int = 1
 ) -> Run:
-    """The carrier starts where the boat does, and hears the trial's commands as the boat did."""
+    """The carrier starts where the boat does, and gets the trial's commands when the boat did."""
     mimic, robot = Mimic(model, carrier), SimulatedCarrier(ground, DT, seed)
     commands = list(zip(trial.command_stamps * 1e-9, trial.command, strict=True))[::-1]
     mimic.pose(float(commands[-1][0]), robot.eta)
     t = np.arange(0.0, trial.truth_t[-1], DT)
-    way, motions = [], []
+    path, motions = [], []
     for now in t.tolist():
         while commands and commands[-1][0] <= now:
             mimic.command(*commands.pop())
         for stamp, pose in robot.poses():
             mimic.pose(stamp, pose)
         motions.append(mimic.at(now))
-        way.append(robot.eta)
+        path.append(robot.eta)
         robot.step(motions[-1].velocity)
     truth = np.column_stack([trial.truth[:, :2], np.unwrap(trial.truth[:, 2])])
     boat = np.column_stack([np.interp(t, trial.truth_t, column) for column in truth.T])
-    return Run(np.array(way), boat, motions)
+    return Run(np.array(path), boat, motions)

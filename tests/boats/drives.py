@@ -34,7 +34,7 @@ class Inputs:
     command_t: Array  # (m,) [s]
     command: Array  # (m, inputs)
     pose_t: Array  # (n,) [s]
-    pose: Array  # (n, 3) as they come, false matches and all
+    pose: Array  # (n, 3) as the SLAM gives them, with false matches
     scale_t: Array  # (k,) [s]
     scale: Array  # (k, scales)
 
@@ -126,7 +126,7 @@ def ship_model(vehicle: str, left_out: str) -> seatrial.Model:
 
 @dataclass(frozen=True)
 class Track:
-    """Estimates at the times that were asked for."""
+    """Estimates at given times."""
 
     t: Array  # (n,) [s]
     state: Array  # (n, 6) pose and velocity
@@ -147,7 +147,7 @@ def give(predictor: seatrial.Predictor, kind: str, stamp: float, values: Array) 
 
 
 def follow(predictor: seatrial.Predictor, inputs: Inputs, ask: Array, delay: float = 0.0) -> Track:
-    """What the predictor says at rising times (n,) [s], of what has arrived by each."""
+    """Estimates at rising times (n,) [s], from the inputs that have arrived by then."""
     found = []
     events = inputs.events(delay)
     event = next(events, None)

@@ -35,7 +35,7 @@ class Hull:
 
     places: list[tuple[float, float, float]]
     thrust: float  # [N] of each thruster
-    mass: tuple[float, float, float]  # [kg, kg, kg m^2] with what water goes with it
+    mass: tuple[float, float, float]  # [kg, kg, kg m^2] with added mass
     linear: tuple[float, float, float]  # [N s/m, N s/m, N m s]
     quadratic: tuple[float, float, float]
 

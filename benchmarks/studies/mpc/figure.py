@@ -16,11 +16,11 @@ COLOURS = (BLUE, SKY, RED, BLACK)
 def draw(path: Path) -> None:
     """Path and commands."""
     run = at_walls()
-    found, way, reach = run.outcome, run.way, run.reach
+    found, reach = run.outcome, run.reach
     wanted = np.array([WALLED.at(t).eta for t in found.t.tolist()])
     plan = pictures.plan([
         pictures.path_of("reference", wanted, SKY),
-        pictures.path_of("boat", way, BLUE),
+        pictures.path_of("boat", run.path, BLUE),
         pictures.path_of("walls less clearance", pictures.rectangle(*(2.0 * reach)), RED),
     ])  # fmt: skip
     names = controller("hard").model.vehicle.inputs

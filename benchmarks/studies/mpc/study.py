@@ -60,8 +60,8 @@ def compiled(plan: str) -> Nmpc:
 def timed(controller: Nmpc, hurry: bool) -> Array:
     """[s] each command on the figure of eight, hard SLAM, but for the first."""
     pilot = Predictive(controller)
-    way, told = chosen("eight", hurry), CONDITIONS["hard"]
-    run(by_thrusters(truth(OWN)), pilot, way, told, SEEDS[0])
+    path, given = chosen("eight", hurry), CONDITIONS["hard"]
+    run(by_thrusters(truth(OWN)), pilot, path, given, SEEDS[0])
     return np.array(pilot.took[1:])
 
 
@@ -88,14 +88,14 @@ class Both:
 @cache
 def both(conditions: str, shape: str, hurry: bool) -> Both:
     """Same courses, poses, and current."""
-    told, way = CONDITIONS[conditions], chosen(shape, hurry)
-    kept, ours, unsolved = controller(told.plan), [], 0
+    given, path = CONDITIONS[conditions], chosen(shape, hurry)
+    kept, ours, unsolved = controller(given.plan), [], 0
     for seed in SEEDS:
-        ours.append(run(by_thrusters(truth(OWN)), Predictive(kept), way, told, seed))
+        ours.append(run(by_thrusters(truth(OWN)), Predictive(kept), path, given, seed))
         unsolved += kept.unsolved
     tuned = {
         scheme: tuple(
-            run(truth(scheme), PILOTS[PID](scheme, conditions), way, told, seed) for seed in SEEDS
+            run(truth(scheme), PILOTS[PID](scheme, conditions), path, given, seed) for seed in SEEDS
         )
         for scheme in SCHEMES
     }
@@ -128,7 +128,7 @@ class Walled:
     """A run on a course that leaves the pool."""
 
     outcome: Outcome
-    way: Array  # (n, 2) [m]
+    path: Array  # (n, 2) [m]
     reach: Array  # (2,) [m] how far |x|, |y| may go
     unsolved: int  # programmes
 
@@ -136,9 +136,9 @@ class Walled:
 @cache
 def at_walls(seed: int = SEEDS[0]) -> Walled:
     """Hard SLAM."""
-    told = CONDITIONS["hard"]
-    pool = load_plan(told.plan).pool
-    kept = Nmpc(identified(OWN, told.plan), pool=(pool.length, pool.width), clearance=CLEARANCE)
-    found = run(by_thrusters(truth(OWN)), Predictive(kept), WALLED, told, seed)
+    given = CONDITIONS["hard"]
+    pool = load_plan(given.plan).pool
+    kept = Nmpc(identified(OWN, given.plan), pool=(pool.length, pool.width), clearance=CLEARANCE)
+    found = run(by_thrusters(truth(OWN)), Predictive(kept), WALLED, given, seed)
     wanted = np.array([WALLED.at(t).eta[:2] for t in found.t])
     return Walled(found, wanted + found.error[:, :2], kept.reach, kept.unsolved)

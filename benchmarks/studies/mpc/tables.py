@@ -68,8 +68,10 @@ def times() -> str:
         for hurry in (False, True):
             took = timed(made("hard"), hurry)
             middle, late, worst = 1e3 * np.quantile(took, [0.5, 0.99, 1.0])
-            way = f"eight, {chosen('eight', hurry).duration:.0f} s"
-            rows.append([kind, way, str(len(took)), f"{middle:.1f}", f"{late:.1f}", f"{worst:.1f}"])
+            course = f"eight, {chosen('eight', hurry).duration:.0f} s"
+            rows.append(
+                [kind, course, str(len(took)), f"{middle:.1f}", f"{late:.1f}", f"{worst:.1f}"]
+            )
     return table(["step", "course", "commands", "median [ms]", "99 %", "worst"], rows, text=2)
 
 
@@ -78,7 +80,7 @@ def walls() -> str:
     runs = [at_walls(seed) for seed in SEEDS]
     reach = runs[0].reach
     far = max(abs(WALLED.at(t).eta[0]) for t in np.linspace(0.0, WALLED.duration, 400))
-    over = 1e3 * (np.max([np.abs(one.way).max(axis=0) for one in runs], axis=0) - reach)
+    over = 1e3 * (np.max([np.abs(one.path).max(axis=0) for one in runs], axis=0) - reach)
     unsolved = str(sum(one.unsolved for one in runs))
     rows = [
         [axis, f"{reach[i]:.2f}", f"{far:.2f}", f"{over[i]:+.1f}", unsolved]

@@ -13,7 +13,7 @@ from benchmarks.studies.paper.work import FINDINGS, one
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Run or show what is asked for."""
+    """Run or write."""
     parser = command.parser("studies.paper", benchmarks.studies.paper.__doc__)
     parser.add_argument("verb", choices=("run", "write", "figures"))
     command.with_results(parser, "build/paper.jsonl")

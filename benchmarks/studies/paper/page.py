@@ -22,7 +22,7 @@ Found = Mapping[tuple[Any, ...], list[dict[str, Any]]]
 
 
 def write(records: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Every block between `<!-- name -->` and `<!-- end -->` anew; figures beside the page."""
+    """Replace every block between `<!-- name -->` and `<!-- end -->`; figures beside the page."""
     fill(path, {name: partial(made, records) for name, made in BLOCKS.items()})
     folder = path.parent / "images"
     for method, name in ((PAPER, "map-paper"), (OURS, "map-ours")):
@@ -105,7 +105,7 @@ def unseen(records: Sequence[Mapping[str, Any]]) -> str:
                     f"{plan}, {method}, {a}", ", ".join(f"{e:.3g}" for e in errors),
                     ", ".join(f"{e:.3g}" for e in floor),
                     ", ".join(f"{k:.2f}" for k in mean(mine, method, "kurtosis")),
-                    _said(left, 2),
+                    _joined(left, 2),
                 ])  # fmt: skip
     head = ["S7, 1 s ahead: u, v, r", "RMS, cm/s and rad/s", "floor", "kurtosis"]
     head.append("autocorrelation beyond 1 s, RMS")
@@ -202,17 +202,18 @@ def identified(records: Sequence[Mapping[str, Any]]) -> str:
                     errors[m] = np.exp(np.mean(logs, axis=0))
             row = [f"{noise}, dead zone {edge:g}"]
             row += [
-                _said(errors[m][0] / errors[m][1], 2) if m in errors else "-" for m in maps.METHODS
+                _joined(errors[m][0] / errors[m][1], 2) if m in errors else "-"
+                for m in maps.METHODS
             ]
             for i in range(len(ALLOCATIONS)):
                 full = len(errors) == len(maps.METHODS)
-                row.append(_said(errors[PAPER][i] / errors[OURS][i], 0) if full else "-")
+                row.append(_joined(errors[PAPER][i] / errors[OURS][i], 0) if full else "-")
             rows.append(row)
     head = ["S7, true velocity: u, v, r", *(f"MP / AF, {m}" for m in maps.METHODS)]
     return table([*head, *(f"the paper's / ours, {a}" for a in ALLOCATIONS)], rows)
 
 
-def _said(values: Array, digits: int) -> str:
+def _joined(values: Array, digits: int) -> str:
     return ", ".join(f"{v:.{digits}f}" for v in values)
 
 
@@ -227,9 +228,9 @@ def driven(records: Sequence[Mapping[str, Any]]) -> str:
             good = [f[method] for f in found[key] if f[method] is not None]
             refused = len(found[key]) - len(good)
             value = np.mean(good, axis=0) * [100.0, 100.0, 1.0] if good else None
-            said = "refused" if value is None else ", ".join(f"{v:.2g}" for v in value)
+            cell = "refused" if value is None else ", ".join(f"{v:.2g}" for v in value)
             cells.append(
-                said + (f" ({refused} of {len(found[key])} refused)" if refused and good else "")
+                cell + (f" ({refused} of {len(found[key])} refused)" if refused and good else "")
             )
         rows.append([f"3 x {seconds:g} s", pool, f"{rate:g}", *cells])
     return table(
@@ -287,21 +288,21 @@ def left_open(records: Sequence[Mapping[str, Any]]) -> str:
     return table(head, rows)
 
 
-def payload_tells(records: Sequence[Mapping[str, Any]]) -> str:
+def payload_found(records: Sequence[Mapping[str, Any]]) -> str:
     """Over the length of S7: thrust over the old model's with the prior; found changed alone."""
     found = of_kind(records)
     rows = []
     for kind, mine in found.items():
         for seconds in payload.SECONDS:
             each = [one[f"{seconds:g}"] for one in mine]
-            told = np.array([e["factors"] for e in each if "factors" in e])
+            factors = np.array([e["factors"] for e in each if "factors" in e])
             alone = [e["changed"] for e in each if "changed" in e]
             share = (
                 f"{100 * np.mean(alone):.0f} % of {len(alone)}" if alone else "refused: too short"
             )
             rows.append([
-                kind, f"{seconds:g}", f"{len(told)}",
-                ", ".join(f"{m:.3f} ± {s:.3f}" for m, s in zip(told.mean(0), told.std(0), strict=True)),
+                kind, f"{seconds:g}", f"{len(factors)}",
+                ", ".join(f"{m:.3f} ± {s:.3f}" for m, s in zip(factors.mean(0), factors.std(0), strict=True)),
                 share,
             ])  # fmt: skip
     head = [
@@ -323,6 +324,6 @@ def of_kind(records: Sequence[Mapping[str, Any]]) -> dict[str, list[dict[str, An
 BLOCKS: dict[str, Callable[[Sequence[Mapping[str, Any]]], str]] = {
     "table-two": table_two, "table-three": table_three, "unseen": unseen, "nearest": nearest,
     "identified": identified, "driven": driven, "coupled": coupled, "left-open": left_open,
-    "payload": payload_tells,
+    "payload": payload_found,
     "cost": lambda _: cost.page_table(),
 }  # fmt: skip

@@ -33,7 +33,7 @@ def work(kind: str, n: int, seed: int) -> dict[str, Any]:
 
 
 def _from_piece(old: Model, piece: Recording) -> dict[str, Any]:
-    """Thrust over the old with the prior; whether the piece alone says that the boat changed."""
+    """Thrust over the old with the prior; whether the piece alone shows that the boat changed."""
     out: dict[str, Any] = {}
     try:
         new = output_error([piece], VEHICLE, start=old, prior=widened(old))

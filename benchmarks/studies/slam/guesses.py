@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a SLAM may think the boat is before it has matched a scan: motion since the last match."""
+"""Initial guesses of a scan matcher: motion since the last match."""
 
 from abc import ABC, abstractmethod
 
@@ -13,11 +13,11 @@ from seatrial.util.frames import Array
 
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay
 WINDOW = 2.0  # [s] that a pose may be late
-KNOTS = 9  # times at which the predictor is asked over a scan; between, straight lines
+KNOTS = 9  # predictions over a scan; linear between them
 
 
 class Guess(ABC):
-    """Told of every accepted match; says where the boat is at times since the last one."""
+    """A prediction of the pose since the last accepted match."""
 
     def __init__(self, t: float, pose: Array) -> None:
         self.t, self.pose = t, pose
@@ -30,8 +30,8 @@ class Guess(ABC):
         """Poses (n, 3) at times (n,) [s]."""
         return compose(self.pose, self.since(t))
 
-    def hear(self, now: float) -> None:  # noqa: B027 - most need no commands
-        """All commands that were sent up to `now` [s]."""
+    def commands_until(self, now: float) -> None:  # noqa: B027 - most need no commands
+        """Take all commands that were sent up to `now` [s]."""
 
     def accepted(self, t: float, pose: Array) -> None:
         """A match that the SLAM took, of time t [s]."""
@@ -69,7 +69,7 @@ class ModelOdometry(Guess):
     def __init__(self, t: float, pose: Array, model: seatrial.Model, driven: Drive) -> None:
         super().__init__(t, pose)
         self.predictor = seatrial.Predictor(model, window=WINDOW)
-        self.drive, self.heard = driven, 0
+        self.drive, self.taken = driven, 0
         self.accepted(t, pose)
 
     def since(self, t: Array) -> Array:
@@ -80,15 +80,15 @@ class ModelOdometry(Guess):
         at = np.column_stack([np.interp(t, knots, found[:, i]) for i in range(3)])
         return between(self.reference, at)
 
-    def hear(self, now: float) -> None:
+    def commands_until(self, now: float) -> None:
         """Stamped by the joypad's clock, as the model expects them."""
         drive = self.drive
-        while self.heard < len(drive.command) and drive.command_sent[self.heard] <= now:
-            self.predictor.command(drive.command_t[self.heard], drive.command[self.heard])
-            self.heard += 1
+        while self.taken < len(drive.command) and drive.command_sent[self.taken] <= now:
+            self.predictor.command(drive.command_t[self.taken], drive.command[self.taken])
+            self.taken += 1
 
     def accepted(self, t: float, pose: Array) -> None:
-        """Odometry begins anew at what the predictor makes of it."""
+        """Odometry restarts at the predictor's corrected pose."""
         super().accepted(t, pose)
         self.predictor.pose(t, pose)
         self.reference = self.predictor.at(t).pose

@@ -21,7 +21,7 @@ BUSY = 0.75  # share of the time between scans that a match takes
 
 @dataclass(frozen=True)
 class Track:
-    """What came of it, scan by scan (the first is the map's beginning, and left out)."""
+    """Scan by scan; the first starts the map and is left out."""
 
     t: Array  # (n,) [s]
     pose: Array  # (n, 3): the match where it was accepted, the guess where not
@@ -36,12 +36,12 @@ def localise(
 ) -> Track:
     """Match scan after scan from a map that begins with the first, at the guess's own pose.
 
-    The guess hears commands up to a scan's end, and of a match when the matcher is through.
+    The guess gets the commands up to a scan's end, and a match when the matcher has finished.
     """
     chart, viewed = Map(scans[0].points, guess.pose), guess.pose
     rows: list[tuple[Array, Array, bool, int]] = []
     for scan, following in zip(scans[1:], [*scans[2:], scans[-1]], strict=True):
-        guess.hear(scan.end)
+        guess.commands_until(scan.end)
         start = guess.poses(np.array([scan.stamp]))[0]
         points = undistorted(scan, guess.poses) if undistort else scan.points
         match = chart.match(points, start, reach)
@@ -49,7 +49,7 @@ def localise(
         rows.append((match.pose if good else start, start, good, match.iterations))
         if not good:
             continue
-        guess.hear(scan.end + BUSY * (following.stamp - scan.stamp))
+        guess.commands_until(scan.end + BUSY * (following.stamp - scan.stamp))
         guess.accepted(scan.stamp, match.pose)
         if np.any(moved(viewed, match.pose) > NEW_VIEW):
             chart.insert(points, match.pose)

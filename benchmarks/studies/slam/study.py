@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is run: driving, scans, guess; and how far off pose, guess and map are."""
+"""Cases of driving, scans and guess; errors of pose, guess and map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -93,7 +93,7 @@ def outcome(case: Case, seed: int) -> Outcome:
 
 
 def track(case: Case, seed: int) -> Track:
-    """One case with one seed, as the SLAM says it."""
+    """One case with one seed, as the SLAM estimates it."""
     chosen = scans(case.driving, seed)[:: case.every]
     if case.drop_outs:
         chosen = without_drop_outs(chosen, seed)

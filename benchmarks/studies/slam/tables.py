@@ -84,7 +84,7 @@ def losses(o: Sequence[Outcome]) -> str:
 
 
 def undistorted(found: Mapping[Case, Sequence[Outcome]], cases: Sequence[Case]) -> str:
-    """Pose and map with scans as they come, and undistorted."""
+    """Pose and map with scans as measured, and undistorted."""
     rows = ["| guess | scans | pose error, RMS: mm | mrad | points of the map, RMS: mm |",
             "| --- | --- | ---: | ---: | ---: |"]  # fmt: skip
     for case in cases:

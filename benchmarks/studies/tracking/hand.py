@@ -28,9 +28,9 @@ def by_hand(scheme: str, conditions: str, odometry: bool) -> HandGains:
 
     def cost(gains: HandGains) -> float:
         if gains not in tried:
-            told = CONDITIONS[conditions]
-            source = Filtered(identified(scheme, told.plan)) if odometry else Differences()
-            found = run(truth(scheme), ByHand(gains, source), course("circle"), told, SEED)
+            given = CONDITIONS[conditions]
+            source = Filtered(identified(scheme, given.plan)) if odometry else Differences()
+            found = run(truth(scheme), ByHand(gains, source), course("circle"), given, SEED)
             tried[gains] = np.inf if found.lost else found.position**2 + (ARM * found.heading) ** 2
         return tried[gains]
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Who steers: poses as they arrive in, commands out.
+"""Controllers: poses as they arrive in, commands out.
 
 The PD by hand is what is on many boats: commands from the newest pose and its filtered difference. It
-may instead be given our odometry, to tell what comes of that and what of the gains.
+may instead be given our odometry, to separate its effect from that of the gains.
 """
 
 from abc import ABC, abstractmethod
@@ -61,7 +61,7 @@ class Differences:
 
 
 class Filtered:
-    """Our odometry: `seatrial.Odometer`, told of every command."""
+    """Our odometry: `seatrial.Odometer`, which gets every command."""
 
     def __init__(self, model: Model) -> None:
         self.odometer = Odometer(model)
@@ -75,8 +75,8 @@ class Filtered:
         found = self.odometer.look(round(t * NS))
         return found.pose, found.velocity
 
-    def told(self, t: float, values: Array) -> None:
-        """What was commanded."""
+    def commanded(self, t: float, values: Array) -> None:
+        """A command that was sent."""
         self.odometer.command(round(t * NS), values)
 
 
@@ -102,7 +102,7 @@ class ByHand(Pilot):
         values = self.p * error + self.d * (rate - nu)
         values = values / max(1.0, np.abs(values).max())
         if isinstance(self.source, Filtered):
-            self.source.told(t, values)
+            self.source.commanded(t, values)
         return np.asarray(values)
 
 
@@ -123,5 +123,5 @@ class Tuned(Pilot):
         eta, nu = self.source.motion(t)
         ahead: Reference = course.at(t + self.lead)
         values = self.controller.command(t, eta, nu, course.at(t), ahead)
-        self.source.told(t, values)
+        self.source.commanded(t, values)
         return values

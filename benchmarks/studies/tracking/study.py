@@ -56,9 +56,9 @@ def outcomes(scheme: str, conditions: str, shape: str, pilot: str) -> tuple[Outc
 
 def at_knob(scheme: str, conditions: str, knob: float) -> tuple[Outcome, ...]:
     """The figure of eight with another knob."""
-    told = CONDITIONS[conditions]
+    given = CONDITIONS[conditions]
     return tuple(
-        run(truth(scheme), Tuned(tuned(scheme, told.plan, knob)), course("eight"), told, seed)
+        run(truth(scheme), Tuned(tuned(scheme, given.plan, knob)), course("eight"), given, seed)
         for seed in SEEDS
     )
 
@@ -73,9 +73,9 @@ def allocated(allocation: str, plan: str, action: str = "pid") -> Tuning:
 @cache
 def by_allocator(allocation: str, conditions: str, shape: str) -> tuple[Outcome, ...]:
     """One a seed, with feed-forward."""
-    told, plant = CONDITIONS[conditions], by_thrusters(truth("MP"))
+    given, plant = CONDITIONS[conditions], by_thrusters(truth("MP"))
     return tuple(
-        run(plant, Tuned(allocated(allocation, told.plan)), course(shape), told, seed)
+        run(plant, Tuned(allocated(allocation, given.plan)), course(shape), given, seed)
         for seed in SEEDS
     )
 
