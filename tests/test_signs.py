@@ -24,7 +24,6 @@ from sign_tables import (
 )
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import assignments
 from seatrial.inspection.consistency.check import check_consistency
@@ -36,6 +35,7 @@ from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.hulls import MIDDLE
 
 
 @pytest.fixture(scope="module")
