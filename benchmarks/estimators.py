@@ -89,7 +89,7 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
     """What the rivals get: the thrusters' forces are worked out for them."""
-    from seatrial.evaluation.filtering import VELOCITY_SPREAD
+    from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
     from seatrial.recording.velocity import motion
 
     noise = truth.noise
@@ -111,7 +111,7 @@ def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
         for r, at in zip(recordings, nodes, strict=True)
     ])  # fmt: skip
     initial = np.concatenate([eta[:, 0], nu[:, 0]], axis=1)
-    spread = np.concatenate([POSE_SPREAD * sigma, VELOCITY_SPREAD])
+    spread = np.concatenate([POSE_SPREAD * sigma, START_VELOCITY_DEVIATION])
     return Problem(h, eta, nu, force, sigma, initial, spread, theta)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import seatrial
 from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.parameters import factors, joint, pairs, views
-from seatrial.evaluation.comparison.prediction import ahead, verdict
+from seatrial.evaluation.comparison.prediction import predict_both, verdict
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.prior import widened
 from seatrial.recording.recording import Recording
@@ -99,7 +99,7 @@ def predictions(
     """S7 of the loaded boat, 1 s ahead: how often the new model is found better."""
     better, rms = [], []
     for a, b, recording in zip(before, after, unseen, strict=True):
-        rows = ahead(a, b, [recording], [1.0])
+        rows = predict_both(a, b, [recording], [1.0])
         better.append([letter == "B" for letter in verdict(rows).values()])
         rms.append([[one.a, one.b] for one in rows[-1].axes.values()])
     share, mean = 100.0 * np.mean(better, axis=0), np.mean(rms, axis=0)
