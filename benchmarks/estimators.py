@@ -79,7 +79,7 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
     """Arrays for SciPy; the forces of the thrusters are given."""
-    from seatrial.evaluation.filtering import VELOCITY_SPREAD
+    from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
     from seatrial.recording.velocity import motion
 
     noise = truth.noise
@@ -101,7 +101,7 @@ def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
         for r, at in zip(recordings, nodes, strict=True)
     ])  # fmt: skip
     initial = np.concatenate([eta[:, 0], nu[:, 0]], axis=1)
-    spread = np.concatenate([POSE_SPREAD * sigma, VELOCITY_SPREAD])
+    spread = np.concatenate([POSE_SPREAD * sigma, START_VELOCITY_DEVIATION])
     return Problem(h, eta, nu, force, sigma, initial, spread, theta)
 
 

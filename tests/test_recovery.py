@@ -16,7 +16,7 @@ from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.work import work
 from seatrial import _core
 from seatrial.boat.model import thrust_trace
-from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.simulation.plan import TrialEntry, load_plan
 from tests.boats.scenes import (
     SIGMAS,
@@ -83,7 +83,7 @@ class Dense:
     def covariance(self, noise):
         """Of all poses (3 n, 3 n), from the states' recursion."""
         spread = np.diag(
-            [*(3 * noise[[0, 0, 1]]) ** 2, *VELOCITY_SPREAD**2, *noise[[4, 4, 5]] ** 2]
+            [*(3 * noise[[0, 0, 1]]) ** 2, *START_VELOCITY_DEVIATION**2, *noise[[4, 4, 5]] ** 2]
         )
         means, moves = [spread], []
         for k, (a, b) in enumerate(pairwise(self.t)):

@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.filtering import disturbed, series
+from seatrial.evaluation.filtering import filter_series, with_disturbance
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.parallel import spread
@@ -117,12 +117,12 @@ class Problem:
     @cached_property
     def structure(self) -> _core.Structure:
         """The structure with a disturbance in every axis, its last three coefficients."""
-        return disturbed(self.vehicle)
+        return with_disturbance(self.vehicle)
 
     @cached_property
     def series(self) -> list[_core.Series]:
         """The poses of every recording, as the core takes them."""
-        return [series(recording) for recording in self.recordings]
+        return [filter_series(recording) for recording in self.recordings]
 
     @cached_property
     def blocks(self) -> list[NDArray[np.int32]]:
