@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What identify tells on request: bootstrap, profile likelihood, accuracy against length."""
+"""Tables on request: bootstrap, profile likelihood, accuracy against record length."""
 
 from collections.abc import Sequence
 
@@ -22,7 +22,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.format import plus_minus, table
 
-FEWEST_REPLICATES = 40  # replicates that an interval can be read from
+FEWEST_REPLICATES = 40  # for a 95 % interval by order statistics
 
 
 def accuracy_tables(
@@ -37,7 +37,7 @@ def accuracy_tables(
     """Tables for the terminal, from the solution that a model of output-error came from.
 
     `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
-    `lengths`: accuracy against length. Raises IdentificationError for a model of another method, or
+    `lengths`: accuracy against record length. Raises IdentificationError for a model of another method, or
     one that rests on a prior.
     """
     if model.estimator.method != OUTPUT_ERROR:
@@ -47,11 +47,11 @@ def accuracy_tables(
         )
     if "prior" in model.estimator.settings:
         raise IdentificationError(
-            "--bootstrap, --profile and --minutes weigh recordings alone: leave --prior out"
+            "--bootstrap, --profile and --minutes are for recordings without a prior: leave --prior out"
         )
     if replicates and replicates < FEWEST_REPLICATES:
         raise IdentificationError(
-            f"--bootstrap {replicates}: an interval takes {FEWEST_REPLICATES} replicates or more; 200 are usual"
+            f"--bootstrap {replicates}: an interval needs {FEWEST_REPLICATES} replicates or more; 200 are usual"
         )
     whole = _solution(model, recordings, vehicle)
     parts = [record_length_text(accuracy_by_length(whole))] if lengths else []
@@ -63,7 +63,7 @@ def accuracy_tables(
 
 
 def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -> Fit:
-    """What a model came from, found again from where it ends: believed as closely as it was."""
+    """The solution behind a model, found again from its values at its fit horizon."""
     chosen, usual = model.estimator.settings, OutputErrorSettings()
     settings = OutputErrorSettings(
         outlier=float(chosen.get("outlier") or usual.outlier),
@@ -73,15 +73,15 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
         extras=False,
     )
     near = fit(recordings, vehicle, start=model, settings=settings)
-    share = float(chosen.get("belief") or 0.0)
+    horizon = float(chosen.get("belief") or 0.0)
     at = maximise_likelihood(
-        near.problem, near.theta, near.noise, least=noise_floor(near.problem, share)
+        near.problem, near.theta, near.noise, least=noise_floor(near.problem, horizon)
     )
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    if set(near.names) <= set(model.parameters):  # without effects: the errors that it states
+    if set(near.names) <= set(model.parameters):  # without effects: the model's own covariance
         own = [model.parameters.index(name) for name in near.names]
         covariance = model.covariance[np.ix_(own, own)]
-    return Fit(near.problem, at.theta, at.noise, at.runs, covariance, settings, near.notes, share)
+    return Fit(near.problem, at.theta, at.noise, at.runs, covariance, settings, near.notes, horizon)
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:
