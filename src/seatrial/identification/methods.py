@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From recordings to a model. One estimator a file; each has the same signature."""
+"""From recordings to a model, by one of four methods."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -31,8 +31,9 @@ from seatrial.util.errors import IdentificationError, RecordingError
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
-SHORTEST_TOTAL = 10.0  # [s] of all recordings together
-SHARED_POSES = 0.5  # of the shorter one's poses: two recordings that share so many are one
+SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
+SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are one recording
+LEAST_USABLE = 0.95  # share of usable poses of a recording: with less the user gets a warning
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -47,9 +48,6 @@ __all__ = [
 ]
 
 
-LEAST_USABLE = 0.95  # share of usable poses of a recording below which it is worth a word
-
-
 def identify(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
@@ -61,17 +59,40 @@ def identify(
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
 ) -> Model:
-    """The vehicle's model from its recordings, checked for physical sense.
+    """The vehicle's model from its recordings, checked for plausible physics.
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
-    which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
-    seek them. Raises IdentificationError, RecordingError, ModelError
-    (unstable).
+    which a short recording corrects. `effects`: lever, current, trim, wind, which output-error then
+    estimates. Raises IdentificationError, RecordingError, ModelError (unstable).
     """
+    # refuse what no method can use, and options of another method
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
     check_recordings(recordings)
+    _refuse_options(method, roles=roles, settings=settings, prior=prior, effects=effects)
+    # estimate
+    if method == OUTPUT_ERROR:
+        model = _output_error_or_cause(recordings, vehicle, prior, prior_spread, effects)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    # refuse implausible physics, warn about recordings and vehicle file
+    sanity(model)
+    return replace(model, warnings=(*_warnings(recordings, vehicle), *concerns(model)))
+
+
+def _refuse_options(
+    method: str,
+    *,
+    roles: Mapping[str, Sequence[str]] | None,
+    settings: EquationErrorSettings | None,
+    prior: Model | None,
+    effects: Sequence[str],
+) -> None:
     if method != EQUATION_ERROR and settings is not None and settings.literal:
         raise IdentificationError(
             f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
@@ -82,25 +103,31 @@ def identify(
         )
     if effects and method != OUTPUT_ERROR:
         raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
-    if method == OUTPUT_ERROR:
-        if roles:
-            raise IdentificationError(
-                f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
-            )
-        try:
-            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
-        except IdentificationError as error:
-            wrong = _beyond(recordings, vehicle)
-            with suppress(RecordingError):
-                wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
-            raise IdentificationError("; ".join([*wrong, str(error)])) from None
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    elif method == SMOOTHER:
-        model = smoother(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
+    if roles and method == OUTPUT_ERROR:
+        raise IdentificationError(
+            f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
+        )
+
+
+def _output_error_or_cause(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Model:
+    """The maximum-likelihood model. Where there is none, the error names likely causes first."""
+    try:
+        return _output_error(recordings, vehicle, prior, spread, effects)
+    except IdentificationError as error:
+        causes = _beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            causes += [finding.text for finding in check_apart(recordings, vehicle).findings]
+        raise IdentificationError("; ".join([*causes, str(error)])) from None
+
+
+def _warnings(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """Recordings without commands or with many unusable poses, and inconsistent axes, signs or units."""
     wrong = _beyond(recordings, vehicle)
     wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
     silent = [
@@ -112,11 +139,11 @@ def identify(
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+    return [*silent, *spoilt, *wrong]
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
+    """Remarks on the vehicle file, and inputs whose values can not be commands in its units."""
     ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
     own = np.array(ranges) * vehicle.input_signs
     ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
@@ -133,10 +160,10 @@ def _output_error(
     spread: float,
     effects: Sequence[str],
 ) -> Model:
-    """With a prior, an axis that was never driven keeps what the prior says of it."""
+    """Without a prior, every axis must be driven; with one, an axis that is not driven keeps its prior."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
-        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+        find_roles(vehicle, recordings)  # refuses an axis that was never driven
         return output_error(recordings, vehicle, settings=settings)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
@@ -149,19 +176,19 @@ def _output_error(
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Names of those in which nothing is commanded."""
+    """Names of the recordings without any command."""
     return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
 
 
 def _shared(a: Recording, b: Recording) -> int:
-    """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
+    """Number of equal poses at equal times in two recordings; 0 where it may be chance."""
     _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
     same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
     return same if same > SHARED_POSES * min(len(a.stamps), len(b.stamps)) else 0
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
+    """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]
