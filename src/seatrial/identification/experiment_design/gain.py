@@ -21,9 +21,8 @@ from seatrial.identification.experiment_design.manoeuvres import (
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array
 
-NEARLY_SHORTEST = (
-    1.25  # times the shortest time: a simpler manoeuvre that takes no longer is preferred
-)
+# times the shortest time: a simpler manoeuvre that takes no longer is preferred
+NEARLY_SHORTEST = 1.25
 LONGEST_TIME = 24 * 3600.0  # [s] up to which the time for half the error is sought
 REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
 ONE_MINUTE = 60.0  # [s]
@@ -73,17 +72,23 @@ def manoeuvre_gains(
     rates = [
         trust * information_of(runs, i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
     ]
-    # errors against time for each manoeuvre, then the best one for each parameter
+    return _best_for_each(point, covariance, rates, [tried[i] for i in good])
+
+
+def _best_for_each(
+    point: ReferencePoint, covariance: Array, rates: Sequence[Array], tried: Sequence[Manoeuvre]
+) -> list[ManoeuvreGain]:
+    """The best manoeuvre for each parameter, by the rates (p, p) [1/s] at which they add information."""
     errors = np.sqrt(np.diag(covariance))
     curves = [ErrorDecay.of(covariance, rate) for rate in rates]
     times = np.array([[curve.halved(k) for k in range(len(errors))] for curve in curves])
     after = np.array([[curve.error(k, ONE_MINUTE) for k in range(len(errors))] for curve in curves])
     found = []
     for k, name in enumerate(point.names):
-        best = _best(times[:, k], after[:, k], [tried[i].effort for i in good])
+        best = _best(times[:, k], after[:, k], [one.effort for one in tried])
         found.append(
             ManoeuvreGain(
-                name, float(point.theta[k]), float(errors[k]), tried[good[best]].text,
+                name, float(point.theta[k]), float(errors[k]), tried[best].text,
                 float(times[best, k]), float(after[best, k]),
             )
         )  # fmt: skip

@@ -24,13 +24,12 @@ from seatrial.util.parallel import spread
 from seatrial.util.statistics import BLOCK
 
 ALONE_UNSEEN_DIRECTION = 1e-9  # of the largest eigenvalue: a direction with less has no information
-ALONE_UNSEEN_SHARE = (
-    1e-2  # of such a direction: a parameter with less in it still has a standard error
-)
+# of such a direction: a parameter with less in it still has a standard error
+ALONE_UNSEEN_SHARE = 1e-2
 SCORING_STEPS = 6
 SCORING_CONVERGED = 0.1  # fall of -2 log likelihood: a step that gains less is the last
 SCORING_STEP_SHARES = (1.0, 0.3, 0.05)  # of a step that are tried
-LEAST_SIZE = 1e-3  # of a parameter, for the width of its weak prior
+LEAST_PRIOR_WIDTH = 1e-3  # of a parameter, for the width of its weak prior
 
 
 @dataclass(frozen=True)
@@ -97,9 +96,8 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
     if not here.by_recording[0].good:
         raise ModelError(f"{recording.name}: the model diverges in its own filter")
     free = list(here.problem.free)
-    weak_prior = np.diag(
-        1.0 / np.square(_sizes(point))
-    )  # keeps undetermined parameters near the model's
+    # keeps undetermined parameters near the model's
+    weak_prior = np.diag(1.0 / np.square(_sizes(point)))
     for _ in range(SCORING_STEPS):
         off = here.theta[free] - point.theta
         move = np.asarray(
@@ -140,7 +138,7 @@ def _better(
 def _sizes(point: ReferencePoint) -> Array:
     """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
     typical = [TYPICAL_SIZES.get(name.partition(".")[0], 0.0) for name in point.names]
-    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_SIZE)
+    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_PRIOR_WIDTH)
 
 
 def information_of(runs: FilterRuns, recording: int) -> Array:

@@ -12,9 +12,8 @@ from seatrial.util.statistics import NORMAL_95
 
 MOST_SENTENCES = 4
 LONGEST_DRIVE = 1800.0  # [s] a longer one for one parameter is not proposed
-SIMILAR_TIME = (
-    2.0  # times a sentence's time: parameters of the same manoeuvre within it share the sentence
-)
+# times a sentence's time: parameters of the same manoeuvre within it share the sentence
+SIMILAR_TIME = 2.0
 IN_SECONDS, IN_MINUTES = 90, 3600  # [s] up to which a time is given so
 SECONDS_ROUNDED, MINUTES_ROUNDED = 5, 30  # [s] to which it is rounded up
 
@@ -47,12 +46,7 @@ def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[
             and g.seconds <= SIMILAR_TIME * gain.seconds
         ]  # fmt: skip
         done |= {g.parameter for g in same}
-        longest = max(g.seconds for g in same)
-        listed = _listed(same)
-        many = "s" if len(same) > 1 else ""
-        sentences.append(
-            f"{drive_time(longest)} more of {gain.manoeuvre} would halve the 95 % interval{many} of {listed}."
-        )
+        sentences.append(_halves(gain.manoeuvre, same))
     if never:
         sentences.append(
             f"No manoeuvre that was tried halves within {LONGEST_DRIVE / 60:.0f} minutes the "
@@ -60,6 +54,13 @@ def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[
             "otherwise, or take a term out that is not distinguishable from zero."
         )
     return sentences
+
+
+def _halves(manoeuvre: str, gains: Sequence[ManoeuvreGain]) -> str:
+    """One manoeuvre for one or more parameters."""
+    time = drive_time(max(g.seconds for g in gains))
+    many = "s" if len(gains) > 1 else ""
+    return f"{time} more of {manoeuvre} would halve the 95 % interval{many} of {_listed(gains)}."
 
 
 def _listed(found: Sequence[ManoeuvreGain]) -> str:
