@@ -241,7 +241,7 @@ def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
         IdentificationError, match="--profile X_q: not an estimated parameter; estimated are X_u, "
     ):
         accuracy_tables(whole, profiled=["X_q"])
-    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 40"):
+    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval needs 40"):
         accuracy_tables(whole, replicates=5)
     _, none = identify_with_fit([recording], vehicle, method="equation-error")
     with pytest.raises(IdentificationError, match="belong to output-error; add --method"):

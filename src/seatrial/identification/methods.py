@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From recordings to a model. One estimator a file; each has the same signature."""
+"""From recordings to a model, by one of four methods."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -31,8 +31,9 @@ from seatrial.util.errors import IdentificationError, RecordingError
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
-SHORTEST_TOTAL = 10.0  # [s] of all recordings together
-SHARED_POSES = 0.5  # of the shorter one's poses: two recordings that share so many are one
+SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
+SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are one recording
+LEAST_USABLE = 0.95  # share of usable poses of a recording: with less the user gets a warning
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -47,9 +48,6 @@ __all__ = [
 ]
 
 
-LEAST_USABLE = 0.95  # share of usable poses of a recording below which it is worth a word
-
-
 def identify(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
@@ -61,7 +59,7 @@ def identify(
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
 ) -> Model:
-    """The vehicle's model from its recordings, checked for physical sense.
+    """The vehicle's model from its recordings, checked for plausible physics.
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
@@ -150,7 +148,7 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
+    """Remarks on the vehicle file, and inputs whose values can not be commands in its units."""
     ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
     own = np.array(ranges) * vehicle.input_signs
     ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
@@ -200,19 +198,19 @@ def _fit(
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Names of those in which nothing is commanded."""
+    """Names of the recordings without any command."""
     return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
 
 
 def _shared(a: Recording, b: Recording) -> int:
-    """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
+    """Number of equal poses at equal times in two recordings; 0 where it may be chance."""
     _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
     same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
     return same if same > SHARED_POSES * min(len(a.stamps), len(b.stamps)) else 0
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
+    """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What identify tells on request: bootstrap, profile likelihood, accuracy against length."""
+"""Tables on request: bootstrap, profile likelihood, accuracy against record length."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from seatrial.identification.uncertainty.record_length import accuracy_by_length
 from seatrial.util.errors import IdentificationError
 from seatrial.util.format import plus_minus, table
 
-FEWEST_REPLICATES = 40  # replicates that an interval can be read from
+FEWEST_REPLICATES = 40  # for a 95 % interval by order statistics
 
 
 def accuracy_tables(
@@ -34,11 +34,11 @@ def accuracy_tables(
         )
     if solution.problem.prior is not None:
         raise IdentificationError(
-            "--bootstrap, --profile and --minutes weigh recordings alone: leave --prior out"
+            "--bootstrap, --profile and --minutes are for recordings without a prior: leave --prior out"
         )
     if replicates and replicates < FEWEST_REPLICATES:
         raise IdentificationError(
-            f"--bootstrap {replicates}: an interval takes {FEWEST_REPLICATES} replicates or more; 200 are usual"
+            f"--bootstrap {replicates}: an interval needs {FEWEST_REPLICATES} replicates or more; 200 are usual"
         )
     parts = [record_length_text(accuracy_by_length(solution))] if lengths else []
     if profiled:
