@@ -24,7 +24,7 @@ from benchmarks.recovery.scenes import Scene, scenes, true_parameters, vehicle_o
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
-from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
+from seatrial.evaluation.disturbed_intervals import clearest_interval, squared_innovations
 from seatrial.identification.estimator import fit
 from seatrial.recording.recording import Recording, make_recording
 from seatrial.simulation import trials
@@ -81,7 +81,7 @@ class Row:
     errors: dict[str, float]
     off: np.ndarray  # standard errors
     advice: tuple[tuple[str, float, float], ...]  # name, from, to
-    gain: float  # of the clearest stretch
+    gain: float  # of the clearest_interval stretch
 
 
 def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
@@ -94,8 +94,10 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    squares = [squared_errors(p) for p in solved.runs.by_recording]
-    return Row(solved.errors, off, left_out(solved.findings), clearest(recordings, squares).gain)
+    squares = [squared_innovations(p) for p in solved.runs.by_recording]
+    return Row(
+        solved.errors, off, left_out(solved.findings), clearest_interval(recordings, squares).gain
+    )
 
 
 def left_out(findings: Sequence[Finding]) -> tuple[tuple[str, float, float], ...]:
@@ -119,7 +121,7 @@ def main(arguments: Sequence[str]) -> None:
     known = scenes()
     print(
         f"{'':<22} {'':<9} {'seen':>7}  {'standard errors, times those of':<34} {'largest error':<22}   "
-        f"clearest stretch\n{'scene':<22} {'moved by':<9} {'in':>7}  {'nothing: with it':>17} "
+        f"clearest_interval stretch\n{'scene':<22} {'moved by':<9} {'in':>7}  {'nothing: with it':>17} "
         f"{'without it':>16} {'with it':>10} {'without it':>11}   {'gain':>7}"
     )
     for name in given.scenes:
