@@ -2,7 +2,6 @@
 """The C++ reader of model files beside Python's: the same predictor, the same signals, as clear words."""
 
 import copy
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from board_boats import VEHICLES, identified
-from conftest import ROOT
-from test_core_cpp import run
+from cpp_tools import built, run
 
 import seatrial
 from seatrial.boat.model import load, save
@@ -22,6 +20,8 @@ from seatrial.io.bags.poses import heading_of, in_vehicle_terms
 from seatrial.io.table import scaled
 from seatrial.onboard.predictor import Estimate, Predictor
 from seatrial.util.errors import SeatrialError
+
+pytestmark = pytest.mark.system
 
 
 def events(model: seatrial.Model, seed: int) -> list[tuple[str, list[float]]]:
@@ -87,12 +87,7 @@ class Program:
 @pytest.fixture(scope="module")
 def program() -> Program:
     """The reader with the predictor, under the sanitizers."""
-    if shutil.which("c++") is None or not Path("/usr/include/yaml-cpp/yaml.h").exists():
-        pytest.skip("no C++ compiler, or no yaml-cpp (apt install libyaml-cpp-dev)")
-    build = ROOT / "build" / "board"
-    run("cmake", "-S", ".", "-B", str(build), "-DSEATRIAL_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug")
-    run("cmake", "--build", str(build), "--target", "board_model")
-    return Program(build / "ros" / "common" / "tests" / "board_model")
+    return Program(built("board_model"))
 
 
 @pytest.fixture(scope="module", params=VEHICLES)
