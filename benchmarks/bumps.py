@@ -10,11 +10,10 @@ identified, and again without what `identify` advises to leave out.
 
 import argparse
 import os
-import shlex
+import re
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from unittest.mock import patch
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
@@ -22,6 +21,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy
 import numpy as np
 
 from benchmarks.recovery.scenes import Scene, scenes, true_parameters, vehicle_of
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
 from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
@@ -89,26 +89,25 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     try:
         solved = fit(recordings, vehicle_of(scene.allocations[0]))
     except IdentificationError as error:
-        return Row({}, np.full(1, np.nan), advice([str(error)]), np.nan)
+        return Row({}, np.full(1, np.nan), refused(str(error)), np.nan)
     truth = true_parameters(scene.plan, solved.names)
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
     squares = [squared_errors(p) for p in solved.passes.each]
-    return Row(solved.errors, off, advice(solved.notes), clearest(recordings, squares).gain)
+    return Row(solved.errors, off, left_out(solved.findings), clearest(recordings, squares).gain)
 
 
-def advice(notes: Sequence[str]) -> tuple[tuple[str, float, float], ...]:
-    """What is to be left out."""
-    out = []
-    for note in notes:
-        words = shlex.split(note) if "--without" in note else []
-        for before, word in pairwise(words):
-            if before == "--without":
-                name, _, span = word.rstrip(".").rpartition("=")
-                begin, _, end = span.partition("-")
-                out.append((name, float(begin), float(end)))
-    return tuple(out)
+def left_out(findings: Sequence[Finding]) -> tuple[tuple[str, float, float], ...]:
+    """The disturbed intervals that are to be left out."""
+    found = of_kinds(findings, FindingKind.DISTURBED_INTERVAL)
+    return tuple((f.part("recording"), f.number("start"), f.number("end")) for f in found)
+
+
+def refused(message: str) -> tuple[tuple[str, float, float], ...]:
+    """The same of a refusal, which has them as options."""
+    options = re.findall(r"--without '?(\S+?)'?=([\d.]+)-(\d+(?:\.\d+)?)", message)
+    return tuple((name, float(begin), float(end)) for name, begin, end in options)
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
 
-    python benchmarks/methods.py
-    python benchmarks/methods.py --pushed          # by a force of 4 % of full thrust that no model knows
-    python benchmarks/methods.py --seeds 8 --presets hard
+    python -m benchmarks.methods
+    python -m benchmarks.methods --pushed          # by a force of 4 % of full thrust that no model knows
+    python -m benchmarks.methods --seeds 8 --presets hard
+    python -m benchmarks.methods --write           # into docs/choose.md
 
 Trained on S1-S3, tested on S7 one second ahead, from the true velocities against the true ones.
 Under always-forward allocation the truth of a force coefficient is the gain past the dead zone's
@@ -14,11 +15,13 @@ import argparse
 import time
 from collections.abc import Iterable
 from functools import cache
+from pathlib import Path
 
 import msgspec
 import numpy as np
 
 import seatrial
+from benchmarks.blocks import refill
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.methods import METHODS
@@ -27,6 +30,7 @@ from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
 
+PAGE = Path(__file__).parents[1] / "docs" / "choose.md"
 FIRST = 2001  # seed
 TRAINING, UNSEEN = ("S1", "S2", "S3"), "S7"
 PUSH = Unmodelled(share=0.04, correlation=2.0)  # of full thrust; [s]
@@ -118,14 +122,19 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--presets", nargs="+", default=["paper-like", "hard"])
     parser.add_argument("--pushed", action="store_true", help="by an unmodelled force")
+    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}, too")
     given = parser.parse_args()
-    print(
+    lines = [
         "| preset | allocation | method | RMS error of coefficients, %: median | worst | N_ud | "
-        "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |"
-    )
-    print("| --- | --- | --- | ---: | --- | ---: | --- | ---: | ---: |")
+        "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |",
+        "| --- | --- | --- | ---: | --- | ---: | --- | ---: | ---: |",
+    ]
+    print("\n".join(lines))
     for line in rows(given.presets, given.seeds, pushed=given.pushed):
         print(line, flush=True)
+        lines.append(line)
+    if given.write:
+        refill(PAGE, {"methods-pushed" if given.pushed else "methods": "\n".join(lines)})
 
 
 if __name__ == "__main__":

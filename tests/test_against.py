@@ -9,9 +9,12 @@ import pytest
 from test_causal import trial, truth  # noqa: F401
 from test_residuals import changed
 
+from seatrial.boat.findings import FindingKind, of_kinds
+from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.console import horizons_text
 from seatrial.evaluation.head_to_head import CELLS, PAIRS, against, against_text
-from seatrial.evaluation.validation import Scores, further, scores_json, validate
+from seatrial.evaluation.scores import Scores, scores_json
+from seatrial.evaluation.validation import validate
 from seatrial.util.errors import ModelError
 
 
@@ -89,7 +92,7 @@ def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
-    assert scores.seatrial == "scores 3"
+    assert scores.seatrial == "scores 4"
     assert "worse" in against_text(scores.against) or "better" in against_text(scores.against)
 
 
@@ -105,9 +108,10 @@ def test_a_horizon_that_a_recording_has_not_is_left_out(truth, trial):  # noqa: 
 def test_a_model_that_runs_away_further_on_says_so(truth, trial):  # noqa: F811
     """Surge that speeds up as its square is infinite after 1 / (2 u) seconds."""
     wild = changed(truth, X_u=0.0, X_uu=2.0)
-    (found,) = further(wild, [trial.recording.cut(0.0, 40.0)])
-    assert 0.1 <= max(h.horizon for h in found["horizons"]) < 5.0
-    assert any("runs away" in note for note in found["notes"])
+    (found,) = assess(wild, [trial.recording.cut(0.0, 40.0)], 1.0)
+    assert 0.1 <= max(horizon for horizon, _, _ in found.ahead) < 5.0
+    (lost,) = of_kinds(found.findings, FindingKind.HORIZON_NOT_PREDICTED)
+    assert "runs away" in lost.values["reason"]
 
 
 def test_models_of_other_commands_are_not_compared(truth, trial, cse1_vehicle):  # noqa: F811

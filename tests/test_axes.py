@@ -20,7 +20,7 @@ from seatrial.evaluation.comparison.parameters import unlike
 from seatrial.evaluation.comparison.prediction import driven_by
 from seatrial.identification.methods import DEFAULT_METHOD, METHODS
 from seatrial.identification.prior import check_prior
-from seatrial.identification.regression import equation_error
+from seatrial.identification.regression.equation_error import equation_error
 from seatrial.io.write import write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate

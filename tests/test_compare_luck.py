@@ -10,7 +10,7 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 from seatrial import _core
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
 from seatrial.evaluation.comparison import compare
 from seatrial.evaluation.comparison.console import comparison_text
@@ -93,7 +93,8 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
 def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
     a = b = estimated(mp, np.random.default_rng(1), 0.02)
     said = np.array([0.0 if name == "X_uu" else 1.0 for name in a.values])
-    entry = EstimatorEntry("output-error", notes=[f"X_uu: 0 {AT_BOUND}"])
+    ended = finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)
+    entry = EstimatorEntry("output-error", findings=[ended])
     a = replace(
         a, coefficients=np.where(said > 0, a.coefficients, 0.0), covariance=a.covariance * np.outer(said, said),
         estimator=entry,

@@ -17,7 +17,7 @@ from seatrial.simulation.plan import PlanFile, _merged, load_plan
 from seatrial.util.files import read_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -135,9 +135,8 @@ def plain(page: Path) -> str:
 
 
 @pytest.mark.parametrize("method", ["equation-error", "output-error"])
-def test_the_table_of_methods_is_what_the_benchmark_prints(method, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    import methods
+def test_the_table_of_methods_is_what_the_benchmark_prints(method):
+    from benchmarks import methods
 
     printed = methods.row("paper-like", "mallard-mp", method, 4)
     head = f"| paper-like | MP | {method} |"

@@ -10,7 +10,7 @@ import pytest
 import survey_boat
 
 import seatrial
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.on_request import evidence, profile_text
@@ -185,10 +185,10 @@ def test_what_ended_a_rounding_off_its_bound_is_at_it(quick):
 def test_the_note_of_a_bound_names_the_bound(quick):
     """What ended a ten-thousandth of its range off counts as at it, too."""
     assert quick
-    said = [note for found in quick for note in found.notes if note.endswith(AT_BOUND)]
-    assert f"lag: 0.002 {AT_BOUND}" in said
-    limits = {f"{end:g}" for found in quick for ends in found.problem.bounds for end in ends}
-    assert {note.rpartition(": ")[2].split()[0] for note in said} <= limits
+    ended = [f for found in quick for f in of_kinds(found.findings, FindingKind.AT_BOUND)]
+    assert finding_of(FindingKind.AT_BOUND, "lag", bound=0.002) in ended
+    limits = {end for found in quick for ends in found.problem.bounds for end in ends}
+    assert {finding.number("bound") for finding in ended} <= limits
 
 
 def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):

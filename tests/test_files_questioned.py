@@ -8,8 +8,8 @@ from survey_boat import driven
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification import estimator as output_error
 from seatrial.identification.console import summary
+from seatrial.identification.estimator import output_error
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
 from seatrial.recording.excitation import beyond_full

@@ -7,6 +7,7 @@ from conftest import make_model
 from survey_boat import driven, pulses
 
 from seatrial import _core
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.likelihood.optimiser import search
@@ -73,7 +74,7 @@ def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     coloured = model.noise.correlated
     assert coloured is not None
     assert 0.5 * memory < coloured.memory < 4.0 * memory
-    assert not [note for note in model.estimator.notes if "hardly better" in note]
+    assert not model.findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
 
 
 def test_a_strong_push_is_not_taken_for_a_velocity_that_wanders():

@@ -14,6 +14,7 @@ from scipy.linalg import expm
 import seatrial
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
@@ -282,8 +283,8 @@ def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     with pytest.raises(SeatrialError, match=words):
         output_error([r.cut(20, 35) for r in recordings], vehicle)
     short = output_error([r.cut(20, 50) for r in recordings], vehicle)
-    words = "standard errors: from blocks of 5.0 s, as the recordings are short"
-    assert words in short.estimator.notes
+    (blocks,) = short.findings_of(FindingKind.SHORT_BLOCKS)
+    assert blocks.number("length") == short.estimator.settings["block"]
     assert short.estimator.settings["block"] == pytest.approx(5.0, abs=0.02)
 
 
@@ -300,9 +301,8 @@ def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     others = [*recordings[1:], recordings[0]]
     strangers = [replace(a, commands=b.commands) for a, b in zip(recordings, others, strict=True)]
-    notes = output_error(strangers, vehicle).estimator.notes
-    assert any("hardly better than constant or zero velocity" in note for note in notes)
-    assert not output_error(recordings, vehicle).estimator.notes
+    assert output_error(strangers, vehicle).findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert not output_error(recordings, vehicle).estimator.findings
 
 
 def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
@@ -310,5 +310,6 @@ def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
     rng = np.random.default_rng(1)
     steps = [0.02 * rng.normal(size=r.eta.shape) for r in recordings]
     lost = [replace(r, eta=np.cumsum(s, axis=0)) for r, s in zip(recordings, steps, strict=True)]
-    notes = output_error(lost, vehicle).estimator.notes
-    assert any("Check with inspect" in note for note in notes)
+    advised = (FindingKind.NO_SIGNIFICANT_COEFFICIENT, FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert output_error(lost, vehicle).findings_of(*advised)
+    assert all("Check with 'seatrial inspect'" in kind.advice for kind in advised)

@@ -14,6 +14,7 @@ from html_tables import Tables
 
 import seatrial
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import METHODS
 from seatrial.identification.regression.equation_error import METHOD as PAPERS
@@ -61,7 +62,7 @@ def tables(text):
 
 @pytest.fixture(scope="module")
 def runs(model, cse1):
-    return gather(model, list(cse1.values()), 1.0)
+    return gather(model, assess(model, list(cse1.values()), 1.0))
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +237,7 @@ def test_histogram_counts_all_errors_under_a_normal_curve_of_their_spread(runs):
 
 def test_autocorrelation_plot_against_numpy(mallard, clean_af):
     recording = clean_af["S4"].recording
-    (run,) = gather(mallard, [recording], 1.0)
+    (run,) = gather(mallard, assess(mallard, [recording], 1.0))
     figure = correlation(run, 0)
     curve, area, upper, lower = figure["data"]
     errors = run.prediction.errors[:, 0]

@@ -9,6 +9,7 @@ from conftest import TABLE_II, make_model
 from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.boat.physics import sanity, sanity_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
@@ -34,10 +35,12 @@ def test_slow_poses_are_said_where_their_velocities_are_used():
     model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)
     model = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 1.0)}, {}))
     (row,) = validate(model, [recording]).recordings
-    assert any("poses are 1 s apart: the stencil's velocities" in note for note in row.notes)
+    (slow,) = of_kinds(row.findings, FindingKind.SLOW_POSES)
+    assert slow.number("period") == pytest.approx(1.0, rel=1e-3)
+    assert "poses are 1 s apart: " in finding_text(slow)
     _, usual = driven({}, [both, both], seconds=100.0)
     (row,) = validate(model, [usual]).recordings
-    assert not [note for note in row.notes if "apart" in note]
+    assert not of_kinds(row.findings, FindingKind.SLOW_POSES)
 
 
 def test_commands_in_other_units_are_named_by_identify():

@@ -11,11 +11,12 @@ from survey_boat import pulses
 from test_lasting import SURGE, tug
 
 from seatrial import _core
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import causal
-from seatrial.identification import estimator as output_error
 from seatrial.identification.console import summary
+from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import _periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.recording import Signal, make_recording
@@ -93,7 +94,7 @@ def test_swinging_poses_are_no_motion(on_swell):
         error = model.standard_errors[name]
         assert model.values[name] == pytest.approx(value, abs=4.5 * error), name
         assert error < max(0.02 * abs(value), 0.03), name
-    assert not [note for note in model.estimator.notes if "not quite right" in note]
+    assert not model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
 def test_the_swing_is_found_and_said(on_swell, tmp_path):

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "seatrial/allocator.hpp"
+#include "seatrial/control/allocator.hpp"
 
 namespace {
 

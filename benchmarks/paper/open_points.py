@@ -11,7 +11,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import Integration, NoiseEntry
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.methods import EquationErrorSettings
-from seatrial.identification.regression import equation_error
+from seatrial.identification.regression.equation_error import equation_error
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import load_plan

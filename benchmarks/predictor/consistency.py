@@ -97,8 +97,8 @@ def verdict(found: list[Array]) -> str:
     return " | ".join([str(len(found)), str(n), *cells])
 
 
-VERDICT = ("seeds | samples | mean NEES | 95 % by seeds | if right, samples independent | "
-           "inside the 95 % region, % | 95 % by seeds | if right, samples independent")  # fmt: skip
+VERDICT = ("seeds | samples | mean NEES | 95 % by seeds | consistent, independent samples | "
+           "inside the 95 % region, % | 95 % by seeds | consistent, independent samples")  # fmt: skip
 RULE = " | ".join(["---:"] * len(VERDICT.split("|")))
 
 
@@ -108,7 +108,7 @@ def nees_table() -> str:
     ways: dict[str, tuple[Frame, bool]] = {
         "earth": ("earth", False),
         "body": ("body", False),
-        "earth, errors of parameters as noise": ("earth", True),
+        "earth, parameter errors as noise": ("earth", True),
     }
     for scene in SCENES:
         for way, (frame, noise) in ways.items():
@@ -138,8 +138,8 @@ def correlated_table() -> str:
         models = {seed: model(scene, seed) for seed in FEWER}
         found = {s: m for s, m in models.items() if m.noise.correlated is not None}
         ways = {
-            "states of the filter": found,
-            "taken for white": {s: taken_for_white(m) for s, m in found.items()},
+            "filter states": found,
+            "assumed white": {s: taken_for_white(m) for s, m in found.items()},
             "not found by the estimator": {s: m for s, m in models.items() if s not in found},
         }
         for way, known in ways.items():
@@ -175,7 +175,7 @@ def ship_table(vehicle: str = "pair") -> str:
     runs, models = ship(vehicle), {name: ship_model(vehicle, name) for name in RUNS}
     found = {name: ahead(runs[name], models[name]) for name in RUNS}
     considered = {n: ahead(runs[n], told(m, explained=True)) for n, m in models.items()}
-    ways = {"all": found, "all, errors of parameters considered": considered}
+    ways = {"all": found, "all, Schmidt–Kalman parameters": considered}
     pooled = {
         way: tuple(np.concatenate(parts) for parts in zip(*each.values(), strict=True))
         for way, each in ways.items()

@@ -38,7 +38,7 @@ def blocks(records: Sequence[Record]) -> dict[str, Block]:
         "ahead-pushed": (names["pushed"], lambda: tables.prediction(records, " pushed")),
         "faults": (names["faults"], lambda: tables.fault_moves(records, names["faults"])),
         "noise": (names["noise"], lambda: numbers(records)),
-        "believed": (driven, lambda: tables.believed(records, driven)),
+        "noise-levels": (driven, lambda: tables.noise_levels(records, driven)),
         "parameters": (driven, lambda: "\n".join(tables.recovery(records, n) for n in driven)),
     }
 

@@ -128,8 +128,8 @@ def _coefficients(record: Record) -> int:
     return min(i for i, name in enumerate(record["names"]) if name.partition(".")[0] in first)
 
 
-def believed(records: Sequence[Record], names: Sequence[str]) -> str:
-    """Noise that the estimator found: median over seeds."""
+def noise_levels(records: Sequence[Record], names: Sequence[str]) -> str:
+    """Estimated noise: median over seeds."""
     rows = []
     for scene in names:
         mine = good(records, scene)
@@ -256,7 +256,7 @@ def further(records: Sequence[Record], names: Sequence[str]) -> str:
             rows.append([scene, f"{record['seed']}", ", ".join(said),
                          f"{off[most]:.1f} ({common['names'][most]})"])  # fmt: skip
     return table(
-        ["scene", "seed", "further parameters", "largest error of a coefficient / standard error"],
+        ["scene", "seed", "freed parameters", "largest error of a coefficient / standard error"],
         rows,
     )
 

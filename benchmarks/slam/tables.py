@@ -64,8 +64,8 @@ def per_cent(parts: Sequence[Mask]) -> str:
 
 def matched(found: Mapping[Case, Sequence[Outcome]], cases: Sequence[Case]) -> str:
     """Guess, match, pose and map by pace and guess."""
-    rows = ["| scans matched | guess | it is off, 95 %: mm | mrad | iterations | rejected, % | pose false, % "
-            "| drives lost | pose off, 95 %: mm | mrad | map points off, % |",
+    rows = ["| scans matched | guess | guess error, 95 %: mm | mrad | iterations | rejected, % | pose false, % "
+            "| drives lost | pose error, 95 %: mm | mrad | map points off, % |",
             "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for case in cases:
         o = found[case]

@@ -77,7 +77,7 @@ def knobs() -> str:
         )  # fmt: skip
     head = ["knob [s]", "sensitivity", "phase [deg]"]
     for conditions in ("paper-like", "hard", "current"):
-        head += [f"{conditions} [mm]", "unrest"]
+        head += [f"{conditions} [mm]", "command change"]
     return table(head, rows)
 
 

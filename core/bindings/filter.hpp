@@ -14,7 +14,8 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/innovations.hpp"
+#include "noise.hpp"
+#include "seatrial/filter/innovations.hpp"
 
 namespace {
 
@@ -43,18 +44,6 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
   auto to = fresh<Out2>({width == 0 ? 0 : from.size() / width, width}, &out);
   std::copy(from.begin(), from.end(), out);
   return to;
-}
-
-FilterNoise make_noise(const Vector& noise, double outlier) {
-  require(noise.shape(0) == kNoiseParameters,
-          "noise: position, heading, walks, disturbances, memory, coloured errors, their memory "
-          "and turn");
-  FilterNoise believed{};
-  for (int i = 0; i < kNoiseParameters; ++i) {
-    believed.parameter(i) = noise(static_cast<std::size_t>(i));
-  }
-  believed.outlier = outlier;
-  return believed;
 }
 
 /// Poses of one recording, its start, and how its noise is believed to be.
@@ -115,24 +104,25 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
       require(at[k - 1] >= 0 && at[k] >= at[k - 1], "blocks: rising from 0");
     }
   }
-  const FilterNoise believed = make_noise(noise, outlier);
+  const NoiseParameters believed = make_noise(noise);
   Effects chosen = effects ? make_effects(*effects) : Effects{};
   chosen.earth_fixed = earth_fixed;
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
-  return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
-                     often, blocks ? blocks->data() : nullptr, repeatable, shares);
+  return innovations(boat, trace, series.poses, believed, outlier, series.start, chosen,
+                     effects.has_value(), often, blocks ? blocks->data() : nullptr, repeatable,
+                     shares);
 }
 
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
   require(first.way.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
-  const FilterNoise believed = make_noise(noise, outlier);
+  const NoiseParameters believed = make_noise(noise);
   NoisePass pass;
   {
     nb::gil_scoped_release released;
-    pass = noise_slopes(first, series.poses, believed, series.start, active);
+    pass = noise_slopes(first, series.poses, believed, outlier, series.start, active);
   }
   const std::vector<double> slope(pass.gradient, pass.gradient + kNoiseParameters);
   const double* flat = &pass.information[0][0];
@@ -143,9 +133,9 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const S
 double run_repeated(const FilterPass& first, const Series& series, Vector noise, double outlier) {
   require(first.way.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
-  const FilterNoise believed = make_noise(noise, outlier);
+  const NoiseParameters believed = make_noise(noise);
   nb::gil_scoped_release released;
-  return repeated(first, series.poses, believed, series.start);
+  return repeated(first, series.poses, believed, outlier, series.start);
 }
 
 /// All that was kept pose by pose; sums stay.

@@ -10,13 +10,13 @@
 
 #include "allocator.hpp"
 #include "arrays.hpp"
-#include "doubt.hpp"
 #include "filter.hpp"
 #include "mimic.hpp"
+#include "parameter_uncertainty.hpp"
 #include "predictor.hpp"
 #include "rollout.hpp"
-#include "seatrial/frames.hpp"
-#include "seatrial/plant.hpp"
+#include "seatrial/model/frames.hpp"
+#include "seatrial/simulation/plant.hpp"
 #include "simulator.hpp"
 #include "tracking.hpp"
 

@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/odometer.hpp"
-#include "seatrial/schedule.hpp"
+#include "noise.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 namespace {
 
@@ -23,14 +24,6 @@ using namespace seatrial;
 void make_ranges(const Matrix& from, int n, double (*range)[2]) {
   require(from.shape(0) == static_cast<std::size_t>(n) && from.shape(1) == 2, "ranges: n x 2");
   std::copy(from.data(), from.data() + std::ptrdiff_t{2} * n, &range[0][0]);
-}
-
-/// Noise (11,) in the order of MotionNoise.
-MotionNoise make_noise(const Vector& row) {
-  require(row.shape(0) == 11,
-          "noise: position, heading, walks, disturbances, memory; coloured errors, their memory "
-          "and turn");
-  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8), row(9), row(10)};
 }
 
 /// (coefficients and constants, causes).
@@ -79,8 +72,8 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
 
 template <class P, class T>
 int give_pose(P& self, T t, const Vector& eta, std::optional<Matrix> covariance) {
-  require(eta.shape(0) == kSeen, "eta: x, y, psi");
-  require(!covariance || (covariance->shape(0) == kSeen && covariance->shape(1) == kSeen),
+  require(eta.shape(0) == kPose, "eta: x, y, psi");
+  require(!covariance || (covariance->shape(0) == kPose && covariance->shape(1) == kPose),
           "covariance: 3 x 3");
   return static_cast<int>(self.pose(t, eta.data(), covariance ? covariance->data() : nullptr));
 }

@@ -7,7 +7,7 @@
 
 #include "arrays.hpp"
 #include "filter.hpp"
-#include "seatrial/rollout.hpp"
+#include "seatrial/integration/rollout.hpp"
 
 namespace {
 

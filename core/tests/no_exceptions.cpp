@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
-#include "seatrial/allocator.hpp"
-#include "seatrial/mimic.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/tangents.hpp"
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/allocator.hpp"
+#include "seatrial/control/tracking.hpp"
+#include "seatrial/integration/sensitivities.hpp"
+#include "seatrial/simulation/mimic.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 namespace {
 

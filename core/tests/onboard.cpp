@@ -106,7 +106,7 @@ int timing(const OnboardModel& m) {
     now.thrust.target[k] = 0.3;
   }
   PoseSample at_origin;
-  for (int i = 0; i < kSeen; ++i) at_origin.noise[i][i] = kNoise[i] * kNoise[i];
+  for (int i = 0; i < kPose; ++i) at_origin.noise[i][i] = kNoise[i] * kNoise[i];
   const double predict = shortest(10000, [&m, now]() mutable {
     for (int i = 0; i < 10000; ++i) drift(m, kCommandPeriod, now);
     if (!plausible(now.belief)) std::abort();

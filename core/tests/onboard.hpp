@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "boats.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/predictor.hpp"
+#include "seatrial/onboard/predictor.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 namespace onboard {
 
@@ -67,7 +67,7 @@ inline constexpr double kSwing = 2.5;   // [rad/s] of such that swing
 /// The same told that all but a tenth of its pose noise is correlated.
 inline OnboardModel coloured_model() {
   OnboardModel m = model();
-  MotionNoise& n = m.boat.noise;
+  NoiseParameters& n = m.boat.noise;
   n.position = 0.1 * kNoise[0];
   n.heading = 0.1 * kNoise[2];
   n.colour_position = kNoise[0];
@@ -192,7 +192,7 @@ inline bool same_bits(const double* a, const double* b, int n) {
 /// Whether an estimate is numbers, with a covariance.
 inline bool sound(const Estimate& e) {
   const auto good = [](double x) { return std::isfinite(x); };
-  return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kSeen, good) &&
+  return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kPose, good) &&
          std::all_of(e.velocity, e.velocity + kAxes, good) &&
          std::all_of(e.disturbance, e.disturbance + kAxes, good) && positive(e.covariance);
 }

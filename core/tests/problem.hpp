@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "boats.hpp"
-#include "seatrial/rollout.hpp"
+#include "seatrial/integration/rollout.hpp"
 
 namespace problems {
 

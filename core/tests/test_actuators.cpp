@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "chain_by_hand.hpp"
-#include "seatrial/actuators.hpp"
+#include "seatrial/actuators/chain.hpp"
 
 using namespace seatrial;
 using boats::Random;

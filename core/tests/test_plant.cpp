@@ -6,8 +6,8 @@
 #include "boats.hpp"
 #include "chain_by_hand.hpp"
 #include "heap.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/rollout.hpp"
+#include "seatrial/integration/rollout.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 using namespace seatrial;
 using boats::Script;

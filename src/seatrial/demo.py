@@ -5,10 +5,12 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
 from seatrial.boat.physics import concerns, sanity_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
-from seatrial.evaluation.validation import Scores, scores_json, validate
+from seatrial.evaluation.scores import Scores, scores_json
+from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
@@ -165,7 +167,8 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
 
 def _told(model: Model, out: Path, say: Say) -> None:
     """What is to be said of a model."""
-    for sentence in [*model.estimator.notes, *(f"doubt: {doubt}" for doubt in concerns(model))]:
+    findings = map(finding_text, model.estimator.findings)
+    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in concerns(model))]:
         say(f"  {sentence}")
     say(f"  {sanity_line(model)}")
     say(f"  -> {out / 'report.html'}\n")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the on-board filter believes: the model's own noise, and its parameters' errors.
 
-Both are computed in the core (`core/include/seatrial/doubt.hpp`), which derives them.
+Both are computed in the core (`core/include/seatrial/onboard/parameter_uncertainty.hpp`), which derives them.
 """
 
 from dataclasses import dataclass

@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from seatrial.boat.findings import Finding
+
 VEHICLE_FORMAT = "vehicle 1"
 Number = float | int
 Clock = Literal["header", "bag"]  # stamps of the messages, or of their arrival in the bag
@@ -276,13 +278,13 @@ class EstimatorEntry(Strict, frozen=True):
     method: str
     settings: dict[str, str | float | int | bool | None] = {}
     steps: list[StepEntry] = []
-    notes: list[str] = []  # what was not sought, and why
+    findings: list[Finding] = []
 
 
 class ModelFile(Strict, frozen=True):
     """`model.yaml`."""
 
-    seatrial: Literal["model 2"]
+    seatrial: Literal["model 3"]
     version: str  # of seatrial
     name: str
     axes: Literal["forward-left-up", "forward-right-down"]

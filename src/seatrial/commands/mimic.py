@@ -29,31 +29,34 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     mimic = add_command(
         verbs, "mimic", run,
-        "a holonomic robot moves as the boat would: commands and its poses in, its velocity out",
+        "make a holonomic robot move as the boat does: commands and robot poses in, robot velocity out",
     )  # fmt: skip
     mimic.add_argument("model", type=Path, metavar="MODEL")
     for name, (unit, text) in LIMITS.items():
         mimic.add_argument(f"--{name}", type=float, metavar=unit, help=text)
     mimic.add_argument(
-        "--udp", type=int, metavar="PORT", help="listen there on loopback, not to standard input"
+        "--udp",
+        type=int,
+        metavar="PORT",
+        help="read lines from this port on loopback instead of standard input",
     )
     mimic.add_argument(
-        "--to", type=int, metavar="PORT", help="answer there (default: to whoever wrote last)"
+        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
     mimic.add_argument(
         "--format", choices=FORMATS, default=FORMATS[0],
-        help="of the lines in; those out are JSON (default: %(default)s)",
+        help="format of the input lines; output is JSON (default: %(default)s)",
     )  # fmt: skip
     mimic.add_argument(
         "--rate",
         type=float,
         default=RATE,
         metavar="HZ",
-        help="of the velocity (default: %(default)g)",
+        help="rate of the velocity [Hz] (default: %(default)g)",
     )
     mimic.add_argument(
         "--clock", choices=CLOCKS, default=CLOCKS[0],
-        help="a velocity is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+        help="clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 

@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    simulate = add_command(verbs, "simulate", run, "recordings like the paper's S1-S7")
-    simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
+    simulate = add_command(verbs, "simulate", run, "simulate recordings like the paper's S1-S7")
+    simulate.add_argument(
+        "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
+    )
     simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
-    simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
     simulate.add_argument(
         "--format", choices=("csv", *FORMATS), default="csv",
-        help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
+        help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 

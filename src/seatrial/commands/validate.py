@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    command = add_command(verbs, "validate", run, "how well a model predicts recordings")
+    command = add_command(verbs, "validate", run, "score how well a model predicts recordings")
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
-    add_json(command, "also write scores.json")
+    add_json(command, "also write the scores as JSON")
     command.add_argument(
-        "--against", type=Path, metavar="OTHER", help="another model, beside it in a 2 x 2 table"
+        "--against", type=Path, metavar="OTHER", help="another model for a head-to-head comparison"
     )
 
 
@@ -38,7 +38,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.boat.physics import concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import against_text
-    from seatrial.evaluation.validation import scores_json, validate
+    from seatrial.evaluation.scores import scores_json
+    from seatrial.evaluation.validation import validate
     from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)

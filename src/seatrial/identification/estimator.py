@@ -18,7 +18,8 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.model import AT_BOUND, Model
+from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
+from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
@@ -34,10 +35,9 @@ from seatrial.identification.likelihood.start_noise import first_noise
 from seatrial.identification.likelihood.whiteness import explained
 from seatrial.identification.regression.start_lever import first_lever, of_origin
 from seatrial.identification.regression.start_values import start_values
-from seatrial.identification.selection.actuator_selection import ASKED_FOR, freed, problem_of
+from seatrial.identification.selection.actuator_selection import STAGES_SELECTED, freed, problem_of
 from seatrial.identification.selection.actuator_stages import (
-    OF_CHAIN,
-    ONE_EDGE,
+    CHAIN_FINDINGS,
     staged,
     with_free_stages,
 )
@@ -134,18 +134,16 @@ def _fit(
     further: bool,
 ) -> Fit:
     """`fit` from one start; `further`: more stages of the chain are tried, and hints looked for."""
-    whole, notes = _whole(vehicle, recordings, start)
+    whole, findings = _whole(vehicle, recordings, start)
     if further and start is not None:
-        notes = [n for n in notes if n.endswith(ASKED_FOR)] + staged(vehicle, recordings)[1]
+        findings = [*of_kinds(findings, *STAGES_SELECTED), *staged(vehicle, recordings)[1]]
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
     if prior is None:
         problem = long_enough(problem)
         if problem.block < chosen.block:
-            notes.append(
-                f"standard errors: from blocks of {problem.block:.1f} s, as the recordings are short"
-            )
+            findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     at, theta = _searched(problem, recordings, start, hold=chosen.hold_noise)
     at = at if chosen.hold_noise else anew(at, theta)
     bumped = at if bumps(at) else None
@@ -154,29 +152,23 @@ def _fit(
         point.passes.forget_ways()
     if further and prior is None:  # what a prior says, it says of its own stages
         likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
-        notes += found
+        findings += found
     if further:
-        notes += [*hints(at, share), *disagreements(at), *wear(at)]
-    notes += [*_rejected(at), *worth(at, share)]
+        findings += [*hints(at, share), *disagreements(at), *wear(at)]
+    findings += [*_rejected(at), *worth(at, share)]
     problem = at.passes.problem
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
         value = at.theta[int(i)]
         end = low if abs(value - low) < abs(value - high) else high
-        notes.append(f"{problem.names[int(i)]}: {end:g} {AT_BOUND}")
+        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
     if share:
-        notes.append(
-            f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "
-            "in a second, which predicts one second ahead at least as well as the likelihood's choice; "
-            "'seatrial select' tries further terms"
-        )
+        findings.append(finding_of(FindingKind.MODEL_MISMATCH, share=share))
     covariance = by_squares(at, as_likely(at, sandwich(at)))
     sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise
     if sought and (bumped is not None or not explained(at)):
-        notes += bumps_said(bumped, at, covariance, _afresh)
+        findings += bumps_said(bumped, at, covariance, _afresh)
     if _nothing_told(at, covariance):
-        notes.append(
-            "no coefficient differs clearly from zero: do commands and poses belong together? Check with inspect"
-        )
+        findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
     return Fit(
         at.passes.problem,
         at.theta,
@@ -184,7 +176,7 @@ def _fit(
         at.passes,
         covariance,
         chosen,
-        tuple(notes),
+        tuple(findings),
         share,
         likely,
     )
@@ -192,22 +184,22 @@ def _fit(
 
 def _with_stages(
     believed_so: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Array, Point, float, list[str]]:
-    """The likelihood's noise, the solution, how closely it is believed, and what was freed, in words.
+) -> tuple[Array, Point, float, list[Finding]]:
+    """The likelihood's noise, the solution, how closely it is believed, and what was freed.
 
     What was missing made the model be believed less closely: with it that is asked again.
     """
     likely, at, share = believed_so
-    notes: list[str] = []
+    findings: list[Finding] = []
     while True:
         at, found = freed(at, vehicle, chosen, share)
-        notes += found
+        findings += found
         if not found or share == 0.0:
-            return likely, at, share, notes
+            return likely, at, share, findings
         try:
             again = search(at.passes.problem, at.theta, likely, hold=chosen.hold_noise)
         except IdentificationError:
-            return likely, at, share, notes
+            return likely, at, share, findings
         likely, at, share = believed(again, hold=chosen.hold_noise)
         at.passes.forget_ways()
 
@@ -263,7 +255,7 @@ def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
     )
 
 
-def _rejected(at: Point) -> list[str]:
+def _rejected(at: Point) -> list[Finding]:
     """How many poses count less, being far off; refused where they are so many as to mean nothing."""
     weights = np.concatenate([np.asarray(p.weight) for p in at.passes.each])
     used = weights > 0.0
@@ -275,7 +267,7 @@ def _rejected(at: Point) -> list[str]:
             "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
         )
     if share > MANY:
-        return [f"{100 * share:.1f} % of the poses are outliers to the model and count less"]
+        return [finding_of(FindingKind.OUTLIERS, share=share)]
     return []
 
 
@@ -306,24 +298,22 @@ def _step(problem: Problem, theta: Array) -> float:
 
 def _whole(
     vehicle: Vehicle, recordings: Sequence[Recording], start: Model | None
-) -> tuple[Vehicle, list[str]]:
+) -> tuple[Vehicle, list[Finding]]:
     """The vehicle with all stages that are sought: the start model's own, where it has some.
 
-    What the vehicle file states goes before what the start model found. Of what was said of that model only
-    what is of its chain goes with it: the rest was of other recordings.
+    What the vehicle file states goes before what the start model found. Of that model's findings only those of its
+    chain stay: the others are of other recordings.
     """
     if start is not None and start.estimator.method == METHOD:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
-            kept = [
-                n for n in start.estimator.notes if n.endswith(ASKED_FOR) or n.startswith(OF_CHAIN)
-            ]
+            kept = list(start.findings_of(*STAGES_SELECTED, *CHAIN_FINDINGS))
             chain = list(start.vehicle.file.chain)
             fresh, _ = staged(vehicle, recordings)
             apart = [g.name for g in fresh.file.chain if _two_edges(g)]
             both = [_parted(g) if g.name in apart else g for g in chain]
             if both != chain:
-                kept = [note for note in kept if ONE_EDGE not in note]
+                kept = [f for f in kept if f.kind is not FindingKind.DEAD_ZONE_ONE_EDGE]
             own = dict(zip(vehicle.constants.names, vehicle.constants.values.tolist(), strict=True))
             stated = {name: own[name] for name in known - set(vehicle.estimated)}
             return vehicle.with_chain(both).with_stated(stated), kept

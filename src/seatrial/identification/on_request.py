@@ -68,7 +68,7 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     settings = OutputErrorSettings(
         outlier=float(chosen.get("outlier") or usual.outlier),
         block=float(chosen.get("block") or usual.block),
-        effects=tuple(k for k in KINDS if k in str(chosen.get("effects", ""))),
+        effects=tuple(k for k in KINDS if k in str(chosen.get("effects", "")).split(", ")),
         hold_noise=True,
         extras=False,
     )
@@ -79,7 +79,9 @@ def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -
     if set(near.names) <= set(model.parameters):  # without effects: the errors that it states
         own = [model.parameters.index(name) for name in near.names]
         covariance = model.covariance[np.ix_(own, own)]
-    return Fit(near.problem, at.theta, at.noise, at.passes, covariance, settings, near.notes, share)
+    return Fit(
+        near.problem, at.theta, at.noise, at.passes, covariance, settings, near.findings, share
+    )
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

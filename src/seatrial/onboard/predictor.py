@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The model on board: commands and poses in, late or wrong or missing; motion out at any time.
 
-An extended Kalman filter in the core (`core/include/seatrial/predictor.hpp`), here as a class.
+An extended Kalman filter in the core (`core/include/seatrial/onboard/predictor.hpp`), here as a class.
 """
 
 import enum

@@ -13,7 +13,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.comparison.significance import Luck, forms
 from seatrial.evaluation.filtering import believed_noise, causal
 from seatrial.evaluation.prediction import predict
-from seatrial.evaluation.validation import seen
+from seatrial.evaluation.scoring import seen
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.block_bootstrap import block_length, block_sums, draws

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.identification.likelihood.optimiser import Point, search
@@ -35,8 +36,8 @@ class Askew:
     problem: Problem  # with the poses turned back
 
 
-def askew_said(at: Point, first: Askew, least: Array) -> list[str]:
-    """How far the heading is off, and what to write; nothing where there is no solution about it.
+def askew_said(at: Point, first: Askew, least: Array) -> list[Finding]:
+    """How far the heading is off, and what to write; none where there is no solution about it.
 
     least: noise that the search does not go below.
     """
@@ -55,11 +56,8 @@ def askew_said(at: Point, first: Askew, least: Array) -> list[str]:
             break
     if abs(total) < LEAST or there.passes.cost > at.passes.cost - MUCH:
         return []
-    return [
-        f"poses fit far better with a heading that is off by {abs(np.degrees(total)):.2g} degrees: if that may "
-        f"be, write offset: {psi_offset(vehicle, total):.4g} at pose: psi in the vehicle file and identify again, "
-        "before further terms are sought"
-    ]
+    offset = psi_offset(vehicle, total)
+    return [finding_of(FindingKind.HEADING_OFFSET, size=abs(total), psi_offset=offset)]
 
 
 def askew(at: Point) -> Askew | None:

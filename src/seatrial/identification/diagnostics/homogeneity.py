@@ -8,52 +8,59 @@ none, and its errors do not say so. So each recording's own factor is tested, an
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.identification.diagnostics.scale_factors import (
     SHARP,
     WORTH,
     Change,
-    Told,
     WithFactors,
     changes,
+    dead_zone_of,
 )
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_test import ScoreTest, score_test
-from seatrial.util.frames import Array
+from seatrial.util.frames import AXES, Array
 
 LATER = 0.04  # [s] between recordings: less is nothing to speak of
-DISAGREE = "the recordings do not agree"  # begins what is said of them
+DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
 
 
-def disagreements(at: Point) -> list[str]:
-    """What is to be said where recordings are of different boats; nothing where chance explains it."""
+def disagreements(at: Point) -> list[Finding]:
+    """How recordings are of different boats; none where chance explains it."""
     if at.passes.problem.prior is not None or len(at.passes.each) < 2:
         return []
-    told = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
-    said = max(told, _clocks(at), key=lambda t: t.gain).text
-    if not said:
-        return []
-    return [f"{DISAGREE}: {said} To check, identify them separately and run compare"]
+    manifest = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
+    delays, gain = _clocks(at)
+    if gain > sum(change.test.gain for change in manifest):
+        return delays
+    return [_finding(at, change) for change in manifest]
 
 
-def _clocks(at: Point) -> Told:
-    """What is to be said of a delay from commands to poses that is not the same in all recordings."""
+def _finding(at: Point, change: Change) -> Finding:
+    return finding_of(
+        FindingKind.HOMOGENEITY,
+        *(AXES[change.axis], change.less, change.more),
+        change=1.0 - change.ratio,
+        quantity=change.what,
+        dead_zone=dead_zone_of(at, change.what),
+    )
+
+
+def _clocks(at: Point) -> tuple[list[Finding], float]:
+    """A delay from commands to poses that is not the same in all recordings, and the gain that it promises."""
     problem = at.passes.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
     found = _apart(at, late.astype(float))
     if found is None:
-        return Told("", 0.0)
+        return [], 0.0
     known, test = found
     delays = np.concatenate([[0.0], test.step])
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
     if not (test.likely and test.gain >= WORTH and more >= LATER):
-        return Told("", 0.0)
+        return [], 0.0
     one, other = (problem.recordings[known[i]].name for i in (last, early))
-    return Told(
-        f"commands act {more:.2f} s later in {one} than in {other}: were clocks set anew in between? Put "
-        "the stamps right.",
-        test.gain,
-    )
+    return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
 
 
 def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
@@ -64,7 +71,7 @@ def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
     known, test = found
     factors = np.concatenate([[1.0], 1.0 + test.step])
     low, high = int(np.argmin(factors)), int(np.argmax(factors))
-    less, more = (f"in {at.passes.problem.recordings[known[i]].name}" for i in (low, high))
+    less, more = (at.passes.problem.recordings[known[i]].name for i in (low, high))
     return Change(axis, what, less, more, float(max(factors[low], 0.0) / factors[high]), test)
 
 

@@ -11,13 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.identification.diagnostics.scale_factors import SHARP, Change, changes
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.identification.diagnostics.scale_factors import (
+    SHARP,
+    Change,
+    changes,
+    dead_zone_of,
+)
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Passes
 from seatrial.identification.selection.score_test import ScoreTest
-from seatrial.util.frames import Array
-
-CHANGES = "the boat changes in the course of a recording"  # begins what is said of it
+from seatrial.util.frames import AXES, Array
 
 
 @dataclass(frozen=True)
@@ -40,20 +44,28 @@ class _Course:
     span: float  # [s] its length, over which a factor changes by what is sought
 
 
-def wear(at: Point) -> list[str]:
-    """What is to be said where the boat changes in the course of a recording, if it does."""
+def wear(at: Point) -> list[Finding]:
+    """How the boat changes in the course of a recording, if it does."""
     if at.passes.problem.prior is not None:
         return []
     course = _course(at)
     if course.span <= 0.0:
         return []
-    said = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights)).text
-    if not said:
-        return []
-    return [
-        f"{CHANGES}: {said} Coefficients hold for its middle; "
-        "for other parts, cut the recording with --without and run compare"
-    ]
+    manifest = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights))
+    return [_finding(at, course, change) for change in manifest]
+
+
+def _finding(at: Point, course: _Course, change: Change) -> Finding:
+    return finding_of(
+        FindingKind.PARAMETER_DRIFT,
+        *(AXES[change.axis], course.longest),
+        change=1.0 - change.ratio,
+        quantity=change.what,
+        lower=change.less,
+        higher=change.more,
+        of="one recording" if len(course.blocks) == 1 else "all recordings",
+        dead_zone=dead_zone_of(at, change.what),
+    )
 
 
 def _course(at: Point) -> _Course:
@@ -78,9 +90,7 @@ def _tested(course: _Course, axis: int, what: str, weights: Array) -> Change | N
         return None
     test = _with_step_taken(wide, scores)
     change = float(test.step[0])
-    first, then = ("beginning", "end") if change > 0.0 else ("end", "beginning")
-    which = course.longest if len(course.blocks) == 1 else f"a recording like {course.longest}"
-    less, more = f"at the {first} of {which}", f"at its {then}"
+    less, more = ("beginning", "end") if change > 0.0 else ("end", "beginning")
     half = min(0.5 * abs(change), 1.0)
     return Change(axis, what, less, more, (1.0 - half) / (1.0 + half), test)
 

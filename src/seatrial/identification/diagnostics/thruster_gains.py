@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.problem import Prior, Problem
@@ -43,17 +44,19 @@ class WithGains:
                 return False
         return True
 
-    def said(self, theta: Array) -> str:
-        """The gains that were found, over their mean, as the vehicle file takes them."""
+    def findings(self, theta: Array) -> list[Finding]:
+        """The gains that were found, by kind: over their mean, as the vehicle file takes them."""
         found, at = [], self.first
         for names in self.kinds:
             own = theta[at : at + len(names)]
             gains = np.round(own / own.mean(), 3)
             gains[0] += len(gains) - gains.sum()  # the file's mean must be 1
-            each = ", ".join(f"{n}: {g:.4g}" for n, g in zip(names, gains, strict=True))
-            found.append(f"{{gains: {{{each}}}}}")
+            weak = "several" if self.in_groups(theta) else "one"
+            each = tuple(gains.tolist())
+            kind = FindingKind.UNEQUAL_THRUSTER_GAINS
+            found.append(finding_of(kind, *names, gains=each, weak=weak))
             at += len(names)
-        return " and ".join(found)
+        return found
 
 
 def with_gains(problem: Problem, theta: Array) -> WithGains | None:

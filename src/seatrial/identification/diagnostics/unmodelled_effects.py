@@ -7,6 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
 from seatrial.identification.diagnostics.heading_offset import askew, askew_said
 from seatrial.identification.diagnostics.thruster_gains import with_gains
@@ -18,31 +20,29 @@ from seatrial.identification.selection.score_test import MUCH, ScoreTest, score_
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-ASKED = "more than half of the unmodelled force would be explained by"  # notes of effects begin so
+EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word
 GONE = 0.5  # of what pushes the boat must be left at most
 LEAST_GAIN = 0.2  # where a search begins
 CLEAR = 5.0  # standard deviations of chi-square, then
-WORDS: dict[str, Callable[[Array], str]] = {  # by what it would be
-    "lever": lambda s: f"poses of a point about {np.hypot(*s):.2g} m off the origin, a lever arm",
-    "current": lambda s: f"a current of up to {np.hypot(*s.reshape(-1, 2).T).max():.2g} m/s",
-    "trim": lambda _: "a steady push, as of thrusters that are not quite at rest",
-    "wind": lambda _: "wind",
+SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
+    "lever": lambda s: float(np.hypot(*s)),  # [m]
+    "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
 }
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """What a score test asks for: the problem with it, where its search begins, and its words."""
+    """What a score test asks for: the problem with it, where its search begins, and its findings."""
 
     gain: float  # fall of -2 log likelihood that it promises
     problem: Problem
     theta: Array
-    said: Callable[[Array], str]  # of the parameters that are found
+    findings: Callable[[Array], list[Finding]]  # of the parameters that are found
 
 
-def hints(at: Point, share: float) -> list[str]:
-    """The effect that the data ask for most, among those that are not sought; said in words.
+def hints(at: Point, share: float) -> list[Finding]:
+    """The effect that the data ask for most, among those that are not sought.
 
     It is looked for only where something acts that the model does not say, and tried. `share`: how
     closely the model is believed.
@@ -62,7 +62,7 @@ def hints(at: Point, share: float) -> list[str]:
         return []
     if not _quieter(at.noise, there.noise):
         return []
-    return [f"{ASKED} {most.said(there.theta)}, before further terms are sought"]
+    return most.findings(there.theta)
 
 
 def _effects(at: Point) -> list[_Asked]:
@@ -84,12 +84,13 @@ def _effects(at: Point) -> list[_Asked]:
         theta = at.theta.copy()
         theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
-        asked.append(_Asked(test.gain, with_it, theta, partial(_effect_said, kind, list(own))))
+        asked.append(_Asked(test.gain, with_it, theta, partial(_effect_found, kind, list(own))))
     return asked
 
 
-def _effect_said(kind: str, places: list[int], theta: Array) -> str:
-    return f"{WORDS[kind](theta[places])}: if that may be, identify with --effect {kind}"
+def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:
+    sizes = {"size": SIZES[kind](theta[places])} if kind in SIZES else {}
+    return [finding_of(UNMODELLED_EFFECTS[kind], **sizes)]
 
 
 def _unlike(at: Point) -> list[_Asked]:
@@ -103,20 +104,7 @@ def _unlike(at: Point) -> list[_Asked]:
         return []
     theta = wider.theta.copy()
     theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_GAIN)
-
-    def said(found: Array) -> str:
-        why = (
-            "several are weaker by as much: a force that acts off the middle does that, too, as with a payload; "
-            "look with select whether a coupled force explains it"
-            if wider.in_groups(found)
-            else "is a propeller fouled or damaged?"
-        )
-        return (
-            f"thrusters that do not thrust alike ({why}): if that may be, add "
-            f"{wider.said(found)} to the vehicle file's chain and identify again"
-        )
-
-    return [_Asked(test.gain, wider.problem, theta, said)]
+    return [_Asked(test.gain, wider.problem, theta, wider.findings)]
 
 
 def _asked_for(test: ScoreTest) -> bool:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
     DISTURBANCES,
@@ -89,8 +90,8 @@ def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
     return at.noise, chosen, share
 
 
-def worth(at: Point, share: float = 0.0) -> list[str]:
-    """What is to be said where the model is no better one second ahead than no model.
+def worth(at: Point, share: float = 0.0) -> list[Finding]:
+    """A finding where the model is no better one second ahead than no model.
 
     Not where errors of the poses hide how good it is: it is believed to know the velocity better than
     that, and rightly, unless it was believed to a `share` only.
@@ -99,10 +100,7 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
         return []
     ahead = _ahead(at.passes.problem, at.theta, at.noise)
     if ahead is None:
-        return [
-            "no second of these recordings can be predicted: the model runs away from the velocities "
-            "that occur, or there are no poses in a row; look at them with inspect"
-        ]
+        return [finding_of(FindingKind.NOT_PREDICTABLE)]
     moves = ahead.moving**2 > NOISY * ahead.floor**2
     least = np.where(moves, np.minimum(ahead.still, ahead.moving), ahead.still)
     ratio = ahead.rms / np.maximum(least, 1e-12)
@@ -113,10 +111,7 @@ def worth(at: Point, share: float = 0.0) -> list[str]:
     poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR and not k]
     if not poor:
         return []
-    return [
-        f"in {' and '.join(poor)}, one second ahead hardly better than constant or zero velocity: do commands "
-        "and poses belong together? Check with inspect, and the vehicle file's signs"
-    ]
+    return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]
 
 
 def _obeys(at: Point, axis: int) -> bool:

@@ -10,8 +10,7 @@ from seatrial.boat.physics import doubts
 from seatrial.identification.uncertainty.identifiability import Identifiability, Verdict
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.pooled_scores import judged
-from seatrial.report.evidence.runs import Run
+from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
     AT_FLOOR,

@@ -6,19 +6,16 @@ tests, repeats against each other, and the prediction of recordings that were le
 """
 
 import math
-import re
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.disturbed_intervals import STANDS_OUT
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.identification.diagnostics.homogeneity import DISAGREE
-from seatrial.identification.diagnostics.parameter_drift import CHANGES
-from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
+from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import output_error, with_free_stages
 from seatrial.identification.methods import check_recordings
 from seatrial.identification.selection.terms.candidates import (
@@ -35,6 +32,9 @@ from seatrial.identification.selection.terms.significance import freedom
 from seatrial.identification.selection.terms.stepwise import Search, forward_and_back
 from seatrial.recording.recording import Recording
 from seatrial.util.statistics import BLOCK
+
+DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
+CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
 
 __all__ = [
     "Selection",
@@ -70,9 +70,9 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
-    notes = [n for n in model.estimator.notes if n.startswith(ASKED) or STANDS_OUT in n]
+    first = model.findings_of(*EFFECTS_FOUND, *DISTURBANCES)
     model, changed = _changed(search, model)
-    one_boat = not any(n.startswith(DISAGREE) for n in changed)
+    one_boat = not of_kinds(changed, *DISAGREEMENTS)
     named = set(vehicle.structure.coefficients)
     aliased = search.aliased(own, tried)
     refused: dict[str, str] = {}
@@ -92,7 +92,7 @@ def select(
         model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
     rows = rows_of(bench, own, aliased, refused)
     chosen = with_terms(vehicle, model.structure.terms)
-    asked = tuple(of_files(n) for n in (*notes, *changed))
+    asked = tuple(of_files(finding) for finding in (*first, *changed))
     return Selection(replace(chosen, source=vehicle.source), model, rows, parts, horizon, asked)
 
 
@@ -103,23 +103,24 @@ def _sought(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
-def _changed(search: Search, model: Model) -> tuple[Model, list[str]]:
-    """What a model says of a boat that changed; with newcomers, where their lack might be the reason."""
-    said = [n for n in model.estimator.notes if n.startswith((DISAGREE, CHANGES))]
-    if not said:
-        return model, []
+def _changed(search: Search, model: Model) -> tuple[Model, tuple[Finding, ...]]:
+    """Findings on a boat that changed; with newcomers, where their lack might be the reason."""
+    changed = model.findings_of(*CHANGES)
+    if not changed:
+        return model, ()
     whole = forward_and_back(search, model, [])
     if whole.structure.terms == model.structure.terms:
-        return model, said
+        return model, changed
     search.say("whether the recordings agree, with these")
     whole = search.fit(whole.structure.terms, None)
-    return whole, [n for n in whole.estimator.notes if n.startswith((DISAGREE, CHANGES))]
+    return whole, whole.findings_of(*CHANGES)
 
 
-def of_files(note: str) -> str:
-    """A note with options for the recordings as they were given, not for their halves."""
+def of_files(finding: Finding) -> Finding:
+    """A disturbed interval of the recording as it was given, not of its half."""
+    if finding.kind is not FindingKind.DISTURBED_INTERVAL:
+        return finding
+    name = finding.part("recording")
     for half in HALF_NAMES:
-        note = re.sub(
-            rf"--without '([^']+){half}'=", lambda m: f"--without {shlex.quote(m[1])}=", note
-        )
-    return note
+        name = name.removesuffix(half)
+    return Finding(finding.kind, (name,), finding.values)

@@ -109,6 +109,12 @@ class Row:
     reason: str
     evidence: Evidence | None  # None: not up for removal, or an exact alias
 
+    @property
+    def weak(self) -> bool:
+        """Whether it is not distinguishable from zero, or hardly moves the prediction."""
+        found = self.evidence
+        return found is not None and (found.idle or not found.told or found.weak)
+
 
 @dataclass(frozen=True)
 class Bench:
