@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from board_boats import VEHICLES, identified
+from conftest import ROOT
 from cpp_tools import built, run
 
 import seatrial
