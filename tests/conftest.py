@@ -58,6 +58,11 @@ def pytest_collection_modifyitems(items):
     )
 
 
+def at_length(*values: object, **more: object) -> object:
+    """Parameters of a case that only the system tests run: a unit test has another of its branch."""
+    return pytest.param(*values, marks=pytest.mark.system, **more)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield

@@ -297,6 +297,7 @@ def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):
         output_error(recordings, vehicle_from(content, "twins"))
 
 
+@pytest.mark.system
 def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     others = [*recordings[1:], recordings[0]]
@@ -305,6 +306,7 @@ def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     assert not output_error(recordings, vehicle).estimator.findings
 
 
+@pytest.mark.system
 def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     rng = np.random.default_rng(1)
