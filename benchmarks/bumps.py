@@ -94,7 +94,7 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    squares = [squared_errors(p) for p in solved.passes.each]
+    squares = [squared_errors(p) for p in solved.runs.by_recording]
     return Row(solved.errors, off, left_out(solved.findings), clearest(recordings, squares).gain)
 
 

@@ -142,7 +142,7 @@ def with_seatrial(folder: Path) -> tuple[Solution, float]:
     begin = time.perf_counter()
     found = fit(recordings, vehicle, settings=settings, start=start)
     took = time.perf_counter() - begin
-    return Solution(found.theta[: found.problem.size], 0), took
+    return Solution(found.theta[: found.problem.n_coefficients], 0), took
 
 
 def with_rival(module: str, folder: Path) -> tuple[Solution, float]:

@@ -89,7 +89,7 @@ def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
         columns = {"initial": True, "coefficients": range(11)} if tangents else {}
         trace = model.trace(trial, **columns)
         got = _core.predict(
-            model.boat, trace, t, start, start + STEPS, x0, threads=1, tangents=tangents
+            model.boat, trace, t, start, start + STEPS, x0, threads=1, sensitivities=tangents
         )
         return got[0][:, 3:]
 

@@ -45,12 +45,12 @@ def tried(folder: Path, number: int, *, hold: bool) -> tuple[Counter[str], float
     paper = seatrial.load(folder / "start.yaml")
     settings = OutputErrorSettings(hold_noise=hold, extras=False)
     own = replace(seatrial.identify(recordings, vehicle, method="weak-form"), noise=paper.noise)
-    best = fit(recordings, vehicle, settings=settings, start=own if hold else None).passes.cost
+    best = fit(recordings, vehicle, settings=settings, start=own if hold else None).runs.cost
     ends: Counter[str] = Counter()
     begin = time.perf_counter()
     for start in starts(paper, number):
         try:
-            cost = fit(recordings, vehicle, settings=settings, start=start).passes.cost
+            cost = fit(recordings, vehicle, settings=settings, start=start).runs.cost
         except seatrial.SeatrialError:
             ends["refused"] += 1
         else:

@@ -26,7 +26,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
     vehicle = ["--vehicle", pool / "vehicle-AF.yaml"]
     code, out, err = run(capsys, "inspect", trials[0], *vehicle)
     assert (code, err) == (0, "")
-    assert "drives surge nearly alone" in out
+    assert "excites almost only surge" in out
     model = tmp_path / "model.yaml"
     code, out, err = run(capsys, "identify", *trials[:3], *vehicle, "-o", model)
     assert (code, err) == (0, "")
@@ -113,7 +113,7 @@ def test_inspect_says_which_figures_are_from_before_the_cut(pool, capsys):
     _, part, _ = run(capsys, *arguments, "--end", 60)
     counted = [[line for line in out.splitlines() if " Hz" in line] for out in (whole, part)]
     assert len(counted[0]) == 2
-    assert counted[1] == [f"{line}; before it was cut" for line in counted[0]]
+    assert counted[1] == [f"{line}; before cutting" for line in counted[0]]
 
 
 def test_a_spread_without_its_prior_is_refused(pool, tmp_path, capsys):

@@ -20,9 +20,9 @@ from seatrial.evaluation.comparison import drive_of
 from seatrial.identification.console import plus_minus, summary
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
-from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.solution import with_lever
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.recording.recording import Signal, make_recording
@@ -113,7 +113,7 @@ def test_a_file_whose_lever_arm_was_corrected_does_not_bring_it_back(known, axes
     """`validate --vehicle V` with the file that the model was identified with; another sensor's is its own."""
     _, vehicle, recordings = known
     told = (frd(vehicle) if axes is Axes.FRD else vehicle).with_lever((0.15, 0.05))
-    read = [of_origin(r.cut(0.0, 100.0), np.array([0.15, 0.05]) - LEVER) for r in recordings]
+    read = [poses_of_origin(r.cut(0.0, 100.0), np.array([0.15, 0.05]) - LEVER) for r in recordings]
     model = output_error(read, told, settings=OutputErrorSettings(effects=("lever",)))
     np.testing.assert_allclose(model.vehicle.lever, LEVER, atol=0.005)
     save(model, tmp_path / "model.yaml")
@@ -188,7 +188,7 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
     )
     begin = np.arange(len(values)) / 20.0
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     dt = 0.002
@@ -237,7 +237,7 @@ def test_wind_is_found_where_the_boat_turns_between_poses():
         max(process.disturbance_linear, process.walk_linear) < 1e-4
     )  # nothing but the wind pushed it
     # the noise that a filter is to believe is that of a filter that knows of the wind
-    plain = plain_noise(Point(found.theta, found.noise, found.passes), found.noise)
+    plain = likelihood_noise(Point(found.theta, found.noise, found.runs), found.noise)
     assert plain[0] == pytest.approx(2e-3, rel=0.1)
 
 
@@ -253,13 +253,13 @@ def test_errors_that_hang_together_for_less_than_a_pose_are_white():
 def test_a_lever_arms_search_that_begins_far_off_ends_no_elsewhere(known, monkeypatch):
     """The other begins at the solution without one; the likelier is kept."""
     _, vehicle, recordings = known
-    moved = [of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
+    moved = [poses_of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
     settings = OutputErrorSettings(effects=("lever",))
     usual = fit(moved, vehicle, settings=settings)
     module = sys.modules[
         "seatrial.identification.estimator"
     ]  # the package has a function of its name
-    monkeypatch.setattr(module, "first_lever", lambda *_: FAR)
+    monkeypatch.setattr(module, "lever_from_poses", lambda *_: FAR)
     found = fit(moved, vehicle, settings=settings)
     for name in usual.names:
         k, free = usual.names.index(name), found.problem.free

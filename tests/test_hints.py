@@ -12,7 +12,7 @@ from survey_boat import TRUTH, driven
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.regression.start_lever import first_lever, of_origin
+from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.selection.terms import select, selection_text
 from seatrial.recording.recording import make_recording
 from seatrial.util.errors import IdentificationError
@@ -133,7 +133,7 @@ def test_select_says_it_beside_the_terms_that_stand_for_it():
 @pytest.mark.parametrize("lever", [(0.2, -0.1), (1.5, 0.8), (-4.0, 2.0)])
 def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     vehicle, recordings = drives(off_by(lever))
-    assert first_lever(recordings, vehicle) == pytest.approx(
+    assert lever_from_poses(recordings, vehicle) == pytest.approx(
         lever, abs=0.05 + 0.02 * np.hypot(*lever)
     )
 
@@ -153,6 +153,6 @@ def test_poses_of_the_origin_are_less_lever_and_current():
     lever, current = np.array([0.4, -0.2]), np.array([0.05, 0.02])
     moved = off_by(lever)(drive, drive.eta.copy())
     moved[:, :2] += drive.t[:, None] * current
-    back = of_origin(replace(drive, eta=moved), lever, current)
+    back = poses_of_origin(replace(drive, eta=moved), lever, current)
     np.testing.assert_allclose(back.eta, drive.eta, atol=1e-9)
-    assert of_origin(drive, np.zeros(2)) is drive
+    assert poses_of_origin(drive, np.zeros(2)) is drive

@@ -19,7 +19,7 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.schema import RecordingEntry as Entry
 from seatrial.identification.console import correlation_text, minutes, percent, plus_minus, table
-from seatrial.identification.estimator import METHOD
+from seatrial.identification.estimator import OUTPUT_ERROR
 from seatrial.identification.methods import summary
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
@@ -42,7 +42,7 @@ def model():
         plant, vehicle=whole, constants=whole.constants.values, covariance=covariance,
         envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))),
         noise=NoiseEntry(0.004, 0.003, ProcessEntry(1e-6, 1e-6, 0.0068, 0.013, 2.0)),
-        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, findings=[HIDDEN]),
+        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(OUTPUT_ERROR, findings=[HIDDEN]),
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 from seatrial.identification.selection.actuator_stages import CHAIN_FINDINGS
-from seatrial.identification.selection.terms import CHANGES, DISTURBANCES
+from seatrial.identification.selection.terms.select_terms import CHANGES, DISTURBANCES
 from seatrial.util.errors import SeatrialError
 
 MODELS = Path(__file__).parent / "models"

@@ -39,7 +39,7 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(1), np.zeros(0), np.array([-1.0]), np.zeros((1, 1)), np.zeros(0),
         np.zeros((0, 0)), True, [1, 2, 3], [],
     )  # fmt: skip
@@ -170,7 +170,9 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
 
 def test_a_search_that_got_lost_says_so(far, monkeypatch):
     monkeypatch.setattr(
-        import_module("seatrial.identification.likelihood.optimiser"), "astray", lambda _: False
+        import_module("seatrial.identification.likelihood.optimiser"),
+        "far_from_poses",
+        lambda _: False,
     )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
@@ -181,9 +183,11 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch):
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
     def nowhere(problem, *begin, hold):
-        return Point(*begin, problem.passes(*begin))
+        return Point(*begin, problem.run_filter(*begin))
 
-    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "search", nowhere)
+    monkeypatch.setattr(
+        import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
+    )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
@@ -253,7 +257,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     whole = with_free_stages(stated, recordings)
     assert set(whole.constants.names) - set(stated.constants.names) == {"latency"}
     problem = Problem(whole, tuple(recordings), (0,), 1 / 20, 4.0, 10.0)
-    assert problem.names[: problem.size] == vehicle.structure.coefficients
+    assert problem.names[: problem.n_coefficients] == vehicle.structure.coefficients
 
 
 def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_seen(

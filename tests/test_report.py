@@ -13,11 +13,11 @@ from conftest import TABLE_II, make_model
 from html_tables import Tables
 
 import seatrial
+from seatrial.boat.schema import EQUATION_ERROR as PAPERS
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import METHODS
-from seatrial.identification.regression.equation_error import METHOD as PAPERS
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.recording.excitation import excitation
 from seatrial.report import report, write_report

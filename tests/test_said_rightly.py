@@ -13,7 +13,7 @@ from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.boat.physics import sanity, sanity_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
-from seatrial.inspection.overview import implausible
+from seatrial.inspection.overview import implausible_values
 from seatrial.recording.recording import Signal
 from seatrial.util.errors import SeatrialError
 
@@ -25,9 +25,9 @@ def both(rng):
 def test_noisy_fast_poses_are_not_in_other_units():
     noise = np.array([0.1, 0.1, 0.05])
     _, recording = driven({}, [both, both], seconds=60.0, stamps=even(50.0), noise=noise)
-    assert not [s for s in implausible(recording) if "mm or cm" in s or "degrees" in s]
+    assert not [s for s in implausible_values(recording) if "mm or cm" in s or "degrees" in s]
     in_mm = replace(recording, eta=recording.eta * [1000.0, 1000.0, 1.0])
-    assert [s for s in implausible(in_mm) if "mm or cm" in s]
+    assert [s for s in implausible_values(in_mm) if "mm or cm" in s]
 
 
 def test_slow_poses_are_said_where_their_velocities_are_used():

@@ -15,7 +15,7 @@ from seatrial.commands.cli import main
 from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_found
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.console import summary
-from seatrial.identification.selection.terms import of_files
+from seatrial.identification.selection.terms.select_terms import of_files
 from seatrial.io.write import write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.recording import make_recording
@@ -248,16 +248,16 @@ def test_a_recording_without_a_stretch(paper_mp):
     assert not left.valid[left.t >= 100.0].any()
     kept = (left.t < 50.0) | ((left.t > 60.0) & (left.t < 100.0))
     np.testing.assert_array_equal(left.valid[kept], recording.valid[kept])
-    spans = [(f.start, f.end) for f in left.faults if f.kind is FaultKind.UNWANTED]
+    spans = [(f.start, f.end) for f in left.faults if f.kind is FaultKind.EXCLUDED]
     assert spans == [(50.0, 60.0), (100.0, pytest.approx(recording.duration))]
     assert left.usable == pytest.approx(recording.usable, abs=0.01)
     np.testing.assert_array_equal(left.commands.values, recording.commands.values)
     later = left.cut(40.0, 90.0)
-    assert [round(f.start) for f in later.faults if f.kind is FaultKind.UNWANTED] == [10]
+    assert [round(f.start) for f in later.faults if f.kind is FaultKind.EXCLUDED] == [10]
     for start, end, words in (
         (60.0, 50.0, "from 60 s to 50 s: the end is not after the start"),
-        (500.0, 600.0, "can't leave out from 500 s to 600 s: it lasts"),
-        (-1.0, np.inf, "nothing is left without what is from -1 s to its end"),
+        (500.0, 600.0, "can't exclude from 500 s to 600 s: it lasts"),
+        (-1.0, np.inf, "no poses remain without the time from -1 s to its end"),
         (float("nan"), 5.0, "the end is not after the start"),
     ):
         with pytest.raises(RecordingError, match=words):
@@ -279,7 +279,7 @@ def on_disk(paper_mp, tmp_path_factory):
         ("S1-MP=a-b", "expected NAME=FROM-TO"),
         ("S1-MP=1.2.3-5", "expected NAME=FROM-TO"),
         ("S1-MP=9-5", "from 9 s to 5 s: the end is not after the start"),
-        ("S1-MP=-", "nothing is left without what is from 0 s to its end"),
+        ("S1-MP=-", "no poses remain without the time from 0 s to its end"),
         ("S2-MP=5-9", "--without S2-MP: there is no such recording; S1-MP"),
     ],
 )
@@ -295,7 +295,7 @@ def test_commands_leave_out_what_they_are_told(on_disk, capsys):
     told = ["--without", "S1-MP=-5", "--without", "S1-MP=80.5-90", "--without", "S1-MP=195-"]
     assert main(["inspect", str(on_disk), "--vehicle", "mallard-mp", *told, "--start", "60"]) == 0
     shown = capsys.readouterr().out
-    assert "left out as was asked for" in shown
+    assert "excluded (--without)" in shown
 
 
 def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp_path, capsys):
@@ -305,5 +305,5 @@ def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp
     assert "2 recordings are called so; give its path" in capsys.readouterr().err
     assert main([*both, f"{copy}/=80-90"]) == 0
     first, second = capsys.readouterr().out.split("S1-MP")[1:3]
-    assert "left out as was asked for" not in first
-    assert "left out as was asked for" in second
+    assert "excluded (--without)" not in first
+    assert "excluded (--without)" in second

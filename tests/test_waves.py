@@ -17,7 +17,7 @@ from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import causal
 from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
-from seatrial.identification.likelihood.noise_structures import _periods
+from seatrial.identification.likelihood.noise_structures import _wave_periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.recording import Signal, make_recording
 
@@ -48,7 +48,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
         [pulses(rng, seconds, lambda r: r.uniform(-1.0, 1.0), 0.3) for _ in range(3)]
     )
     begin, step = np.arange(len(values)) / 20.0, 0.01
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     fine = np.arange(0.0, seconds, step)
@@ -148,4 +148,4 @@ def live(model, recording):
 def test_poses_too_rare_for_waves_are_tried_for_none():
     for period, known in ((0.1, True), (4.0, False)):
         each = SimpleNamespace(period=period)
-        assert bool(list(_periods(SimpleNamespace(recordings=[each])))) == known
+        assert bool(list(_wave_periods(SimpleNamespace(recordings=[each])))) == known

@@ -14,7 +14,8 @@ from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal import Choices, init
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.write import write_setting, write_trial
 from seatrial.recording.recording import Recording
@@ -92,7 +93,7 @@ def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Sa
     found = inspect([read(bag, vehicle) for bag in bags.values()], vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")
     wrong = [finding.text for finding in found.signs.findings]
-    for sentence in wrong or ["nothing against the vehicle file's units, signs and order"]:
+    for sentence in wrong or ["consistent with the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
     note("CSE1, init")
     proposal = init(

@@ -107,7 +107,7 @@ def folded(noise: Array, period: float) -> Array:
 
 
 def fitted_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     settled: float = NOISE_SETTLED,
@@ -124,7 +124,7 @@ def fitted_noise(
 
 
 def repeated_cost(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float,
@@ -135,7 +135,7 @@ def repeated_cost(
 
 
 def likelier_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float = OUTLIER,

@@ -45,7 +45,7 @@ def believed_on_board(model: Model) -> Believed:
     chain, constants = model.vehicle.chain, model.constants
     own = _own(model.noise)
     return Believed(
-        *_core.believe(model.boat, chain, constants, ranges, covariance, own, explained)
+        *_core.onboard_uncertainty(model.boat, chain, constants, ranges, covariance, own, explained)
     )
 
 

@@ -255,7 +255,7 @@ class RecordingEntry(Strict, frozen=True):
     files: list[SourceEntry] = []
     effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
     errors: dict[str, float] = {}  # their standard errors
-    without: list[tuple[float, float]] = []  # [s] from the file's start, left out as was asked for
+    without: list[tuple[float, float]] = []  # [s] from the file's start, excluded (--without)
 
 
 class StepEntry(Strict, frozen=True):

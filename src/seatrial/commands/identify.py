@@ -12,7 +12,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.identification.methods import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
+from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def add(verbs: "Verbs") -> None:
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
     )  # fmt: skip
     identify.add_argument(
-        "--effect", action="append", default=[], choices=KINDS,
+        "--effect", action="append", default=[], choices=EFFECT_KINDS,
         help="estimate this effect, too: the sensor's lever arm, or each recording's current, trim or wind",
     )  # fmt: skip
     identify.add_argument(
@@ -88,10 +88,10 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.clear()
     print(summary(model))
     if args.minutes or args.profile or args.bootstrap:
-        from seatrial.identification.on_request import evidence
+        from seatrial.identification.on_request import accuracy_tables
 
         progress.say("computing confidence intervals")
-        told = evidence(
+        told = accuracy_tables(
             model, recordings, vehicle,
             replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip

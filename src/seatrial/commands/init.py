@@ -52,7 +52,8 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
-    from seatrial.inspection.proposal import Choices, init
+    from seatrial.inspection.proposal.propose import init
+    from seatrial.inspection.proposal.sources import Choices
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 

@@ -24,9 +24,9 @@ from seatrial.evaluation.disturbed_intervals import (
     stretches_found,
     together,
 )
-from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array
 
@@ -40,7 +40,7 @@ Afresh = Callable[[Problem], Point]  # the search from start values
 
 def bumps(at: Point) -> list[Stretch]:
     """Stretches in which the filter's errors are larger than elsewhere."""
-    recordings, each = at.passes.problem.recordings, at.passes.each
+    recordings, each = at.runs.problem.recordings, at.runs.by_recording
     return stretches(recordings, [squared_errors(p) for p in each])
 
 
@@ -51,7 +51,7 @@ def bumps_said(seen: Point | None, at: Point, covariance: Array, afresh: Afresh)
     closely just because of them, or have more stages; covariance: (p, p) of its free parameters.
     """
     near = at if seen is None else seen
-    problem = near.passes.problem
+    problem = near.runs.problem
     best, findings = SHARPER, []
     for begin in _beginnings(seen, near, problem, afresh):
         found, after = _followed(begin, afresh)
@@ -89,8 +89,8 @@ def _beginnings(
         own = replace(problem, recordings=tuple(recordings))
         middle = afresh(own) if near is None else _searched(own, near, afresh)
         noise = loosened(middle.noise, 1.0)  # so that it finds back from what it does not foresee
-        passes = problem.passes(middle.theta, noise, repeatable=False)
-        yield Point(middle.theta, noise, passes)
+        runs = problem.run_filter(middle.theta, noise, repeatable=False)
+        yield Point(middle.theta, noise, runs)
 
 
 def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
@@ -98,7 +98,7 @@ def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
 
     None where they are too many to be exceptions.
     """
-    problem, there = at.passes.problem, at
+    problem, there = at.runs.problem, at
     found: list[Stretch] = []
     for _ in range(ROUNDS):
         new = bumps(there)
@@ -118,7 +118,7 @@ def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
 def _searched(problem: Problem, near: Point, afresh: Afresh) -> Point:
     """The solution of a problem, from a point or, where that leads nowhere, from start values."""
     try:
-        return search(problem, near.theta, near.noise)
+        return maximise_likelihood(problem, near.theta, near.noise)
     except IdentificationError:
         return afresh(problem)
 
@@ -145,7 +145,7 @@ def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
 def _difference(at: Point, covariance: Array, after: Point) -> Finding | None:
     """What it makes of standard errors to leave stretches out, and of the parameter that changes most."""
     try:
-        errors = _named(after, sandwich(after))
+        errors = _named(after, sandwich_covariance(after))
     except IdentificationError:  # what is left does not tell them apart
         return None
     old = _named(at, covariance)
@@ -161,6 +161,6 @@ def _difference(at: Point, covariance: Array, after: Point) -> Finding | None:
 
 def _named(at: Point, covariance: Array) -> dict[str, tuple[float, float]]:
     """Values and standard errors of the free parameters."""
-    problem, errors = at.passes.problem, np.sqrt(np.diag(covariance)).tolist()
+    problem, errors = at.runs.problem, np.sqrt(np.diag(covariance)).tolist()
     pairs = zip(at.theta[list(problem.free)].tolist(), errors, strict=True)
     return dict(zip((problem.names[i] for i in problem.free), pairs, strict=True))

@@ -27,7 +27,7 @@ DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
 
 def disagreements(at: Point) -> list[Finding]:
     """How recordings are of different boats; none where chance explains it."""
-    if at.passes.problem.prior is not None or len(at.passes.each) < 2:
+    if at.runs.problem.prior is not None or len(at.runs.by_recording) < 2:
         return []
     manifest = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
     delays, gain = _clocks(at)
@@ -48,7 +48,7 @@ def _finding(at: Point, change: Change) -> Finding:
 
 def _clocks(at: Point) -> tuple[list[Finding], float]:
     """A delay from commands to poses that is not the same in all recordings, and the gain that it promises."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
     found = _apart(at, late.astype(float))
     if found is None:
@@ -71,7 +71,7 @@ def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
     known, test = found
     factors = np.concatenate([[1.0], 1.0 + test.step])
     low, high = int(np.argmin(factors)), int(np.argmax(factors))
-    less, more = (at.passes.problem.recordings[known[i]].name for i in (low, high))
+    less, more = (at.runs.problem.recordings[known[i]].name for i in (low, high))
     return Change(axis, what, less, more, float(max(factors[low], 0.0) / factors[high]), test)
 
 
@@ -79,10 +79,10 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     """Recordings that tell it, and the test of each one's own share in what moves the free parameters by
     `weights` (p,), beside that of the first; None where fewer than two do.
     """
-    problem, passes = at.passes.problem, at.passes
+    problem, runs = at.runs.problem, at.runs
     p, known, columns, scores = len(problem.free), [], [], []
-    for i, each in enumerate(passes.each):
-        to = problem.places(i)
+    for i, each in enumerate(runs.by_recording):
+        to = problem.free_columns(i)
         own = np.where(to >= 0, weights[to], 0.0)
         across = np.zeros(p)
         across[to[to >= 0]] = (np.asarray(each.information) @ own)[to >= 0]
@@ -94,7 +94,7 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     if k < 2:
         return None
     wide = np.zeros((p + k, p + k))
-    wide[:p, :p] = passes.information
+    wide[:p, :p] = runs.information
     wide[:p, p:] = np.array(columns).T
     wide[p:, :p] = wide[:p, p:].T
     wide[p:, p:] = np.diag(np.array(columns) @ weights)
@@ -103,5 +103,5 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     for j, i in enumerate(known):
         blocks[ends[i] - len(scores[i]) : ends[i], j] = scores[i]
     tested = list(range(p + 1, p + k))  # one for all is in the coefficients
-    test = score_test(WithFactors(wide, np.hstack([passes.scores, blocks])), tested, neutral=[p])
+    test = score_test(WithFactors(wide, np.hstack([runs.scores, blocks])), tested, neutral=[p])
     return known, test

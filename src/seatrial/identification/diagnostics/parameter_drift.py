@@ -19,7 +19,7 @@ from seatrial.identification.diagnostics.scale_factors import (
     dead_zone_of,
 )
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import Passes
+from seatrial.identification.likelihood.problem import FilterRuns
 from seatrial.identification.selection.score_test import ScoreTest
 from seatrial.util.frames import AXES, Array
 
@@ -38,7 +38,7 @@ class _Blocks:
 class _Course:
     """All recordings, block by block."""
 
-    passes: Passes
+    runs: FilterRuns
     blocks: list[_Blocks]
     longest: str  # recording
     span: float  # [s] its length, over which a factor changes by what is sought
@@ -46,7 +46,7 @@ class _Course:
 
 def wear(at: Point) -> list[Finding]:
     """How the boat changes in the course of a recording, if it does."""
-    if at.passes.problem.prior is not None:
+    if at.runs.problem.prior is not None:
         return []
     course = _course(at)
     if course.span <= 0.0:
@@ -69,17 +69,17 @@ def _finding(at: Point, course: _Course, change: Change) -> Finding:
 
 
 def _course(at: Point) -> _Course:
-    problem = at.passes.problem
-    passes = problem.passes(at.theta, at.noise, repeatable=False, shares=True)
+    problem = at.runs.problem
+    runs = problem.run_filter(at.theta, at.noise, repeatable=False, shares=True)
     found = []
-    for i, (recording, each) in enumerate(zip(problem.recordings, passes.each, strict=True)):
-        block, places = problem.blocks[i], problem.places(i)
+    for i, (recording, each) in enumerate(zip(problem.recordings, runs.by_recording, strict=True)):
+        block, places = problem.blocks[i], problem.free_columns(i)
         time = np.bincount(block, recording.t) / np.bincount(block)
         m = len(places)
         found.append(_Blocks(places, time, each.share.reshape(-1, m, m), np.asarray(each.score)))
     longest = max(range(len(found)), key=lambda i: float(np.ptp(found[i].time)))
     span = float(np.ptp(found[longest].time))
-    return _Course(passes, found, problem.recordings[longest].name, span)
+    return _Course(runs, found, problem.recordings[longest].name, span)
 
 
 def _tested(course: _Course, axis: int, what: str, weights: Array) -> Change | None:

@@ -66,7 +66,7 @@ def changes(at: Point, tested: Tested) -> list[Change]:
 
 def dead_zone_of(at: Point, what: str) -> str:
     """Whether thrust changes without a dead zone that could explain it, as findings have it."""
-    lacks = what == "thrust" and not _zoned(at.passes.problem.vehicle)
+    lacks = what == "thrust" and not _zoned(at.runs.problem.vehicle)
     return "not modelled" if lacks else "modelled"
 
 
@@ -78,7 +78,7 @@ def _zoned(vehicle: Vehicle) -> bool:
 
 def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
     """What changes, and how the free parameters (p,) would with a factor on it: as much as they are."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     thrust, drag = thrust_and_drag(problem.vehicle.structure, axis)
     free = np.array(problem.free)
     for what, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):

@@ -73,7 +73,7 @@ def with_gains(problem: Problem, theta: Array) -> WithGains | None:
     kinds = [kind for kind in likely if _told(vehicle, kind, problem.recordings)]
     if not kinds or sum(map(len, kinds)) > room:
         return None
-    place = problem.size + problem.constants
+    place = problem.n_coefficients + problem.n_constants
     firsts = np.cumsum([0, *map(len, kinds)])
     count = int(firsts[-1])
     places = tuple(place + k for k in range(count) if k not in firsts)
@@ -108,7 +108,7 @@ def _widened(prior: Prior, place: int, count: int) -> Prior:
     """The prior with parameters of which nothing is known."""
     here = [place] * count
     precision = np.insert(np.insert(prior.precision, here, 0.0, axis=0), here, 0.0, axis=1)
-    return Prior(np.insert(prior.at, here, 0.0), precision)
+    return Prior(np.insert(prior.mean, here, 0.0), precision)
 
 
 def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
@@ -120,7 +120,7 @@ def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]
 
     def forces(gains: Array) -> Array:
         other = _with(vehicle, "gains", kind, gains)
-        trace = _core.Trace(other.chain, other.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     now = forces(np.ones(count))

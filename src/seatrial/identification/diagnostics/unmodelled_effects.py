@@ -12,11 +12,11 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
 from seatrial.identification.diagnostics.heading_offset import askew, askew_said
 from seatrial.identification.diagnostics.thruster_gains import with_gains
-from seatrial.identification.likelihood.fit_horizon import least_noise
-from seatrial.identification.likelihood.optimiser import Point, search
-from seatrial.identification.likelihood.problem import KINDS, Problem
-from seatrial.identification.likelihood.whiteness import explained
-from seatrial.identification.selection.score_test import MUCH, ScoreTest, score_test
+from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.problem import EFFECT_KINDS, Problem
+from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
@@ -47,17 +47,17 @@ def hints(at: Point, share: float) -> list[Finding]:
     It is looked for only where something acts that the model does not say, and tried. `share`: how
     closely the model is believed.
     """
-    if explained(at):
+    if without_process_noise(at):
         return []
     asked, off = [*_effects(at), *_unlike(at)], askew(at)
-    if off is not None and off.gain > max([MUCH, *(a.gain for a in asked)]):
-        return askew_said(at, off, least_noise(off.problem, share))
+    if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in asked)]):
+        return askew_said(at, off, noise_floor(off.problem, share))
     if not asked:
         return []
     most = max(asked, key=lambda a: a.gain)
-    least = least_noise(most.problem, share)
+    least = noise_floor(most.problem, share)
     try:
-        there = search(most.problem, most.theta, at.noise, least=least)
+        there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
     except IdentificationError:
         return []
     if not _quieter(at.noise, there.noise):
@@ -67,18 +67,18 @@ def hints(at: Point, share: float) -> list[Finding]:
 
 def _effects(at: Point) -> list[_Asked]:
     """Effects that nobody seeks but the data ask for."""
-    problem = at.passes.problem
-    places = {kind: _places(problem, kind) for kind in KINDS}
+    problem = at.runs.problem
+    places = {kind: _places(problem, kind) for kind in EFFECT_KINDS}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
     wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    passes = wider.passes(at.theta, at.noise, repeatable=False)
+    runs = wider.run_filter(at.theta, at.noise, repeatable=False)
     asked = []
     for kind, own in new.items():
         tested = [wider.free.index(i) for i in own]
         others = set(range(len(problem.free), len(wider.free))) - set(tested)
-        test = score_test(passes, tested, neutral=sorted(others))
+        test = score_test(runs, tested, neutral=sorted(others))
         if not _asked_for(test):
             continue
         theta = at.theta.copy()
@@ -95,11 +95,11 @@ def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:
 
 def _unlike(at: Point) -> list[_Asked]:
     """Thrusters that do not thrust alike, if the data ask for that."""
-    wider = with_gains(at.passes.problem, at.theta)
+    wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    passes = wider.problem.passes(wider.theta, at.noise, repeatable=False)
-    test = score_test(passes, [wider.problem.free.index(i) for i in wider.places])
+    runs = wider.problem.run_filter(wider.theta, at.noise, repeatable=False)
+    test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
     if not _asked_for(test):
         return []
     theta = wider.theta.copy()
@@ -122,7 +122,7 @@ def _quieter(before: Array, after: Array) -> bool:
 
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:
     """Where effects of a kind stand among all parameters."""
-    first = problem.size + problem.constants
+    first = problem.n_coefficients + problem.n_constants
     return tuple(
         i for i, n in enumerate(problem.names) if i >= first and n.partition("_")[0] == kind
     )

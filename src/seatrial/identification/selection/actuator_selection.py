@@ -9,13 +9,13 @@ import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.fit_horizon import least_noise
-from seatrial.identification.likelihood.optimiser import Point, search
-from seatrial.identification.likelihood.problem import Passes, Problem
+from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.selection.actuator_stages import extras
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.identification.solution import OutputErrorSettings
-from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
@@ -36,7 +36,7 @@ def problem_of(
     """Free are the coefficients, the constants that the file does not state, chosen effects."""
     known = set(vehicle.constants.names) - set(whole.estimated)
     problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier, settings.block)
-    n, m = problem.size, problem.constants
+    n, m = problem.n_coefficients, problem.n_constants
     free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
     for i, name in enumerate(problem.names[n + m :], n + m):
         free += [i] if name.partition("_")[0] in settings.effects else []
@@ -76,16 +76,16 @@ class _Asked:
 
 def _asked(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_Asked]:
     """Stages that promise a fall that is worth having, be it by chance or not."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     found = []
-    passes: dict[int, Passes] = {}  # of probes
+    runs: dict[int, FilterRuns] = {}  # of probes
     for extra in extras(vehicle, problem.vehicle, problem.recordings):
-        if id(extra.probe) not in passes:
+        if id(extra.probe) not in runs:
             probe = _wider(problem, extra.probe, vehicle, settings)
             start = _moved(at, probe, extra.origin)
-            passes[id(extra.probe)] = probe.passes(start, at.noise, repeatable=False)
+            runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
         wider = _wider(problem, extra.vehicle, vehicle, settings)
-        test = _tested(problem, wider, passes[id(extra.probe)])
+        test = _tested(problem, wider, runs[id(extra.probe)])
         if test.gain > WORTH:
             found.append(_Asked((extra.finding,), wider, _moved(at, wider, extra.origin), test))
     return found
@@ -93,9 +93,11 @@ def _asked(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_
 
 def _found(at: Point, asked: _Asked, settings: OutputErrorSettings, share: float) -> Point | None:
     """The solution with it; None where there is none."""
-    least = least_noise(asked.wider, share)
+    least = noise_floor(asked.wider, share)
     with suppress(IdentificationError):
-        return search(asked.wider, asked.theta, at.noise, hold=settings.hold_noise, least=least)
+        return maximise_likelihood(
+            asked.wider, asked.theta, at.noise, hold=settings.hold_noise, least=least
+        )
     return None
 
 
@@ -111,12 +113,12 @@ def _tried(
     Dead-zone edges that stand for a curve hide it from its scores: where several promise something, all are tried
     at once, and what is not far from its neutral value by its errors is left out.
     """
-    problem = at.passes.problem
+    problem = at.runs.problem
     curves = [a for a in asked if _curve(problem, a.wider)]
     tries = [*_together(at, curves, vehicle, settings), *curves]
     for one in tries:
         there = _found(at, one, settings, share)
-        if there is None or not at.passes.cost - there.passes.cost > WORTH:
+        if there is None or not at.runs.cost - there.runs.cost > WORTH:
             continue
         far = _far(there, [i for i in one.wider.free if one.wider.names[i] not in problem.names])
         if far.all():
@@ -134,7 +136,7 @@ def _together(
     at: Point, curves: Sequence[_Asked], vehicle: Vehicle, settings: OutputErrorSettings
 ) -> list[_Asked]:
     """All stages of the curve at once, if one of them promises something and there are several."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     if not curves:
         return []
     of_curve = [e for e in extras(vehicle, problem.vehicle, problem.recordings) if not e.origin]
@@ -147,10 +149,10 @@ def _together(
 
 def _far(at: Point, new: Sequence[int]) -> Mask:
     """Whether each of some parameters is beyond chance away from 1, by errors that hold for blocks."""
-    free = list(at.passes.problem.free)
+    free = list(at.runs.problem.free)
     places = [free.index(i) for i in new]
     try:
-        errors = np.sqrt(np.diag(sandwich(at)))[places]
+        errors = np.sqrt(np.diag(sandwich_covariance(at)))[places]
     except IdentificationError:
         return np.zeros(len(places), dtype=bool)
     off = np.abs(at.theta[list(new)] - 1.0)
@@ -169,19 +171,19 @@ def _wider(
     )
 
 
-def _tested(problem: Problem, wider: Problem, passes: Passes) -> ScoreTest:
+def _tested(problem: Problem, wider: Problem, runs: FilterRuns) -> ScoreTest:
     """Whether what a wider problem has more deserves it, by passes of one that may be wider still."""
-    names = [passes.problem.names[i] for i in passes.problem.free]
+    names = [runs.problem.names[i] for i in runs.problem.free]
     known = {wider.names[i] for i in wider.free}
     neutral = [k for k, name in enumerate(names) if name not in known]
     new = [k for k, name in enumerate(names) if name in known and name not in problem.names]
     split = [k for k in new if "." in names[k]]
-    return score_test(passes, [k for k in new if k not in split[:1]], split, neutral)
+    return score_test(runs, [k for k in new if k not in split[:1]], split, neutral)
 
 
 def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:
     """The parameters of a wider problem where they are those of the solution."""
-    old = dict(zip(at.passes.problem.names, at.theta.tolist(), strict=True))
+    old = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
     neutral = dict(zip(wider.vehicle.constants.names, wider.vehicle.constants.values, strict=True))
     values = [
         old.get(name, old.get(origin.get(name, ""), neutral.get(name, 0.0))) for name in wider.names

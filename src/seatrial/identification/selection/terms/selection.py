@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `select` found."""
+"""The result of `select`."""
 
 from dataclasses import dataclass
 
@@ -12,9 +12,9 @@ from seatrial.identification.selection.terms.decisions import Row
 
 @dataclass(frozen=True)
 class Selection:
-    """The chosen structure, and why."""
+    """The chosen structure, with the tests behind it."""
 
-    vehicle: Vehicle  # with the chosen terms; all else as it was
+    vehicle: Vehicle  # with the chosen terms; otherwise unchanged
     model: Model  # fitted to all recordings together
     rows: tuple[Row, ...]
     folds: tuple[Fold, ...]
