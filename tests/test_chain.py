@@ -290,7 +290,9 @@ def wrenches(axes, *groups):
 )
 def test_what_tells_full_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
     """F_v of a forward-right-down file is turned when it is read: its reverse would be taken for forward."""
-    with pytest.raises(VehicleError, match=f"chain: {stage} tells .*F_v count the other way"):
+    with pytest.raises(
+        VehicleError, match=f"chain: {stage} distinguishes .*F_v have the opposite sign"
+    ):
         wrenches("forward-right-down", {"actuators": ["F_v"], **group})
     wrenches("forward-right-down", {"actuators": ["F_u"], **group})
 

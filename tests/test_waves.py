@@ -103,7 +103,7 @@ def test_the_swing_is_found_and_said(on_swell, tmp_path):
     assert swings.period == pytest.approx(period, rel=0.1)
     assert swings.position == pytest.approx(size, rel=0.5)
     assert swings.memory > period
-    assert f"swinging with a period of {swings.period:.2g} s" in summary(model)
+    assert f"oscillating with a period of {swings.period:.2g} s" in summary(model)
     save(model, tmp_path / "model.yaml")
     assert load(tmp_path / "model.yaml").noise.correlated.period == pytest.approx(swings.period)
 

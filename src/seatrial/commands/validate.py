@@ -35,7 +35,7 @@ def add(verbs: "Verbs") -> None:
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Scores, horizons, and another model beside it."""
     from seatrial.boat.model import load
-    from seatrial.boat.physics import concerns
+    from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import against_text
     from seatrial.evaluation.scores import scores_json
@@ -54,5 +54,5 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     print(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
         print(against_text(scores.against))
-    for doubt in concerns(model):
+    for doubt in model_concerns(model):
         print(f"  doubt: {doubt}")

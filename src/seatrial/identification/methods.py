@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
-from seatrial.identification.estimator import OUTPUT_ERROR, OutputErrorSettings, output_error
+from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_said
@@ -66,12 +66,58 @@ def identify(
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
     which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
-    seek them. Raises IdentificationError, RecordingError, ModelError
+    estimate them. Raises IdentificationError, RecordingError, ModelError
     (unstable).
     """
+    return identify_with_fit(
+        recordings, vehicle, method=method, roles=roles, settings=settings,
+        prior=prior, prior_spread=prior_spread, effects=effects,
+    )[0]  # fmt: skip
+
+
+def identify_with_fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    method: str = DEFAULT_METHOD,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
+) -> tuple[Model, Fit | None]:
+    """`identify`, and the solution that the model came from; None where the method has none."""
+    # refuse what no model can come from, and options of another method
+    _check_options(method, roles, settings, prior, effects)
+    check_recordings(recordings)
+    # the method
+    solution = None
+    if method == OUTPUT_ERROR:
+        solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        model = solution.model()
+        if prior is not None:
+            model = with_prior_said(model, prior, prior_spread)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    # is it a boat, and are recordings and vehicle file what they seem?
+    axis_physics(model)
+    return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def _check_options(
+    method: str,
+    roles: Mapping[str, Sequence[str]] | None,
+    settings: EquationErrorSettings | None,
+    prior: Model | None,
+    effects: Sequence[str],
+) -> None:
+    """Raises IdentificationError for an option that belongs to another method."""
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
-    check_recordings(recordings)
     if method != EQUATION_ERROR and settings is not None and settings.literal:
         raise IdentificationError(
             f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
@@ -82,29 +128,14 @@ def identify(
         )
     if effects and method != OUTPUT_ERROR:
         raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
-    if method == OUTPUT_ERROR:
-        if roles:
-            raise IdentificationError(
-                f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
-            )
-        try:
-            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
-        except IdentificationError as error:
-            wrong = _beyond(recordings, vehicle)
-            with suppress(RecordingError):
-                wrong += [
-                    finding.text for finding in check_each_recording(recordings, vehicle).findings
-                ]
-            raise IdentificationError("; ".join([*wrong, str(error)])) from None
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    elif method == SMOOTHER:
-        model = smoother(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
-    wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    if method == OUTPUT_ERROR and roles:
+        raise IdentificationError(
+            f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
+        )
+
+
+def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -> tuple[str, ...]:
+    """What the user checks first: recordings, vehicle file, and numbers that no boat has."""
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -114,7 +145,8 @@ def identify(
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+    apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return (*silent, *spoilt, *_beyond(recordings, vehicle), *apart, *model_concerns(model))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
@@ -134,20 +166,37 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
-) -> Model:
+) -> Fit:
+    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
+    try:
+        return _fit(recordings, vehicle, prior, spread, effects)
+    except IdentificationError as error:
+        wrong = _beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            wrong += [
+                finding.text for finding in check_each_recording(recordings, vehicle).findings
+            ]
+        raise IdentificationError("; ".join([*wrong, str(error)])) from None
+
+
+def _fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return output_error(recordings, vehicle, settings=settings)
+        return fit(recordings, vehicle, settings=settings)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
         )
     check_prior(prior, vehicle, lever="lever" in effects)
-    wide = widened(prior, spread)
-    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
-    return with_prior_said(found, prior, spread)
+    return fit(recordings, vehicle, settings=settings, start=prior, prior=widened(prior, spread))
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:

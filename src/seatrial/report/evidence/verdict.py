@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.physics import doubts
+from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
@@ -107,7 +107,7 @@ def _foreseen(runs: Sequence[Run], rms: Array) -> str:
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
-    odd = [] if evidence.physics.unstable else doubts(evidence.model)
+    odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     found = [*odd, *advice(evidence)]
     first = found[0] if found else ALL_WELL
     start = first[0].lower() if first[1:2].islower() else first[0]
