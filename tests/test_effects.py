@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
 from seatrial.boat.noise_parameters import folded, noise_entry
-from seatrial.evaluation.comparison import drive_of
+from seatrial.evaluation.comparison.compare import drive_of
 from seatrial.identification.console import plus_minus, summary
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
@@ -186,7 +186,7 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
     )
     begin = np.arange(len(values)) / 20.0
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     dt = 0.002

@@ -50,7 +50,7 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     eta = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, :3]

@@ -39,7 +39,7 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(1), np.zeros(0), np.array([-1.0]), np.zeros((1, 1)), np.zeros(0),
         np.zeros((0, 0)), True, [1, 2, 3], [],
     )  # fmt: skip

@@ -10,7 +10,7 @@ from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
-from seatrial.boat.physics import sanity, sanity_line
+from seatrial.boat.physics import axis_physics, physics_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
@@ -63,13 +63,13 @@ def test_a_fast_boat_is_not_unstable(mp):
     values = {**TABLE_II["AF"], "X_F": 3.0, "X_u": -0.1, "X_uu": -0.012, "N_ud": 0.0, "N_uu": 0.0}
     model = make_model(mp, values)
     with pytest.raises(SeatrialError, match="surge passes 10 m/s"):
-        sanity(model)
+        axis_physics(model)
     recorded = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 9.0)}, {}))
-    assert sanity(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
+    assert axis_physics(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
 
 
 def test_the_top_speed_is_said_with_its_command_where_that_is_not_a_full_one(mp):
     model = make_model(mp, TABLE_II["AF"])
-    assert "full command" not in sanity_line(model)
+    assert "full command" not in physics_line(model)
     gentle = replace(model, envelope=EnvelopeEntry({}, {"F_u": (-0.5, 0.4)}))
-    assert "m/s in surge by 50 % of full command, " in sanity_line(gentle)
+    assert "m/s in surge at 50 % of full command, " in physics_line(gentle)

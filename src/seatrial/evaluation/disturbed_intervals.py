@@ -66,7 +66,7 @@ def clearest(recordings: Sequence[Recording], squares: Sequence[Array]) -> Stret
     return _clearest(cells, MOST * sum(float(c.count.sum()) for c in cells))
 
 
-def squared_errors(passed: _core.FilterPass) -> Array:
+def squared_errors(passed: _core.FilterRun) -> Array:
     """Squared errors (n,) of a filter's poses by its covariance; NaN where a pose was not used.
 
     An outlier counts no more than what is about to be one: a jump is no stretch.

@@ -120,7 +120,7 @@ def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]
 
     def forces(gains: Array) -> Array:
         other = _with(vehicle, "gains", kind, gains)
-        trace = _core.Trace(other.chain, other.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     now = forces(np.ones(count))
