@@ -33,10 +33,10 @@ format: $(VENV)/.test
 	$(BIN)/ruff check --fix .
 	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 
-bench: $(VENV)/.built $(VENV)/.test $(VENV)/.bench
-	$(BIN)/python benchmarks/run.py
-	$(BIN)/python benchmarks/estimators.py
-	$(BIN)/python benchmarks/scaling.py
+bench: $(VENV)/.built $(VENV)/.test
+	$(BIN)/python -m benchmarks.run
+	$(BIN)/python -m benchmarks.estimators
+	$(BIN)/python -m benchmarks.scaling
 
 # after a change of the core's bindings
 stub: $(VENV)/.built
@@ -62,11 +62,6 @@ $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
 
 $(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/docs.txt
-	@touch $@
-
-# the estimators that ours is timed against
-$(VENV)/.bench: requirements/bench.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/bench.txt
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)

@@ -6,13 +6,13 @@ from dataclasses import replace
 import msgspec
 import pytest
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
 

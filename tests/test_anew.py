@@ -5,8 +5,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
-from benchmarks.recovery.scenes import scenes, true_parameters
 from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
@@ -22,6 +20,8 @@ from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.drives import CORRELATED, LASTS, SCENES, trials
+from tests.boats.scenes import CORRELATION, TRAINING, scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes
@@ -42,8 +42,8 @@ AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, CORREL
 
 
 def solved(seed: int) -> Fit:
-    made = trials(CORRELATED[PUSHED], seed, IDENTIFIED)
-    return fit([made[name].recording for name in IDENTIFIED], made["S1"].vehicle)
+    made = trials(CORRELATED[PUSHED], seed, TRAINING)
+    return fit([made[name].recording for name in TRAINING], made["S1"].vehicle)
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def solved_on(
             plan.plant, coefficients=coefficients, unmodelled=Unmodelled(SCENES[PUSHED], LASTS)
         ),
         pose=replace(plan.pose, noise_correlation=CORRELATION),
-        trials={name: replace(plan.trials[name], duration=150.0) for name in IDENTIFIED},
+        trials={name: replace(plan.trials[name], duration=150.0) for name in TRAINING},
     )
     made = list(simulate(plan, vehicle))
     found = fit([trial.recording for trial in made], made[0].vehicle)

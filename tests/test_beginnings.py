@@ -8,7 +8,7 @@ import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
 
 import seatrial
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Signal, make_recording
 
@@ -67,7 +67,7 @@ def test_what_is_not_known_of_the_beginning_costs_no_more_than_that(moving, begu
 
 def test_the_filter_says_nothing_before_it_knows(moving):
     _, recording, late = moving
-    seen = causal(late, unusable(recording)).motion
+    seen = run_filter(late, unusable(recording)).motion
     assert not seen.valid[recording.t < 22.0].any()
     assert seen.valid[recording.t > 22.5].all()
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.model import load, save, thrust_trace
@@ -25,6 +24,7 @@ from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.util.files import convert
 from seatrial.util.frames import AXES
+from tests.boats.hulls import MIDDLE, driven
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {

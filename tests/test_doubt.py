@@ -10,7 +10,6 @@ from conftest import make_model
 
 import seatrial
 from benchmarks.predictor import accuracy
-from benchmarks.predictor.drives import SCENES, model
 from seatrial import _core
 from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.boat.parameter_uncertainty import believed_on_board
@@ -22,6 +21,7 @@ from seatrial.boat.schema import (
     ProcessEntry,
 )
 from seatrial.onboard.predictor import Predictor
+from tests.boats.drives import SCENES, model
 
 EXACT = next(iter(SCENES))
 SILENT = NoiseEntry(1e-4, 1e-4, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.3))

@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
 from seatrial.boat.noise_parameters import folded, noise_entry
-from seatrial.evaluation.comparison import drive_of
+from seatrial.evaluation.comparison.compare import drive_of
 from seatrial.identification.console import plus_minus, summary
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
-from seatrial.evaluation.expected_error import pushed, unsure
+from seatrial.evaluation.expected_error import parameter_variance, process_noise_variance
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.unexpected_error import unforeseen
 from seatrial.evaluation.validation import validate
@@ -65,7 +65,7 @@ def test_what_the_force_makes_is_the_closed_form(af, drive, seconds):
     model = replace(make_model(af, values), noise=NoiseEntry(1e-3, 1e-3, process))
     look = Lookahead(model, recording)
     found = look.predict(seconds)
-    variance = pushed(model, recording, look.reference, found.begun, found.index)
+    variance = process_noise_variance(model, recording, look.reference, found.begun, found.index)
     a = np.array([[-drag, 1.0], [0.0, -1.0 / memory]])
     q = np.diag([walk**2, 2.0 * force**2 / memory])
     both = expm(np.block([[-a, q], [np.zeros((2, 2)), a.T]]) * seconds)
@@ -96,7 +96,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
             for off in (column, -column)
         )
         total += np.mean(np.square(ahead - back) / 4.0, axis=0)
-    variance = unsure(uncertain, recording, look.reference, found.begun, found.index)
+    variance = parameter_variance(uncertain, recording, look.reference, found.begun, found.index)
     np.testing.assert_allclose(variance, total, rtol=0.01)
 
 

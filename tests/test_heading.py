@@ -5,13 +5,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.1}
 

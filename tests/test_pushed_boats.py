@@ -4,12 +4,12 @@
 import pytest
 from survey_boat import as_stated
 
-from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}

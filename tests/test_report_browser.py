@@ -12,7 +12,7 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison

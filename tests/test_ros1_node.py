@@ -24,10 +24,10 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 
 import seatrial
-from benchmarks.predictor.drives import model
 from seatrial.io.write import EPOCH, write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
+from tests.boats.drives import model
 
 pytestmark = pytest.mark.skipif(
     not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The predictor as a C++ program of its own: what a step costs, and what it bears."""
+"""The predictor as a C++ program of its own: the time of a step, and a soak test."""
 
 import subprocess
 import tempfile
@@ -64,5 +64,5 @@ def _median(line: str) -> float:
 
 
 def soak() -> str:
-    """Markdown; fails on an estimate that is not sound, or where memory was asked for."""
+    """Markdown; fails on an estimate that is not finite, or where memory is allocated."""
     return f"```\n{run('soak', str(STEPS), str(SEED))}```"

@@ -59,11 +59,7 @@ def equation_error(
     fall on the same recordings (mixed driving), an axis' coupled terms are found with its own.
     """
     chosen = settings or EquationErrorSettings()
-    if vehicle.estimated:
-        raise IdentificationError(
-            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
-            "the actuators as known: use output-error or weak-form, or give numbers"
-        )
+    _refuse_unknown_actuators(vehicle)
     _refuse_shared(vehicle.structure)
     # velocities, and the rows k of the discretised equations
     found = find_roles(vehicle, recordings, roles)
@@ -94,6 +90,14 @@ def equation_error(
             solver.steps,
         ),
     )
+
+
+def _refuse_unknown_actuators(vehicle: Vehicle) -> None:
+    if vehicle.estimated:
+        raise IdentificationError(
+            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
+            "the actuators as known: use output-error or weak-form, or give numbers"
+        )
 
 
 def _refuse_shared(structure: Structure) -> None:

@@ -41,9 +41,8 @@ from seatrial.util.statistics import BLOCK
 SMOOTHER = "smoother"
 ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
 DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squares of the pose noise
-UNINFORMATIVE_VARIANCE = (
-    1e4  # of a prediction, in squares of the pose noise: beyond it it is still diffuse
-)
+# of a prediction, in squares of the pose noise: beyond it it is still diffuse
+UNINFORMATIVE_VARIANCE = 1e4
 ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
 EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
 SMOOTHER_CHAIN_STEPS = 8  # Gauss-Newton steps on the chain's constants, at most
@@ -122,9 +121,8 @@ def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
         np.sum([p.squares for p in runs], axis=0),
         np.sum([p.logs for p in runs], axis=0),
     )
-    cost = (
-        count * np.log(squares + LEAST_SQUARE) + logs[:, None]
-    )  # at the pose noise of highest likelihood
+    # at the pose noise of highest likelihood
+    cost = count * np.log(squares + LEAST_SQUARE) + logs[:, None]
     likeliest = ROUGHNESS_GRID[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
     tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
     if not any(len(track.t) for track in tracks):

@@ -16,21 +16,18 @@ from seatrial.util.frames import Array
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone")
 UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
-PARABOLA_PROBE = (
-    2.0  # [standard errors] from the maximum, where the likelihood is compared with a parabola
-)
-PARABOLA_RATIO = (
-    1.15  # of the errors there and at the maximum: up to it the likelihood is a parabola
-)
+# [standard errors] from the maximum, where the likelihood is compared with a parabola
+PARABOLA_PROBE = 2.0
+# of the errors there and at the maximum: up to it the likelihood is a parabola
+PARABOLA_RATIO = 1.15
 PROFILE_STEP = 1.5  # [standard errors] between points of the profile, else
 PROFILE_POINTS = 10  # at most, to either side
 NEGLIGIBLE_RISE = 9.0  # of scaled -2 log likelihood: exp(-4.5), the profile ends
 BOUND_REACHED = 0.1  # of a step that is left when a bound stops it
 LEAST_RISE = 1e-9  # of scaled -2 log likelihood, against a division by 0
 INTEGRAL_POINTS = 400
-ProfileRises = tuple[
-    Array, Array
-]  # distances [of the combination], rises of scaled -2 log likelihood
+# distances [of the combination], rises of scaled -2 log likelihood
+ProfileRises = tuple[Array, Array]
 
 
 def with_dead_zone_profile(at: Point, covariance: Array) -> Array:

@@ -23,10 +23,8 @@ from seatrial.util.format import table
 from seatrial.util.frames import Array
 
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
-SHORTEST_MORE, LONGEST_MORE = (
-    0.1,
-    1e4,
-)  # [min] between which the length for half the error is sought
+# [min] between which the length for half the error is sought
+SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
 MORE_BISECTIONS = 20
 UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
 UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
