@@ -4,6 +4,7 @@
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length
 
 from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
@@ -75,13 +76,14 @@ def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
     assert found.runs.cost < best.runs.cost + NOISE_SWITCH_GAIN
 
 
+@pytest.mark.system
 def test_a_push_that_comes_and_goes_is_not_taken_for_a_random_walk():
     process = solved(WALKING).model().noise.process
     assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(PUSH, rel=0.15)
     assert process.walk_linear < 1e-3
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize("name", ["correlated 0.3 mm", at_length("correlated 8 mm")])
 def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes(name):
     scene = scenes()[name]
     made = scene.trials(LONG[name])

@@ -309,6 +309,7 @@ def test_edges_are_of_the_commands_as_the_file_counts_them(reverse):
     np.testing.assert_allclose(found[1], [-past, past, past])
 
 
+@pytest.mark.system
 def test_a_boat_whose_inputs_are_mixed_is_the_same_in_either_axes():
     """Each axis' edges are found; those of F_v and F_r count the other way in forward-right-down files."""
     _, recordings = driven(MIDDLE, {"lag": 0.15}, seed=3, white=2e-3, seconds=60.0)

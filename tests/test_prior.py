@@ -283,6 +283,7 @@ def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, a
         )
 
 
+@pytest.mark.system
 def test_a_prior_counts_where_the_data_ask_for_a_stage_that_it_has_not():
     """The library's `output_error(prior=...)`: what was freed began without the prior."""
     curved = {"lag": 0.15, "latency": 0.05, "power": 1.6}

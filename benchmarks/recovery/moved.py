@@ -17,7 +17,7 @@ from benchmarks.harness import markdown
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
-from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
+from seatrial.evaluation.disturbed_intervals import clearest_interval, squared_innovations
 from seatrial.identification.estimator import fit
 from seatrial.recording.recording import Recording, make_recording
 from seatrial.simulation import trials
@@ -98,7 +98,9 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    gain = clearest(recordings, [squared_errors(p) for p in solved.runs.by_recording]).gain
+    gain = clearest_interval(
+        recordings, [squared_innovations(p) for p in solved.runs.by_recording]
+    ).gain
     return {
         "errors": solved.errors, "off": float(np.abs(off).max()), "gain": float(gain),
         "advice": left_out(solved.findings),
