@@ -16,7 +16,7 @@ from seatrial.evaluation.prediction import predict
 from seatrial.evaluation.scoring import seen
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
-from seatrial.util.block_bootstrap import block_length, block_sums, draws
+from seatrial.util.block_bootstrap import block_draws, block_length, block_sums
 from seatrial.util.distributions import holm, normal_two_sided
 from seatrial.util.errors import ModelError, SeatrialError
 from seatrial.util.frames import SYMBOLS, Array, Axes
@@ -259,7 +259,7 @@ def rms_difference(
     samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
     the two models are correlated, so their difference is more certain than each of them.
     """
-    drawn = draws(len(count))
+    drawn = block_draws(len(count))
     whole, spread = _difference(np.ones((1, len(count))), first, second, count)
     if spread[0] <= ZERO_VELOCITY:
         return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= ZERO_VELOCITY), 0.0

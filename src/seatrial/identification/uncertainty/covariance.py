@@ -9,7 +9,7 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
-from seatrial.util.statistics import TIED, inverse_of
+from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 
 SHRINKAGE_BLOCKS = 4.0  # blocks a parameter at which half of the scatter is believed
 FEW_BLOCKS = (
@@ -51,7 +51,7 @@ def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
     scores = scores - scores.mean(axis=0)
     scores *= np.sqrt(blocks / max(blocks - told / 2, blocks / 4))  # some was fitted away
     moves = scores @ inverse  # by a block
-    factor = float(np.sum(moves * scores)) / max(told, TIED)
+    factor = float(np.sum(moves * scores)) / max(told, LEAST_EIGENVALUE)
     if blocks < FEW_BLOCKS * told:
         factor = max(factor, 1.0)
     share = blocks / (blocks + SHRINKAGE_BLOCKS * told) if blocks > 1 else 0.0  # one has no scatter
@@ -77,7 +77,7 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     across = at.runs.information[inside, held]
     moved = -inverse @ across
     own = float(at.runs.information[held, held] + across @ moved)
-    normal = 1.0 / np.sqrt(max(own, TIED * at.runs.information[held, held], 1e-300))
+    normal = 1.0 / np.sqrt(max(own, LEAST_EIGENVALUE * at.runs.information[held, held], 1e-300))
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else 8.0 * normal
@@ -139,7 +139,7 @@ def _refuse_inseparable(at: Point) -> None:
         return
     scale = 1.0 / np.sqrt(np.diag(information)[alive])
     values, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    if values[0] > TIED:
+    if values[0] > LEAST_EIGENVALUE:
         return
     weights = np.abs(vectors[:, 0])
     names = [problem.names[problem.free[i]] for i in alive[weights > 0.1 * weights.max()]]
