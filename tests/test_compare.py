@@ -11,7 +11,6 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 import seatrial
-from benchmarks.fleet.boats import FREE, MIDDLE
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
@@ -26,6 +25,7 @@ from seatrial.io.write import write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError
+from tests.boats.hulls import FREE, MIDDLE
 
 MORE = 1.2  # times the mass
 TRUTH = TABLE_II["AF"]

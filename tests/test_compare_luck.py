@@ -135,7 +135,7 @@ def test_an_axis_that_both_predict_exactly_is_no_change(mp):
     values = np.zeros((len(begin), 3))
     values[:, 0] = np.sign(np.sin(0.4 * begin)) * (1.0 + (begin > 60.0)) / 2.0
     none = np.zeros((0, 0))
-    trace = _core.Trace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
+    trace = _core.ThrustTrace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
     t = np.arange(0.0, 119.0, 0.1)
     states = np.asarray(_core.simulate(a.boat, trace, np.zeros(6), t)[0])
     commands = Signal(mp.inputs, np.rint(1e9 * begin).astype(np.int64), values)

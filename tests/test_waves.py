@@ -48,7 +48,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
         [pulses(rng, seconds, lambda r: r.uniform(-1.0, 1.0), 0.3) for _ in range(3)]
     )
     begin, step = np.arange(len(values)) / 20.0, 0.01
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     fine = np.arange(0.0, seconds, step)

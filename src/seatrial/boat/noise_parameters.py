@@ -116,7 +116,7 @@ def folded(noise: Array, period: float) -> Array:
 
 
 def fitted_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     settled: float = NOISE_SETTLED,
@@ -133,7 +133,7 @@ def fitted_noise(
 
 
 def repeated_cost(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float,
@@ -144,7 +144,7 @@ def repeated_cost(
 
 
 def likelier_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float = OUTLIER,

@@ -45,7 +45,7 @@ def onboard_uncertainty(model: Model) -> OnboardUncertainty:
     chain, constants = model.vehicle.chain, model.constants
     own = _noise_vector(model.noise)
     return OnboardUncertainty(
-        *_core.believe(model.boat, chain, constants, ranges, covariance, own, explained)
+        *_core.onboard_uncertainty(model.boat, chain, constants, ranges, covariance, own, explained)
     )
 
 

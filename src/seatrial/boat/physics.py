@@ -214,7 +214,7 @@ def _run(model: Model, structure: Structure, force: Array, t: Array) -> Array:
     values = np.array([model.values[name] for name in structure.coefficients])
     code = INTEGRATORS.index(model.integration.scheme)
     boat = _core.Boat(structure.compiled, values, code, model.integration.step)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(n), np.zeros(0), np.array([0.0, RUN]), force, np.zeros(0), np.zeros((0, 0))
     )
     return _core.simulate(boat, trace, np.zeros(6), t)[0]

@@ -11,7 +11,7 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import loosened
-from seatrial.evaluation.disturbed_intervals import stretches, stretches_found
+from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
 from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
 from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
 from seatrial.evaluation.residuals import Correlation, residuals
@@ -210,11 +210,11 @@ def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> l
         runs = [one.filtered if same else run_filter(model, one.recording, ready) for one in found]
     except ModelError:
         return found
-    odd = stretches(recordings, [np.sum(run.residual**2, axis=1) for run in runs if run])
+    odd = disturbed_intervals(recordings, [np.sum(run.residual**2, axis=1) for run in runs if run])
     result = []
     for i, one in enumerate(found):
         own = [s for s in odd if s.recording == i and s.times > DISTURBED]
-        result.append(one.with_findings(stretches_found(recordings, own)))
+        result.append(one.with_findings(interval_findings(recordings, own)))
     return result
 
 

@@ -145,7 +145,7 @@ def with_disturbance(vehicle: Vehicle) -> _core.Structure:
 
 def filter_pass(
     model: Model, recording: Recording, poses: _core.Series, noise: Array
-) -> _core.FilterPass:
+) -> _core.FilterRun:
     """The filter along one recording, driven by the recorded commands.
 
     Raises ModelError where the model diverges.
@@ -232,7 +232,7 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     return Filtered(moving, _normalised_innovation(found, state[:, 2]), used_noise)
 
 
-def _normalised_innovation(found: _core.FilterPass, psi: Array) -> Array:
+def _normalised_innovation(found: _core.FilterRun, psi: Array) -> Array:
     """Innovations (n, 3) in body axes over their standard deviations, outliers down-weighted."""
     xx, xy, _, yy, _, turn = np.asarray(found.spread).T
     c, s = np.cos(psi), np.sin(psi)

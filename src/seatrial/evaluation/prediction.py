@@ -89,12 +89,12 @@ class Lookahead:
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
-    def trace(self) -> _core.Trace:
+    def trace(self) -> _core.ThrustTrace:
         """What the thrusters did."""
         return self.model.trace(self.recording)
 
     @cached_property
-    def trace_of_starts(self) -> _core.Trace:
+    def trace_of_starts(self) -> _core.ThrustTrace:
         """The same with sensitivities to the initial state."""
         return self.model.trace(self.recording, initial=True)
 
@@ -181,7 +181,7 @@ class Lookahead:
         return _core.predict(
             self.model.boat, self.trace_of_starts if tangents else self.trace, self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=cores(), tangents=tangents,
+            threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
     def _expected(

@@ -58,7 +58,7 @@ def _told(known: Identifiability) -> str:
     found = [f for f in known.findings if f.verdict.estimated]
     counts = Counter(f.verdict for f in found)
     parts = [f"{counts[v]} {v.value}" for v in ParameterVerdict if counts[v]]
-    poor = [f.name for f in found if not f.verdict.enough]
+    poor = [f.name for f in found if not f.verdict.reliable]
     listed = "" if not poor else f" ({', '.join(poor[:6])}{' …' if len(poor) > 6 else ''})"
     return f"; of these {joined(parts)}{listed}"
 

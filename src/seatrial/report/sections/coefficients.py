@@ -59,7 +59,7 @@ def coefficients(evidence: Evidence) -> Table:
         if own_axes:
             row.append(Number(-value if name in model.structure.flipped_coefficients else value))
         rows.append(row)
-        marked |= set() if found.verdict.enough else {place}
+        marked |= set() if found.verdict.reliable else {place}
     return Table("coefficients", "Coefficients", tuple(head), rows, frozenset(marked))
 
 
