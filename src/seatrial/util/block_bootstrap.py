@@ -19,6 +19,11 @@ SEED = 1
 FEWEST_BLOCKS = 6  # blocks for an interval
 PREFERRED_BLOCKS = 10  # blocks; to have as many, blocks are shortened to the least length
 MOST_BLOCKS = 40  # blocks; longer blocks lose less of the correlation
+SOKAL_WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
+OVERLAPS, CORRELATION_TIMES = (
+    2.0,
+    6.0,
+)  # in a block: leaves a few per cent of correlation between blocks
 WIDEST_T = 6.0  # standard deviations, limit of a studentised value: few blocks may hold all errors
 LEAST_VARIANCE = 1e-12  # of the logarithm of a ratio
 
@@ -30,7 +35,7 @@ def correlation_time(squares: Array, index: NDArray[np.int64]) -> float:
     """
     lags = max(1, (int(index.max()) - int(index.min())) // 4)
     total = 1.0 + 2.0 * np.cumsum(autocorrelation(squares, index, lags)[1:], axis=0)
-    closed = np.arange(1, lags + 1)[:, None] >= 5.0 * total
+    closed = np.arange(1, lags + 1)[:, None] >= SOKAL_WINDOW * total
     first = np.argmax(closed, axis=0)
     times = np.where(
         closed.any(axis=0), np.take_along_axis(total, first[None], 0)[0], total.max(axis=0)
@@ -48,7 +53,7 @@ def block_length(squares: Array, index: NDArray[np.int64], overlap: int) -> int:
     span = int(index.max()) - int(index.min()) + 1
     time = correlation_time(squares, index)
     least = max(float(overlap), time) + 1.0
-    best = max(2.0 * overlap, 6.0 * time, span / MOST_BLOCKS)
+    best = max(OVERLAPS * overlap, CORRELATION_TIMES * time, span / MOST_BLOCKS)
     return int(np.ceil(max(least, min(best, span / PREFERRED_BLOCKS))))
 
 

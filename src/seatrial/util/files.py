@@ -134,9 +134,9 @@ def expect_format(
     """The content of a file of this format, or of an `earlier` version. Raises FileError."""
     kind = content.get("seatrial")
     if kind != expected and kind not in earlier:
-        said = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
+        found = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
         raise FileError(
-            f"{path}: {said}; expected 'seatrial: {expected}': is it another file, or from another "
+            f"{path}: {found}; expected 'seatrial: {expected}': is it another file, or from another "
             "version of seatrial?"
         )
     return content
@@ -153,17 +153,17 @@ def convert(content: dict[str, Any], kind: type[S], path: object, *, finite: boo
     try:
         return msgspec.convert(content, kind, strict=True)
     except msgspec.ValidationError as error:
-        said = _explain(str(error), kind, _keys(content, kind, str(error)))
-        raise FileError(f"{path}: {said}") from None
+        problem = _explain(str(error), kind, _keys(content, kind, str(error)))
+        raise FileError(f"{path}: {problem}") from None
 
 
 def _keys(content: dict[str, Any], kind: type[S], message: str) -> list[str]:
     """Keys of mappings with free names, which msgspec's message leaves out."""
     found: list[str] = []
-    *ways, _ = message.rpartition("`$")[2].split("[...]")
+    *paths, _ = message.rpartition("`$")[2].split("[...]")
     at: object = content
-    for way in ways:
-        for step in way.strip(".").split("."):
+    for part in paths:
+        for step in part.strip(".").split("."):
             at = at.get(step) if isinstance(at, dict) and step else at
         if not isinstance(at, dict):
             break

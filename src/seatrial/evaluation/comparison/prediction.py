@@ -179,9 +179,9 @@ def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[
     Stencil velocities where a filter fails: their noise hides small differences.
     """
     try:
-        believed = [filter_noise(model, recordings) for model in (a, b)]
+        noises = [filter_noise(model, recordings) for model in (a, b)]
         both = [
-            [run_filter(m, r, n).motion for m, n in zip((a, b), believed, strict=True)]
+            [run_filter(m, r, n).motion for m, n in zip((a, b), noises, strict=True)]
             for r in recordings
         ]
     except SeatrialError:
