@@ -11,7 +11,7 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial import _core
 from seatrial.identification.methods import METHODS, EquationErrorSettings, identify
-from seatrial.identification.regression import equation_error
+from seatrial.identification.regression.equation_error import equation_error
 from seatrial.identification.regression.least_squares import solve_least_squares
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Signal, make_recording

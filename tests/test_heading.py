@@ -1,41 +1,41 @@
 # SPDX-License-Identifier: MIT
 """A heading that is off by a constant is told, by how much and what to write; a right one is not."""
 
-import re
-
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
+from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
+PUSH = Unmodelled(0.04, 2.0)
 CHAIN = {"latency": 0.1, "lag": 0.1}
-NOTE = re.compile(r"heading that is off by (.*) degrees: .* write offset: (\S+) at pose: psi")
 
 
-def said(recordings, vehicle) -> list[str]:
-    notes = output_error(recordings, vehicle).estimator.notes
-    return [note for note in notes if "a heading that is off" in note]
+def offsets(recordings, vehicle) -> tuple[Finding, ...]:
+    return output_error(recordings, vehicle).findings_of(FindingKind.HEADING_OFFSET)
 
 
 @pytest.mark.parametrize(
     ("degrees", "force"),
-    [(4.0, None), (4.0, Unmodelled(0.04, 2.0)), (-15.0, Unmodelled(0.04, 2.0))],
+    [(4.0, None), at_length(4.0, PUSH), (-15.0, PUSH)],
 )
 def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
     askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]
-    (note,) = said(askew, vehicle)
-    off, offset = (float(value) for value in NOTE.search(note).groups())
-    assert off == pytest.approx(abs(degrees), abs=0.6)
-    assert np.degrees(offset) == pytest.approx(degrees, abs=0.6)
+    (finding,) = offsets(askew, vehicle)
+    assert np.degrees(finding.number("size")) == pytest.approx(abs(degrees), abs=0.6)
+    assert np.degrees(finding.number("psi_offset")) == pytest.approx(degrees, abs=0.6)
+    assert f"offset: {finding.number('psi_offset'):.4g} at pose: psi" in finding_text(finding)
 
 
+@pytest.mark.system
 def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
     """Where nothing pushes the boat: coefficients are right then, and nothing needs to be said."""
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2)
@@ -44,12 +44,12 @@ def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
         assert model.values[name] == pytest.approx(right, abs=4.0 * model.standard_errors[name])
 
 
-@pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
+@pytest.mark.parametrize("force", [None, at_length(PUSH)])
 @pytest.mark.parametrize("hull", [MIDDLE, SMALL])
-@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("seed", [5, at_length(6)])
 def test_a_right_heading_is_not_doubted(hull, seed, force):
     vehicle, drives = driven(hull, CHAIN, seed=seed, white=2e-3, seconds=120, drives=2, push=force)
-    assert said(drives, vehicle) == []
+    assert offsets(drives, vehicle) == ()
 
 
 @pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])

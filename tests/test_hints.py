@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import at_length
 from survey_boat import TRUTH, driven
 
-from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.selection.terms import select, selection_text
@@ -77,16 +79,16 @@ def pushed(sd, memory):
 def told(recordings, vehicle):
     """What is said of effects, be it in a refusal."""
     try:
-        return " ".join(asked(output_error(recordings, vehicle)))
+        return " ".join(map(finding_text, asked(output_error(recordings, vehicle))))
     except IdentificationError as error:
         return str(error)
 
 
 def asked(model):
-    return [note for note in model.estimator.notes if note.startswith(ASKED)]
+    return model.findings_of(*EFFECTS_FOUND)
 
 
-@pytest.mark.parametrize("lever", [(0.3, 0.0), (-0.05, 0.1), (0.5, 0.2)])
+@pytest.mark.parametrize("lever", [(-0.05, 0.1), at_length((0.3, 0.0)), at_length((0.5, 0.2))])
 def test_a_lever_arm_is_named_with_its_length(lever):
     vehicle, recordings = drives(off_by(lever))
     note = told(recordings, vehicle)
@@ -97,31 +99,34 @@ def test_a_lever_arm_is_named_with_its_length(lever):
 
 def test_a_current_is_named_with_its_speed():
     vehicle, recordings = drives(carried(np.array([0.08, -0.06])))
-    (note,) = asked(output_error(recordings, vehicle))
-    assert float(re.search(r"up to ([\d.]+) m/s", note)[1]) == pytest.approx(0.1, rel=0.1)
-    assert "--effect current" in note
+    (finding,) = asked(output_error(recordings, vehicle))
+    assert finding.kind is FindingKind.UNMODELLED_CURRENT
+    assert finding.number("size") == pytest.approx(0.1, rel=0.1)
+    assert "--effect current" in finding_text(finding)
 
 
 def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():
     vehicle, recordings = drives()
-    assert asked(output_error(recordings, vehicle)) == []
+    assert asked(output_error(recordings, vehicle)) == ()
     vehicle, recordings = drives(pushed(0.03, 3.0))
     model = output_error(recordings, vehicle)
     assert max(model.noise.process.walk_linear, model.noise.process.disturbance_linear) > 1e-3
-    assert asked(model) == []
+    assert asked(model) == ()
 
 
+@pytest.mark.system
 def test_what_is_sought_is_not_named():
     vehicle, recordings = drives(off_by((0.3, 0.0)))
     model = output_error(recordings, vehicle, settings=OutputErrorSettings(effects=("lever",)))
-    assert asked(model) == []
+    assert asked(model) == ()
     assert model.vehicle.file.pose.lever == pytest.approx((0.3, 0.0), abs=0.01)
 
 
+@pytest.mark.system
 def test_select_says_it_beside_the_terms_that_stand_for_it():
     vehicle, recordings = drives(off_by((-0.05, 0.1)), seeds=(1, 2, 3, 4))
     found = select(recordings, vehicle, candidates=[])
-    assert len(found.asked) == 1
+    assert [finding.kind for finding in found.asked] == [FindingKind.UNMODELLED_LEVER_ARM]
     assert "--effect lever" in selection_text(found).splitlines()[-1]
 
 
@@ -133,7 +138,7 @@ def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     )
 
 
-@pytest.mark.parametrize("seed", [1, 4, 5])
+@pytest.mark.parametrize("seed", [1, at_length(4), at_length(5)])
 def test_a_long_lever_arm_is_found(seed):
     vehicle, recordings = drives(off_by((1.5, 0.8)), seeds=(seed, seed + 10))
     settings = OutputErrorSettings(effects=("lever",))

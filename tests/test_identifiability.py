@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone, EnvelopeEntry
 from seatrial.identification.uncertainty.identifiability import (
     ParameterVerdict,
@@ -75,8 +75,8 @@ def test_the_verdict_goes_by_the_relative_error(name, error, verdict, plant):
 
 
 def test_what_ended_at_a_bound_is_not_called_given(plant):
-    notes = [f"X_uu: 0 {AT_BOUND}"]
-    held = replace(plant, estimator=msgspec.structs.replace(plant.estimator, notes=notes))
+    ended = [finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)]
+    held = replace(plant, estimator=msgspec.structs.replace(plant.estimator, findings=ended))
     found = identifiability(with_covariance(held, ["X_u"], [[1e-4]]))
     assert found["X_uu"].verdict is ParameterVerdict.BOUND
     assert found["Y_v"].verdict is ParameterVerdict.GIVEN

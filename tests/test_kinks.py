@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.recovery.scenes import scenes, true_parameters, vehicle_of
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.uncertainty import dead_zone as kinks
@@ -14,6 +13,7 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.identification.uncertainty.profile import profile
 from seatrial.util.statistics import NORMAL_95
+from tests.boats.scenes import scenes, true_parameters, vehicle_of
 
 EDGES = "edge_forward", "edge_reverse"
 

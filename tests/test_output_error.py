@@ -8,12 +8,14 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length
 from method_trials import driven
 from scipy.linalg import expm
 
 import seatrial
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
@@ -38,7 +40,7 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(1), np.zeros(0), np.array([-1.0]), np.zeros((1, 1)), np.zeros(0),
         np.zeros((0, 0)), True, [1, 2, 3], [],
     )  # fmt: skip
@@ -158,16 +160,19 @@ def far():
 
 
 @pytest.mark.parametrize("hold", [False, True])
-def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(far, hold):
+@pytest.mark.parametrize("which", [0, *map(at_length, (1, 2, 3))])
+def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
+    far, hold, which
+):
     vehicle, recordings, found, starts = far
     settings = OutputErrorSettings(hold_noise=hold)
     errors = np.array([found.standard_errors[n] for n in found.structure.coefficients])
-    for start in starts:
-        other = output_error(recordings, vehicle, settings=settings, start=start)
-        assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
+    other = output_error(recordings, vehicle, settings=settings, start=starts[which])
+    assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
 
 
-def test_a_search_that_got_lost_says_so(far, monkeypatch):
+@pytest.mark.parametrize("which", [0, at_length(1)])
+def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
     monkeypatch.setattr(
         import_module("seatrial.identification.likelihood.optimiser"),
         "far_from_poses",
@@ -175,9 +180,8 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch):
     )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
-    for start in starts[:2]:
-        with pytest.raises(SeatrialError, match=r"no solution: .*by one clock|poses are rejected"):
-            output_error(recordings, vehicle, settings=settings, start=start)
+    with pytest.raises(SeatrialError, match=r"no solution: .*by one clock|poses are rejected"):
+        output_error(recordings, vehicle, settings=settings, start=starts[which])
 
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
@@ -286,8 +290,8 @@ def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     with pytest.raises(SeatrialError, match=words):
         output_error([r.cut(20, 35) for r in recordings], vehicle)
     short = output_error([r.cut(20, 50) for r in recordings], vehicle)
-    words = "standard errors: from blocks of 5.0 s, as the recordings are short"
-    assert words in short.estimator.notes
+    (blocks,) = short.findings_of(FindingKind.SHORT_BLOCKS)
+    assert blocks.number("length") == short.estimator.settings["block"]
     assert short.estimator.settings["block"] == pytest.approx(5.0, abs=0.02)
 
 
@@ -300,19 +304,21 @@ def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):
         output_error(recordings, vehicle_from(content, "twins"))
 
 
+@pytest.mark.system
 def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     others = [*recordings[1:], recordings[0]]
     strangers = [replace(a, commands=b.commands) for a, b in zip(recordings, others, strict=True)]
-    notes = output_error(strangers, vehicle).estimator.notes
-    assert any("hardly better than constant or zero velocity" in note for note in notes)
-    assert not output_error(recordings, vehicle).estimator.notes
+    assert output_error(strangers, vehicle).findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert not output_error(recordings, vehicle).estimator.findings
 
 
+@pytest.mark.system
 def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     rng = np.random.default_rng(1)
     steps = [0.02 * rng.normal(size=r.eta.shape) for r in recordings]
     lost = [replace(r, eta=np.cumsum(s, axis=0)) for r, s in zip(recordings, steps, strict=True)]
-    notes = output_error(lost, vehicle).estimator.notes
-    assert any("Check with inspect" in note for note in notes)
+    advised = (FindingKind.NO_SIGNIFICANT_COEFFICIENT, FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert output_error(lost, vehicle).findings_of(*advised)
+    assert all("Check with 'seatrial inspect'" in kind.advice for kind in advised)

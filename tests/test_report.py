@@ -15,6 +15,7 @@ from html_tables import Tables
 import seatrial
 from seatrial.boat.schema import EQUATION_ERROR as PAPERS
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
+from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import METHODS
 from seatrial.identification.uncertainty.identifiability import identifiability
@@ -61,7 +62,7 @@ def tables(text):
 
 @pytest.fixture(scope="module")
 def runs(model, cse1):
-    return gather(model, list(cse1.values()), 1.0)
+    return gather(model, assess(model, list(cse1.values()), 1.0))
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +237,7 @@ def test_histogram_counts_all_errors_under_a_normal_curve_of_their_spread(runs):
 
 def test_autocorrelation_plot_against_numpy(mallard, clean_af):
     recording = clean_af["S4"].recording
-    (run,) = gather(mallard, [recording], 1.0)
+    (run,) = gather(mallard, assess(mallard, [recording], 1.0))
     figure = correlation(run, 0)
     curve, area, upper, lower = figure["data"]
     errors = run.prediction.errors[:, 0]
@@ -317,7 +318,7 @@ def test_warnings_and_the_sanity_line_are_shown(model, cse1):
     warned = replace(model, warnings=("N_rr < 0 & so on",))
     text = report(warned, [cse1["run1"]])
     assert '<p class="warning"><i>N</i><sub>rr</sub> &lt; 0 &amp; so on</p>' in text
-    assert re.search(r'<p class="sanity">Top speed [\d.]+ m/s in surge', text)
+    assert re.search(r'<p class="sanity">Implied top speed [\d.]+ m/s in surge', text)
 
 
 def test_an_unstable_model_gets_a_report_that_says_so(af, clean_af):

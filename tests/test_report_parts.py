@@ -9,15 +9,15 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.boat.actuators import STARTS
-from seatrial.boat.physics import driven, sanity
+from seatrial.boat.physics import axis_physics, driven
+from seatrial.evaluation.assessment import assess, pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report.evidence import homogeneity as agreement
 from seatrial.report.evidence.actuators import answers, curves
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.evidence.physics import physics
-from seatrial.report.evidence.pooled_scores import judged, pooled, together
-from seatrial.report.evidence.runs import gather, thinned
+from seatrial.report.evidence.runs import gather, judged, thinned
 from seatrial.report.figures.base import CYCLE, colour_of
 from seatrial.report.figures.embed import decode, encode
 from seatrial.report.figures.recorded import cells, timeline, tracks
@@ -57,11 +57,16 @@ def test_recordings_together_score_as_all_their_errors_do(model, trials):
 def test_horizons_are_those_of_validate(evidence, model, trials):
     fresh = judged(evidence.runs)
     assert [run.name for run in fresh] == ["S7-MP"]
-    found = {(row.horizon, row.start): row.scores for row in pooled(fresh)}
+    found = {
+        (row.horizon, row.start): row.scores for row in pooled([run.assessment for run in fresh])
+    }
     expected = seatrial.validate(model, [trials["S7"]]).recordings[0].horizons
     assert {(h.horizon, h.start) for h in expected} == set(found)
     for row in expected:
         assert found[row.horizon, row.start] == row.scores
+    assert evidence.scores == seatrial.validate(
+        model, [trials[n] for n in ("S1", "S2", "S3", "S7")], 1.0
+    )
 
 
 def test_a_straight_curve_past_its_edges_is_drawn_as_one(model):
@@ -151,7 +156,7 @@ def test_how_often_drawn_coefficients_make_no_boat_is_told(mp):
 
 
 def test_start_and_stop_is_what_the_sanity_line_says(model):
-    for one in sanity(model):
+    for one in axis_physics(model):
         t, v = driven(model, one.axis)
         on = t <= 120.0
         assert v[on][-1] == pytest.approx(one.top_speed)
@@ -204,7 +209,7 @@ def test_thinned_rows_keep_where_samples_begin_and_end():
 
 def test_a_recording_that_is_too_short_is_kept_with_the_reason(model, trials):
     short = trials["S1"].cut(0.0, 0.8)
-    runs = gather(model, [trials["S7"], short], 1.0)
+    runs = gather(model, assess(model, [trials["S7"], short], 1.0))
     assert [run.tested for run in runs] == [True, False]
     assert "no two usable velocities 1 s apart" in runs[1].lost
     rows = summary(collect(model, [trials["S7"], short], 1.0)).rows

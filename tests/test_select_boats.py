@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -97,9 +98,10 @@ def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
         [*recordings(before, mp, FIRST), *recordings(after, mp, SECOND)], mp, candidates=()
     )
     assert {"X_u", "X_uu"} <= set(found.model.values)
-    (said,) = found.asked
-    assert said.startswith("the recordings do not agree: drag in surge ")
-    assert f"Check first: {said}" in selection_text(found)
+    (finding,) = found.asked
+    assert (finding.kind, finding.part("axis")) == (FindingKind.HOMOGENEITY, "surge")
+    assert finding.values["quantity"] == "drag"
+    assert f"Check first: {finding_text(finding)}" in selection_text(found)
 
 
 def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from survey_boat import LATENCY, driven
 
-from seatrial.identification import estimator as output_error
+from seatrial.identification.estimator import output_error
 from seatrial.identification.uncertainty.lag import lag_error
 from seatrial.util.statistics import NORMAL_95
 

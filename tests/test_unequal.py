@@ -8,7 +8,7 @@ import pytest
 from survey_boat import TRUTH, boat, driven
 from test_hints import asked, both
 
-from seatrial.identification.diagnostics.thruster_gains import WithGains, with_gains
+from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.selection.actuator_selection import problem_of
 from seatrial.identification.selection.actuator_stages import with_free_stages
@@ -97,5 +97,5 @@ def test_nothing_is_sought_where_commands_or_the_file_leave_nothing_to_seek():
 )
 def test_a_weak_thruster_is_told_from_a_force_off_the_middle(gains, grouped):
     names = tuple(f"t{k}" for k in range(len(gains)))
-    found = WithGains(None, np.array(gains), (), (names,), 0)
+    found = GainProblem(None, np.array(gains), (), (names,), 0)
     assert found.in_groups(np.array(gains)) is grouped

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from seatrial.boat.schema import NoiseEntry
 from seatrial.evaluation.console import scores_text
 from seatrial.evaluation.prediction import predict
-from seatrial.evaluation.validation import scores_json, validate
-from seatrial.identification.regression import equation_error
+from seatrial.evaluation.scores import scores_json
+from seatrial.evaluation.validation import validate
+from seatrial.identification.regression.equation_error import equation_error
 from seatrial.recording.recording import make_recording
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan

@@ -7,29 +7,47 @@ python tools/reference.py            # after a change of either
 import argparse
 import inspect
 import re
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import seatrial
 from seatrial.commands import make_parser
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
+SHARED = 3  # commands from which on an option is explained once for all of them
 
 
 def commands(parser: argparse.ArgumentParser) -> list[str]:
     """A section for each command."""
     chosen = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     said = {action.dest: action.help or "" for action in chosen._choices_actions}
-    lines = ["## Commands", ""]
-    for name, command in chosen.choices.items():
-        lines += [f"### seatrial {name}", "", said[name][:1].upper() + said[name][1:] + ".", ""]
-        lines += ["| | |", "|---|---|"]
-        lines += [option(a) for a in command._actions if a.dest != "help"]
-        lines.append("")
+    rows = {
+        name: [option(a) for a in command._actions if a.dest != "help"]
+        for name, command in chosen.choices.items()
+    }
+    counts = Counter(row for some in rows.values() for row in some if row[0].startswith("-"))
+    common = [row for row, count in counts.items() if count >= SHARED]
+    lines = ["## Commands", "", "Options of several commands; each command names those it has:", ""]
+    lines += [*listed(common), ""]
+    for name, some in rows.items():
+        typed = " ".join(["seatrial", name, *(n for n, _ in some if not n.startswith("-"))])
+        also = ", ".join(
+            f"`{re.findall('--[a-z-]+', n)[0]}`" for n, text in some if (n, text) in common
+        )
+        own = [(n, text) for n, text in some if (n, text) not in common and (text or n[0] == "-")]
+        lines += [f"### seatrial {name}", "", said[name][:1].upper() + said[name][1:] + "."]
+        lines += [f"`{typed}`; also {also}.", "", *listed(own), ""]
     return lines
 
 
-def option(action: argparse.Action) -> str:
-    """A row of the table."""
+def listed(rows: Sequence[tuple[str, str]]) -> list[str]:
+    """Options and what they do."""
+    return [f"- `{name}`: {text}" if text else f"- `{name}`" for name, text in rows]
+
+
+def option(action: argparse.Action) -> tuple[str, str]:
+    """An option as it is typed, and its help."""
     value = action.metavar or (
         "|".join(map(str, action.choices)) if action.choices else action.dest
     )
@@ -41,12 +59,7 @@ def option(action: argparse.Action) -> str:
         value = f"{value} ..."
     name = " ".join([", ".join(action.option_strings), str(value)]).strip()
     text = (action.help or "") % {"default": action.default, "prog": "seatrial"}
-    return f"| `{cell(name)}` | {cell(text)} |"
-
-
-def cell(text: str) -> str:
-    """Text that may stand in a table."""
-    return text.replace("|", "\\|").replace("\n", " ")
+    return name, text.replace("\n", " ")
 
 
 def library() -> list[str]:

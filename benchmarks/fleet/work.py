@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""What is done with one boat: drive, identify, compare with the truth."""
+"""The work of one boat: drive, identify, compare with the truth."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.fleet.draw import draw
+from seatrial.boat.findings import finding_text
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_selection import ASKED_FOR, CURVE
+from seatrial.identification.selection.actuator_selection import CURVE, STAGES_SELECTED
 from seatrial.util.errors import SeatrialError
 
 
 @dataclass(frozen=True)
 class Row:
-    """What came of one boat."""
+    """The result of one boat."""
 
     seed: int
     off: dict[str, float]  # standard errors by name, of what was found
     missed: tuple[str, ...]  # stages that it has and that were not freed
-    spurious: tuple[str, ...]  # and the other way round
+    spurious: tuple[str, ...]  # freed, though the boat has none
     notes: tuple[str, ...]
     refused: str = ""
 
@@ -40,5 +41,5 @@ def identified(seed: int) -> Row:
         {n: (found[n] - truth[n]) / errors[n] for n in known},
         tuple(n for n in CURVE if n in boat.chain and n not in found),
         tuple(n for n in found if n not in truth or (n in CURVE and n not in boat.chain)),
-        tuple(n for n in model.estimator.notes if not n.endswith(ASKED_FOR)),
+        tuple(finding_text(f) for f in model.estimator.findings if f.kind not in STAGES_SELECTED),
     )

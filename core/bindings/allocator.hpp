@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "arrays.hpp"
-#include "seatrial/allocator.hpp"
+#include "seatrial/control/allocator.hpp"
 
 namespace {
 

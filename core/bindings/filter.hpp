@@ -14,13 +14,14 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/innovations.hpp"
+#include "noise.hpp"
+#include "seatrial/filter/innovations.hpp"
 
 namespace {
 
 using namespace seatrial;
 
-void check_trace(const Boat& boat, const Trace& trace) {
+void check_trace(const Boat& boat, const ThrustTrace& trace) {
   require(boat.structure.n_forces == trace.chain().n_forces,
           "structure and chain differ in forces");
   for (int i = 0; i < trace.columns().n_coefficients; ++i) {
@@ -43,18 +44,6 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
   auto to = fresh<Out2>({width == 0 ? 0 : from.size() / width, width}, &out);
   std::copy(from.begin(), from.end(), out);
   return to;
-}
-
-FilterNoise make_noise(const Vector& noise, double outlier) {
-  require(noise.shape(0) == kNoiseParameters,
-          "noise: position, heading, walks, disturbances, memory, coloured errors, their memory "
-          "and turn");
-  FilterNoise believed{};
-  for (int i = 0; i < kNoiseParameters; ++i) {
-    believed.parameter(i) = noise(static_cast<std::size_t>(i));
-  }
-  believed.outlier = outlier;
-  return believed;
 }
 
 /// Poses of one recording, its start, and how its noise is believed to be.
@@ -97,10 +86,10 @@ Effects make_effects(const Vector& effects) {
   return out;
 }
 
-FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
-                           double outlier, std::optional<Vector> effects,
-                           std::optional<Vector> counts, std::optional<Places> blocks,
-                           bool repeatable, bool shares, bool earth_fixed) {
+FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Series& series,
+                          Vector noise, double outlier, std::optional<Vector> effects,
+                          std::optional<Vector> counts, std::optional<Places> blocks,
+                          bool repeatable, bool shares, bool earth_fixed) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
@@ -115,24 +104,25 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
       require(at[k - 1] >= 0 && at[k] >= at[k - 1], "blocks: rising from 0");
     }
   }
-  const FilterNoise believed = make_noise(noise, outlier);
+  const NoiseParameters believed = make_noise(noise);
   Effects chosen = effects ? make_effects(*effects) : Effects{};
   chosen.earth_fixed = earth_fixed;
   const double* often = counts ? counts->data() : nullptr;
   nb::gil_scoped_release released;
-  return innovations(boat, trace, series.poses, believed, series.start, chosen, effects.has_value(),
-                     often, blocks ? blocks->data() : nullptr, repeatable, shares);
+  return innovations(boat, trace, series.poses, believed, outlier, series.start, chosen,
+                     effects.has_value(), often, blocks ? blocks->data() : nullptr, repeatable,
+                     shares);
 }
 
-std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
+std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
-  require(first.way.size() + 1 == series.time.size(),
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
-  const FilterNoise believed = make_noise(noise, outlier);
-  NoisePass pass;
+  const NoiseParameters believed = make_noise(noise);
+  NoiseDerivatives pass;
   {
     nb::gil_scoped_release released;
-    pass = noise_slopes(first, series.poses, believed, series.start, active);
+    pass = noise_slopes(first, series.poses, believed, outlier, series.start, active);
   }
   const std::vector<double> slope(pass.gradient, pass.gradient + kNoiseParameters);
   const double* flat = &pass.information[0][0];
@@ -140,17 +130,17 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const S
   return {pass.cost, moved1(slope), moved2(curve, kNoiseParameters)};
 }
 
-double run_repeated(const FilterPass& first, const Series& series, Vector noise, double outlier) {
-  require(first.way.size() + 1 == series.time.size(),
+double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier) {
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
-  const FilterNoise believed = make_noise(noise, outlier);
+  const NoiseParameters believed = make_noise(noise);
   nb::gil_scoped_release released;
-  return repeated(first, series.poses, believed, series.start);
+  return repeated(first, series.poses, believed, outlier, series.start);
 }
 
 /// All that was kept pose by pose; sums stay.
-void forget_poses(FilterPass& p) {
-  std::vector<Transition>().swap(p.way);
+void forget_poses(FilterRun& p) {
+  std::vector<Transition>().swap(p.transition);
   for (auto* own : {&p.spread, &p.deviation, &p.weight}) std::vector<float>().swap(*own);
   for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
@@ -164,47 +154,47 @@ void give_back() {
 
 void bind_filter(nb::module_& m) {
   using namespace nb::literals;
-  nb::class_<FilterPass>(m, "FilterPass")
-      .def_ro("good", &FilterPass::good)
-      .def_ro("cost", &FilterPass::cost)
-      .def_prop_ro("repeatable", [](const FilterPass& p) { return !p.way.empty(); })
-      .def("forget_way", [](FilterPass& p) { std::vector<Transition>().swap(p.way); })
+  nb::class_<FilterRun>(m, "FilterRun")
+      .def_ro("good", &FilterRun::good)
+      .def_ro("cost", &FilterRun::cost)
+      .def_prop_ro("repeatable", [](const FilterRun& p) { return !p.transition.empty(); })
+      .def("forget_transitions", [](FilterRun& p) { std::vector<Transition>().swap(p.transition); })
       .def("forget_poses", &forget_poses)
       .def_prop_ro(
           "information",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.information, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "gradient", [](const FilterPass& p) { return moved1(p.gradient); },
+          "gradient", [](const FilterRun& p) { return moved1(p.gradient); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
           "score",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.score, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
           "share",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.share, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "innovation", [](const FilterPass& p) { return moved2(p.innovation, kPose); },
+          "innovation", [](const FilterRun& p) { return moved2(p.innovation, kPose); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "spread", [](const FilterPass& p) { return moved2(p.spread, 6); },
+          "spread", [](const FilterRun& p) { return moved2(p.spread, 6); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "state", [](const FilterPass& p) { return moved2(p.state, kFilterStates); },
+          "state", [](const FilterRun& p) { return moved2(p.state, kFilterStates); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "deviation", [](const FilterPass& p) { return moved2(p.deviation, kAxes); },
+          "deviation", [](const FilterRun& p) { return moved2(p.deviation, kAxes); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "weight", [](const FilterPass& p) { return moved1(p.weight); },
+          "weight", [](const FilterRun& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
       .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>>(), "time"_a,

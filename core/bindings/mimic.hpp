@@ -10,8 +10,8 @@
 #include <tuple>
 
 #include "arrays.hpp"
-#include "seatrial/mimic.hpp"
-#include "seatrial/schedule.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+#include "seatrial/simulation/mimic.hpp"
 
 namespace {
 

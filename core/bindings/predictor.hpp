@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "seatrial/odometer.hpp"
-#include "seatrial/schedule.hpp"
+#include "noise.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 namespace {
 
@@ -25,16 +26,9 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
   std::copy(from.data(), from.data() + std::ptrdiff_t{2} * n, &range[0][0]);
 }
 
-/// Noise (11,) in the order of MotionNoise.
-MotionNoise make_noise(const Vector& row) {
-  require(row.shape(0) == 11,
-          "noise: position, heading, walks, disturbances, memory; coloured errors, their memory "
-          "and turn");
-  return {row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7), row(8), row(9), row(10)};
-}
-
 /// (coefficients and constants, causes).
-void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, Considered& to) {
+void make_considered(const Matrix& from, const Boat& boat, const Chain& chain,
+                     PrincipalErrors& to) {
   const int own = boat.structure.n_coefficients;
   const int n = own + chain.n_constants;
   require(from.shape(0) == static_cast<std::size_t>(n) &&
@@ -42,7 +36,7 @@ void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, C
           "considered: a row for each coefficient and constant, up to 12 causes");
   to.n = static_cast<int>(from.shape(1));
   for (int i = 0; i < n; ++i) {
-    Causes& row = i < own ? to.coefficient[i] : to.constant[i - own];
+    Loadings& row = i < own ? to.coefficient[i] : to.constant[i - own];
     const double* begin = from.data() + std::ptrdiff_t{i} * to.n;
     std::copy(begin, begin + to.n, row);
   }
@@ -79,8 +73,8 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
 
 template <class P, class T>
 int give_pose(P& self, T t, const Vector& eta, std::optional<Matrix> covariance) {
-  require(eta.shape(0) == kSeen, "eta: x, y, psi");
-  require(!covariance || (covariance->shape(0) == kSeen && covariance->shape(1) == kSeen),
+  require(eta.shape(0) == kPose, "eta: x, y, psi");
+  require(!covariance || (covariance->shape(0) == kPose && covariance->shape(1) == kPose),
           "covariance: 3 x 3");
   return static_cast<int>(self.pose(t, eta.data(), covariance ? covariance->data() : nullptr));
 }

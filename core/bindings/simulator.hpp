@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "arrays.hpp"
-#include "seatrial/simulator.hpp"
+#include "seatrial/simulation/simulator.hpp"
 
 namespace {
 

@@ -7,8 +7,8 @@
 
 #include "arrays.hpp"
 #include "predictor.hpp"
-#include "seatrial/allocator.hpp"
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/allocator.hpp"
+#include "seatrial/control/tracking.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "seatrial/trace.hpp"
+#include "seatrial/integration/thrust_trace.hpp"
 
 namespace boats {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "boats.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/predictor.hpp"
+#include "seatrial/onboard/predictor.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 namespace onboard {
 
@@ -35,9 +35,9 @@ inline Chain chain() {
 }
 
 /// Errors of a hundredth of each coefficient, and of 1 ms or 0.001, as many causes as there may be.
-inline void doubt(OnboardModel& m) {
+inline void add_errors(OnboardModel& m) {
   boats::Random random(77);
-  Considered& d = m.boat.considered;
+  PrincipalErrors& d = m.boat.considered;
   d.n = kMostConsidered;
   for (int i = 0; i < m.boat.structure.n_coefficients - kAxes; ++i) {
     const double most = 0.01 * std::abs(m.boat.coefficient[i]);
@@ -57,7 +57,7 @@ inline OnboardModel model() {
   const double q[kConstants] = {0.03, 0.08, 0.08};
   std::copy(q, q + kConstants, m.q);
   m.boat.noise = {kNoise[0], kNoise[2], 1e-3, 3e-3, 5e-3, 2e-2, 2.0};
-  doubt(m);
+  add_errors(m);
   return m;
 }
 
@@ -67,7 +67,7 @@ inline constexpr double kSwing = 2.5;   // [rad/s] of such that swing
 /// The same told that all but a tenth of its pose noise is correlated.
 inline OnboardModel coloured_model() {
   OnboardModel m = model();
-  MotionNoise& n = m.boat.noise;
+  NoiseParameters& n = m.boat.noise;
   n.position = 0.1 * kNoise[0];
   n.heading = 0.1 * kNoise[2];
   n.colour_position = kNoise[0];
@@ -192,7 +192,7 @@ inline bool same_bits(const double* a, const double* b, int n) {
 /// Whether an estimate is numbers, with a covariance.
 inline bool sound(const Estimate& e) {
   const auto good = [](double x) { return std::isfinite(x); };
-  return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kSeen, good) &&
+  return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kPose, good) &&
          std::all_of(e.velocity, e.velocity + kAxes, good) &&
          std::all_of(e.disturbance, e.disturbance + kAxes, good) && positive(e.covariance);
 }

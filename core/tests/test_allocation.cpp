@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "seatrial/allocation.hpp"
+#include "seatrial/actuators/allocation.hpp"
 
 using namespace seatrial;
 using boats::Random;

@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "heap.hpp"
-#include "seatrial/allocator.hpp"
+#include "seatrial/control/allocator.hpp"
 
 using namespace seatrial;
 using boats::Random;

@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "dual.hpp"
-#include "seatrial/dynamics.hpp"
+#include "seatrial/model/dynamics.hpp"
 
 using namespace seatrial;
 using boats::add;

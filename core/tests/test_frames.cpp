@@ -3,7 +3,7 @@
 
 #include "boats.hpp"
 #include "dual.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/model/frames.hpp"
 
 using boats::Random;
 using boats::Worst;

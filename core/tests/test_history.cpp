@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "seatrial/history.hpp"
+#include "seatrial/onboard/history.hpp"
 
 using namespace seatrial;
 

@@ -2,33 +2,29 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "problem.hpp"
-#include "seatrial/innovations.hpp"
+#include "filter_run.hpp"
 
 using namespace seatrial;
 using boats::Worst;
+using problems::disturbed;
 using problems::driven;
+using problems::kNever;
+using problems::mallard_run;
 using problems::Problem;
+using problems::Run;
 
 namespace {
 
-constexpr FilterNoise kBelieved{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0, 1e9};
+constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0};
 /// With correlated errors of the poses.
-constexpr FilterNoise kHanging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0, 1e9};
+constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0};
 /// And swing.
-constexpr FilterNoise kSwinging{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 1.5, 4.0, 1e9};
-constexpr double kNever = 1e9;  // [sigma] of an outlier
+constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
+                                       2.0,  3e-3, 2e-3, 1.5,  4.0};
 /// The same where the heading is known, so that the spread does not depend on the way gone.
-constexpr FilterNoise kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 0.0, 1e9};
-constexpr FilterNoise kStraightHanging{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
-                                       2.0,  3e-3, 1e-6, 0.3,  0.0,  1e9};
-
-/// The three disturbances that the filter adds, as the last coefficients.
-Structure disturbed(Structure s) {
-  const int first = s.n_coefficients;
-  for (int axis = 0; axis < kAxes; ++axis) boats::add(s, axis, first + axis, 1.0, {});
-  return s;
-}
+constexpr NoiseParameters kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 0.0};
+constexpr NoiseParameters kStraightColoured{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
+                                            2.0,  3e-3, 1e-6, 0.3,  0.0};
 
 /// A boat that goes straight on, under forces that are known: everything is linear.
 Structure straight() {
@@ -38,34 +34,6 @@ Structure straight() {
   boats::add(s, 0, 1, 1.0, {boats::kFu});
   return disturbed(s);
 }
-
-struct Run {
-  Problem problem;
-  std::vector<double> eta;
-  std::vector<signed char> use;
-  FilterStart start{};
-
-  explicit Run(Problem p) : problem(std::move(p)) {
-    std::vector<double> states = problems::simulated(problem, nullptr);
-    boats::Random random(7);
-    for (std::size_t i = 0; i < problem.time.size(); ++i) {
-      for (std::size_t j = 0; j < kPose; ++j) {
-        eta.push_back(states[i * kStates + j] + random(-3e-3, 3e-3));
-      }
-      use.push_back(i % 17 == 16 ? 0 : 1);
-    }
-    std::copy(problem.x0.begin(), problem.x0.end(), start.state);
-    std::fill(start.velocity, start.velocity + kAxes, 0.05);
-  }
-
-  PoseSeries poses() const {
-    return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
-  }
-
-  FilterPass pass(const FilterNoise& noise) const {
-    return innovations(problem.boat, problem.trace(), poses(), noise, start);
-  }
-};
 
 Run linear_run() {
   std::vector<double> coefficients{-0.8, 0.5, 0.0, 0.0, 0.0};
@@ -82,19 +50,13 @@ Run linear_run() {
   return run;
 }
 
-Run mallard_run() {
-  std::vector<double> coefficients = boats::mallard_coefficients();
-  coefficients.resize(coefficients.size() + kAxes, 0.0);
-  return Run(driven(disturbed(boats::mallard()), coefficients, Scheme::kMoorePenrose, true));
-}
-
 }  // namespace
 
 TEST_CASE("where all is linear the cost is the parabola that gradient and information say") {
-  for (const FilterNoise& noise : {kStraight, kStraightHanging}) {
+  for (const NoiseParameters& noise : {kStraight, kStraightColoured}) {
     Run run = linear_run();
     run.problem.boat.coefficient[1] = 0.45;
-    const FilterPass at = run.pass(noise);
+    const FilterRun at = run.pass(noise);
     REQUIRE(at.good);
     for (const double step : {-0.1, 0.03, 0.2}) {
       run.problem.boat.coefficient[1] = 0.45 + step;
@@ -106,7 +68,7 @@ TEST_CASE("where all is linear the cost is the parabola that gradient and inform
 }
 
 TEST_CASE("errors that are correlated by next to nothing cost what none do") {
-  FilterNoise noise = kBelieved;
+  NoiseParameters noise = kWhite;
   const double none = mallard_run().pass(noise).cost;
   noise.colour_position = noise.colour_heading = 1.001 * kNoColour;
   const double hardly = mallard_run().pass(noise).cost;
@@ -115,8 +77,8 @@ TEST_CASE("errors that are correlated by next to nothing cost what none do") {
 }
 
 TEST_CASE("the gradient is the sum of its terms, pose by pose") {
-  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
-    const FilterPass pass = mallard_run().pass(noise);
+  for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+    const FilterRun pass = mallard_run().pass(noise);
     const auto p = static_cast<std::size_t>(pass.parameters);
     std::vector<double> sum(p, 0.0);
     for (std::size_t i = 0; i < pass.score.size(); ++i) sum[i % p] += pass.score[i];
@@ -131,10 +93,10 @@ TEST_CASE("the score of a block is the sum of its poses'") {
   const Problem& p = run.problem;
   std::vector<int> block;
   for (std::size_t k = 0; k < p.time.size(); ++k) block.push_back(static_cast<int>(k / 20));
-  const FilterPass each = run.pass(kBelieved);
-  const FilterPass sums = innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, {},
-                                      false, nullptr, block.data(), false);
-  CHECK(sums.way.empty());
+  const FilterRun each = run.pass(kWhite);
+  const FilterRun sums = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
+                                     false, nullptr, block.data(), false);
+  CHECK(sums.transition.empty());
   const auto wide = static_cast<std::size_t>(each.parameters);
   REQUIRE(sums.score.size() == (static_cast<std::size_t>(block.back()) + 1) * wide);
   std::vector<double> want(sums.score.size(), 0.0);
@@ -148,20 +110,20 @@ TEST_CASE("the score of a block is the sum of its poses'") {
 
 TEST_CASE("a pass that is repeated with the same noise is the same") {
   const Run run = mallard_run();
-  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
-    const FilterPass first = run.pass(noise);
-    const double again = repeated(first, run.poses(), noise, run.start);
+  for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+    const FilterRun first = run.pass(noise);
+    const double again = repeated(first, run.poses(), noise, kNever, run.start);
     CHECK(again == doctest::Approx(first.cost).epsilon(1e-9));  // its slopes are stored short
   }
 }
 
 TEST_CASE("with other noise the repeated pass is a full one's where all is linear") {
   const Run run = linear_run();
-  const FilterPass first = run.pass(kStraight);
+  const FilterRun first = run.pass(kStraight);
   for (const int i : {0, 2, 4, 6, 7, 9}) {  // the others are of the heading
-    FilterNoise other = i < 7 ? kStraight : kStraightHanging;
+    NoiseParameters other = i < 7 ? kStraight : kStraightColoured;
     other.parameter(i) *= 3.0;
-    const double again = repeated(first, run.poses(), other, run.start);
+    const double again = repeated(first, run.poses(), other, kNever, run.start);
     CHECK(again == doctest::Approx(run.pass(other).cost).epsilon(1e-9));
     CHECK(std::abs(again - first.cost) > 1e-6);
   }
@@ -169,13 +131,13 @@ TEST_CASE("with other noise the repeated pass is a full one's where all is linea
 
 TEST_CASE("slopes to the noise are the cost's differences") {
   const Run run = mallard_run();
-  for (const FilterNoise& noise : {kBelieved, kHanging, kSwinging}) {
-    const FilterPass first = run.pass(noise);
-    const NoisePass slopes = noise_slopes(first, run.poses(), noise, run.start);
+  for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+    const FilterRun first = run.pass(noise);
+    const NoiseDerivatives slopes = noise_slopes(first, run.poses(), noise, kNever, run.start);
     const auto cost = [&](int i, double logarithm) {
-      FilterNoise moved = noise;
+      NoiseParameters moved = noise;
       moved.parameter(i) *= std::exp(logarithm);
-      return repeated(first, run.poses(), moved, run.start);
+      return repeated(first, run.poses(), moved, kNever, run.start);
     };
     const double here = cost(0, 0.0);
     for (int i = 0; i < kNoiseParameters; ++i) {
@@ -193,22 +155,19 @@ TEST_CASE("slopes to the noise are the cost's differences") {
 
 TEST_CASE("a pose that is far off is believed less, and costs less than its square") {
   Run run = mallard_run();
-  FilterNoise noise = kBelieved;
-  noise.outlier = 4.0;
-  const double plain = run.pass(noise).cost;
+  const double plain = run.pass(kWhite, 4.0).cost;
   run.eta[120] += 1.0;  // [m] x of pose 40
-  const FilterPass robust = run.pass(noise);
+  const FilterRun robust = run.pass(kWhite, 4.0);
   CHECK(robust.weight[40] < 0.05);
   CHECK(robust.weight[39] == 1.0);
-  noise.outlier = kNever;
-  CHECK(robust.cost - plain < 0.05 * (run.pass(noise).cost - plain));
+  CHECK(robust.cost - plain < 0.05 * (run.pass(kWhite).cost - plain));
 }
 
 TEST_CASE("after a jump for good the filter starts anew from the pose, with the velocity it had") {
   Run run = mallard_run();
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
   run.use[50] = kJumped;
-  const FilterPass pass = run.pass(kBelieved);
+  const FilterRun pass = run.pass(kWhite);
   REQUIRE(pass.good);
   CHECK(pass.weight[50] == 1.0);
   CHECK(std::abs(pass.state[450] - run.eta[150]) < 1e-4);
@@ -218,37 +177,36 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
 TEST_CASE("after a gap the filter starts anew only where the poses jumped in it") {
   Run run = mallard_run();
   run.use[50] = kMeasured;
-  const double whole = run.pass(kBelieved).cost;
+  const double whole = run.pass(kWhite).cost;
   run.use[50] = kGapped;
-  CHECK(run.pass(kBelieved).cost == whole);
+  CHECK(run.pass(kWhite).cost == whole);
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
-  const double allowed = run.pass(kBelieved).cost;
+  const double allowed = run.pass(kWhite).cost;
   run.use[50] = kJumped;
-  CHECK(allowed == run.pass(kBelieved).cost);
+  CHECK(allowed == run.pass(kWhite).cost);
   CHECK(allowed < whole + 50.0);
-  const FilterPass first = run.pass(kBelieved);
+  const FilterRun first = run.pass(kWhite);
   run.use[50] = kGapped;
-  CHECK(repeated(first, run.poses(), kBelieved, run.start) ==
+  CHECK(repeated(first, run.poses(), kWhite, kNever, run.start) ==
         doctest::Approx(first.cost).epsilon(1e-6));
 }
 
 TEST_CASE("whole turns of the heading in a gap change nothing") {
   Run run = mallard_run();
-  const double whole = run.pass(kBelieved).cost;
-  for (std::size_t k = 60; k < run.problem.time.size(); ++k)
-    run.eta[3 * k + 2] += 2.0 * detail::kTurn;
-  CHECK(run.pass(kBelieved).cost == doctest::Approx(whole).epsilon(1e-9));
+  const double whole = run.pass(kWhite).cost;
+  for (std::size_t k = 60; k < run.problem.time.size(); ++k) run.eta[3 * k + 2] += 2.0 * kTurn;
+  CHECK(run.pass(kWhite).cost == doctest::Approx(whole).epsilon(1e-9));
 }
 
 TEST_CASE("a boat that diverges is said to") {
   Run run = mallard_run();
   run.problem.boat.coefficient[boats::kXu] = 4000.0;
-  CHECK_FALSE(run.pass(kBelieved).good);
+  CHECK_FALSE(run.pass(kWhite).good);
 }
 
 TEST_CASE("lever arm, current, trim and wind bend the cost as the information says") {
   Run run = mallard_run();
-  FilterNoise sharp = kBelieved;  // so that the lever arm does not bend the determinant, too
+  NoiseParameters sharp = kWhite;  // so that the lever arm does not bend the determinant, too
   sharp.heading = 2e-4;
   sharp.walk_yaw = 2e-3;
   Effects at;
@@ -272,12 +230,12 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
   run.start.state[4] += c * at.current[1] - s * at.current[0] + states[5] * at.lever[0];
   const auto pass = [&](const Effects& effects) {
     const Problem& p = run.problem;
-    return innovations(p.boat, p.trace(), run.poses(), sharp, run.start, effects, true);
+    return innovations(p.boat, p.trace(), run.poses(), sharp, kNever, run.start, effects, true);
   };
   double* const moved[kEffects] = {&at.lever[0],   &at.lever[1], &at.current[0],
                                    &at.current[1], &at.bias[0],  &at.bias[1],
                                    &at.bias[2],    &at.wind[0],  &at.wind[1]};
-  const FilterPass here = pass(at);
+  const FilterRun here = pass(at);
   REQUIRE(here.good);
   const int own = here.parameters - kEffects;
   const double step = 1e-5;
@@ -311,9 +269,9 @@ TEST_CASE("a pose that counts twice counts twice") {
   const Run run = mallard_run();
   const Problem& p = run.problem;
   const std::vector<double> twice(p.time.size(), 2.0);
-  const FilterPass once = run.pass(kBelieved);
-  const FilterPass both =
-      innovations(p.boat, p.trace(), run.poses(), kBelieved, run.start, {}, false, twice.data());
+  const FilterRun once = run.pass(kWhite);
+  const FilterRun both = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
+                                     false, twice.data());
   CHECK(both.cost == doctest::Approx(2.0 * once.cost));
   CHECK(both.gradient[0] == doctest::Approx(2.0 * once.gradient[0]));
   CHECK(both.information[0] == doctest::Approx(2.0 * once.information[0]));

@@ -5,7 +5,7 @@
 
 #include "boats.hpp"
 #include "heap.hpp"
-#include "seatrial/mimic.hpp"
+#include "seatrial/simulation/mimic.hpp"
 
 using namespace seatrial;
 

@@ -8,7 +8,7 @@
 
 #include "heap.hpp"
 #include "onboard.hpp"
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 using namespace seatrial;  // NOLINT(google-build-using-namespace)
 using boats::Random;
@@ -34,7 +34,7 @@ std::unique_ptr<Odometer> fresh(const double* lever = kNoLever) {
 /// Largest difference of pose, velocity and place of odom in map.
 double difference(const Odometry& a, const Odometry& b) {
   double most = 0.0;
-  for (int i = 0; i < kSeen; ++i) {
+  for (int i = 0; i < kPose; ++i) {
     most = std::max(most, std::abs(a.motion.pose[i] - b.motion.pose[i]));
     most = std::max(most, std::abs(a.motion.velocity[i] - b.motion.velocity[i]));
     most = std::max(most, std::abs(a.map_to_odom[i] - b.map_to_odom[i]));
@@ -55,7 +55,7 @@ TEST_CASE("before the first pose nothing is known; after it odom begins at its o
   const Odometry out = o->at(kEpoch + 2 * kTick);
   CHECK(out.known);
   for (const double value : out.pose) CHECK(std::abs(value) < 0.01);
-  for (int i = 0; i < kSeen; ++i) CHECK(std::abs(out.map_to_odom[i] - eta[i]) < 0.01);
+  for (int i = 0; i < kPose; ++i) CHECK(std::abs(out.map_to_odom[i] - eta[i]) < 0.01);
 }
 
 TEST_CASE("stamps of today give to the last bit what stamps from zero on give") {
@@ -67,7 +67,7 @@ TEST_CASE("stamps of today give to the last bit what stamps from zero on give") 
     const std::int64_t t = stamp_of(in.time);
     const Odometry a = now->at(kEpoch + t);
     const Odometry b = zero->at(t);
-    REQUIRE(onboard::same_bits(a.pose, b.pose, kSeen));
+    REQUIRE(onboard::same_bits(a.pose, b.pose, kPose));
     REQUIRE(onboard::same_bits(a.motion.velocity, b.motion.velocity, kAxes));
     REQUIRE(a.stamp - b.stamp == kEpoch);
   }
@@ -87,11 +87,11 @@ TEST_CASE("odom drifts slowly, and odom in map after the way is the pose in map"
     next = stamp_of(in.time) + kTick;
     const Odometry out = o->at(stamp_of(in.time));
     if (!out.known) continue;
-    double there[kSeen];
+    double there[kPose];
     compose(out.map_to_odom, out.pose, there);
     for (int i = 0; i < 2; ++i) REQUIRE(std::abs(there[i] - out.motion.pose[i]) < 1e-12);
     if (!begun && in.time > 5.0) {
-      std::copy(out.map_to_odom, out.map_to_odom + kSeen, first);
+      std::copy(out.map_to_odom, out.map_to_odom + kPose, first);
       begun = true;
     }
     if (begun) {
@@ -136,8 +136,8 @@ TEST_CASE("poses of a point that is not the origin, with the arm told, are those
   for (Input in : onboard::drive(8, 30.0)) {
     give(*here, in);
     if (in.pose) {
-      double moved[kSeen];
-      const double arm[kSeen] = {lever[0], lever[1], 0.0};
+      double moved[kPose];
+      const double arm[kPose] = {lever[0], lever[1], 0.0};
       compose(in.values, arm, moved);
       std::copy(moved, moved + 2, in.values);
     }
@@ -173,7 +173,7 @@ TEST_CASE("with an arm a first pose is as unsure, whether its error is white or 
   const double eta[3] = {1.0, 2.0, 0.8};
   OnboardModel m = onboard::model();
   Odometer white(m, lever);
-  MotionNoise& n = m.boat.noise;
+  NoiseParameters& n = m.boat.noise;
   n.colour_position = 0.8 * n.position;
   n.colour_heading = 0.8 * n.heading;
   n.position *= 0.6;
@@ -181,7 +181,7 @@ TEST_CASE("with an arm a first pose is as unsure, whether its error is white or 
   Odometer coloured(m, lever);
   REQUIRE(white.pose(0, eta) == Taken::kUsed);
   REQUIRE(coloured.pose(0, eta) == Taken::kUsed);
-  for (int i = 0; i < kSeen; ++i) {
+  for (int i = 0; i < kPose; ++i) {
     CHECK(coloured.look(0).covariance[i][i] == doctest::Approx(white.look(0).covariance[i][i]));
   }
 }
@@ -231,7 +231,7 @@ TEST_CASE("the same model read again changes little, and the way goes on") {
   const Odometry before = o->at(t);
   o->reload(onboard::model(), kNoLever);
   const Odometry after = o->at(t);
-  CHECK(onboard::same_bits(before.pose, after.pose, kSeen));
+  CHECK(onboard::same_bits(before.pose, after.pose, kPose));
   CHECK(after.known);
   CHECK((after.motion.health & kNoPose) == 0U);
   CHECK(difference(before, after) < 0.02);
@@ -252,7 +252,7 @@ TEST_CASE("nonsense leaves no mark, and a clock that is set back stops the way o
     const Odometry out = o->at(odd);
     CHECK(onboard::sound(out.motion));
     CHECK((out.motion.health & kBeyondReach) != 0U);
-    CHECK(onboard::same_bits(out.pose, before.pose, kSeen));
+    CHECK(onboard::same_bits(out.pose, before.pose, kPose));
     CHECK(o->command(odd, bad) == Taken::kNotNumber);
   }
   // the clock begins at 0 again

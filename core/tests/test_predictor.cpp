@@ -53,7 +53,7 @@ std::vector<Input> late(const std::vector<Input>& inputs, std::uint64_t seed, do
 
 bool same(const Estimate& a, const Estimate& b) {
   using onboard::same_bits;
-  return same_bits(&a.time, &b.time, 1) && same_bits(a.pose, b.pose, kSeen) &&
+  return same_bits(&a.time, &b.time, 1) && same_bits(a.pose, b.pose, kPose) &&
          same_bits(a.velocity, b.velocity, kAxes) &&
          same_bits(&a.covariance[0][0], &b.covariance[0][0], kStates * kStates) &&
          same_bits(a.disturbance, b.disturbance, kAxes) &&
@@ -143,7 +143,7 @@ TEST_CASE("without poses it goes where the plant goes: one step, one chain, one 
   const Structure s = boats::mallard();
   const auto coefficients = boats::mallard_coefficients();
   auto plant = std::make_unique<Plant>(s, coefficients.data(), onboard::chain(), m.q, 1.0 / 60.0);
-  const double origin[kSeen] = {0.0, 0.0, 0.0};
+  const double origin[kPose] = {0.0, 0.0, 0.0};
   REQUIRE(p->pose(0.0, origin) == Taken::kUsed);
   Worst worst;
   for (const Input& in : inputs) {
@@ -187,7 +187,7 @@ Followed follow(const OnboardModel& m, std::uint64_t seed, double memory = 0.0) 
     double off[kStates];
     double l[kStates][kStates];
     for (int i = 0; i < kStates; ++i) {
-      off[i] = i < kSeen ? e.pose[i] - x[i] : e.velocity[i - kSeen] - x[i];
+      off[i] = i < kPose ? e.pose[i] - x[i] : e.velocity[i - kPose] - x[i];
     }
     off[2] = wrap(off[2]);
     out.position += off[0] * off[0];
@@ -253,7 +253,7 @@ TEST_CASE("a current moves the boat over ground, and is in its velocity") {
   m.boat.current[0] = 0.2;
   m.boat.current[1] = -0.1;
   auto p = fresh(m);
-  const double start[kSeen] = {1.0, 2.0, kPi / 2.0};
+  const double start[kPose] = {1.0, 2.0, kPi / 2.0};
   const double still[kMaxCommands] = {};
   p->command(0.0, still);
   REQUIRE(p->pose(0.0, start) == Taken::kUsed);

@@ -131,13 +131,13 @@ TEST_CASE(
 }
 
 TEST_CASE("what makes a filter wary is no less than its own noise") {
-  MotionNoise own;
+  NoiseParameters own;
   own.walk_linear = 1.0;
   own.disturbance_yaw = 1e-9;
   own.position = 1e-9;
-  const MotionNoise more = wary(own);
+  const NoiseParameters more = with_default_process_noise(own);
   CHECK(more.walk_linear == 1.0);
-  CHECK(more.disturbance_yaw == MotionNoise{}.disturbance_yaw);
+  CHECK(more.disturbance_yaw == NoiseParameters{}.disturbance_yaw);
   CHECK(more.position == 1e-9);
 }
 
@@ -239,7 +239,7 @@ TEST_CASE("what is not a number changes nothing, and is said") {
     if (i % 100 != 0) continue;
     const Estimate a = p->at(in.time);
     const Estimate b = q->at(in.time);
-    CHECK(onboard::same_bits(a.pose, b.pose, kSeen));
+    CHECK(onboard::same_bits(a.pose, b.pose, kPose));
     CHECK(onboard::same_bits(&a.covariance[0][0], &b.covariance[0][0], kStates * kStates));
     CHECK(has(a, kBadInput));
     CHECK_FALSE(has(b, kBadInput));

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "seatrial/simulator.hpp"
+#include "seatrial/simulation/simulator.hpp"
 
 using namespace seatrial;
 

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "seatrial/step.hpp"
+#include "seatrial/integration/step.hpp"
 
 using namespace seatrial;
 using boats::add;

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boats.hpp"
-#include "seatrial/structure.hpp"
+#include "seatrial/model/structure.hpp"
 
 using namespace seatrial;
 using boats::add;

@@ -8,8 +8,8 @@
 
 #include "boats.hpp"
 #include "heap.hpp"
-#include "seatrial/plant.hpp"
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/tracking.hpp"
+#include "seatrial/simulation/plant.hpp"
 
 using namespace seatrial;  // NOLINT(google-build-using-namespace)
 

@@ -58,10 +58,10 @@ class Boat {
 
   void take(PoseStamped& message) {
     show("pose", message);
-    double raw[seatrial::kSeen];
+    double raw[seatrial::kPose];
     seatrial::ros::read(message.pose, raw);
     const seatrial::ros::PoseSource& source = board_.pose;
-    const double eta[seatrial::kSeen] = {source.x.value(raw[0]), source.y.value(raw[1]),
+    const double eta[seatrial::kPose] = {source.x.value(raw[0]), source.y.value(raw[1]),
                                          source.heading.value(raw[2])};
     odometer_->pose(nanoseconds(message.header.stamp), eta);
     publish(message.header.stamp);

@@ -6,10 +6,11 @@ from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.control import TrackingController, Tuning, tune
 from seatrial.control.allocation import Allocator
 from seatrial.evaluation.prediction import Prediction, predict
-from seatrial.evaluation.validation import Scores, validate
+from seatrial.evaluation.scores import Scores
+from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import EquationErrorSettings, identify
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal import init
+from seatrial.inspection.proposal.propose import init
 from seatrial.io import read
 from seatrial.onboard.odometer import Odometer, Odometry
 from seatrial.onboard.predictor import Estimate, Health, Predictor, Taken

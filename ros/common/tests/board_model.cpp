@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "seatrial/predictor.hpp"
+#include "seatrial/onboard/predictor.hpp"
 #include "seatrial_ros/model_file.hpp"
 
 namespace {
@@ -47,7 +47,7 @@ void signals(const ros::BoardModel& board) {
 }
 
 void noise(const ros::BoardModel& board) {
-  const MotionNoise& n = board.model.boat.noise;
+  const NoiseParameters& n = board.model.boat.noise;
   const double row[] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
                         n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
                         n.colour_heading,     n.colour_memory,   n.colour_turn};
@@ -57,7 +57,7 @@ void noise(const ros::BoardModel& board) {
 
 void show(const Estimate& e) {
   std::printf("%a %u", e.time, static_cast<unsigned>(e.health));
-  show(e.pose, kSeen);
+  show(e.pose, kPose);
   show(e.velocity, kAxes);
   show(e.disturbance, kAxes);
   show(&e.covariance[0][0], kStates * kStates);

@@ -77,7 +77,7 @@ void show(const seatrial::Odometry& o) {
     return;
   }
   for (const double* row : {o.pose, o.motion.velocity, o.motion.pose, o.map_to_odom}) {
-    for (int i = 0; i < seatrial::kSeen; ++i) std::printf(" %a", row[i]);
+    for (int i = 0; i < seatrial::kPose; ++i) std::printf(" %a", row[i]);
   }
   std::printf(" %u\n", static_cast<unsigned>(o.motion.health));
 }

@@ -46,11 +46,11 @@ struct OtherOdometry {
 /// Every number another one.
 Odometry example() {
   Odometry o;
-  for (int i = 0; i < kSeen; ++i) {
+  for (int i = 0; i < kPose; ++i) {
     o.pose[i] = 1.5 - i;
     o.motion.velocity[i] = 0.3 + 0.1 * i;
     o.motion.pose[i] = -99.0;  // in map: not what is published
-    for (int j = 0; j < kSeen; ++j) o.covariance[i][j] = 10.0 * (i + 1) + j + 1;
+    for (int j = 0; j < kPose; ++j) o.covariance[i][j] = 10.0 * (i + 1) + j + 1;
   }
   for (int i = 0; i < kStates; ++i) {
     for (int j = 0; j < kStates; ++j) o.motion.covariance[i][j] = 0.1 * (i + 1) + 0.01 * (j + 1);
@@ -153,7 +153,7 @@ TEST_CASE("a quaternion of no length has no heading, and the odometer refuses it
   Pose pose;
   pose.position = {1.0, 2.0, 3.0};
   pose.orientation.w = 0.0;
-  double eta[kSeen];
+  double eta[kPose];
   ros::read(pose, eta);
   CHECK(eta[0] == 1.0);
   CHECK(eta[1] == 2.0);
@@ -165,24 +165,24 @@ TEST_CASE("a quaternion of no length has no heading, and the odometer refuses it
 TEST_CASE_TEMPLATE("x, y and yaw of a covariance; all zero is none", Covariance,
                    decltype(geometry_msgs::msg::PoseWithCovariance::covariance), Indexed) {
   Covariance c = {};
-  double planar[kSeen * kSeen];
+  double planar[kPose * kPose];
   c[14] = 3.0;  // of z
   CHECK_FALSE(ros::read_covariance(c, planar));
   for (int i = 0; i < 36; ++i) c[i] = i;
   CHECK(ros::read_covariance(c, planar));
-  const double want[kSeen * kSeen] = {0, 1, 5, 6, 7, 11, 30, 31, 35};
-  for (int i = 0; i < kSeen * kSeen; ++i) CHECK(planar[i] == want[i]);
+  const double want[kPose * kPose] = {0, 1, 5, 6, 7, 11, 30, 31, 35};
+  for (int i = 0; i < kPose * kPose; ++i) CHECK(planar[i] == want[i]);
 }
 
 TEST_CASE("what is filled in is read back") {
   const auto m = filled<nav_msgs::msg::Odometry>();
-  double eta[kSeen];
-  double planar[kSeen * kSeen];
+  double eta[kPose];
+  double planar[kPose * kPose];
   ros::read(m.pose.pose, eta);
   CHECK(ros::read_covariance(m.pose.covariance, planar));
-  for (int i = 0; i < kSeen; ++i) {
+  for (int i = 0; i < kPose; ++i) {
     CHECK(eta[i] == doctest::Approx(example().pose[i]));
-    for (int j = 0; j < kSeen; ++j) CHECK(planar[kSeen * i + j] == example().covariance[i][j]);
+    for (int j = 0; j < kPose; ++j) CHECK(planar[kPose * i + j] == example().covariance[i][j]);
   }
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("a transform turns and moves as the pose does") {
     geometry_msgs::msg::Vector3 translation{9.0, 9.0, 9.0};
     Quaternion rotation{9.0, 9.0, 9.0, 9.0};
   } transform;
-  const double eta[kSeen] = {3.0, -4.0, 2.0};
+  const double eta[kPose] = {3.0, -4.0, 2.0};
   ros::fill(eta, transform);
   const Quaternion& q = transform.rotation;
   const Quaternion ahead = times(times(q, {1.0, 0.0, 0.0, 0.0}), {-q.x, -q.y, -q.z, q.w});

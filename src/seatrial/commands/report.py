@@ -23,26 +23,37 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    command = add_command(verbs, "report", run, "one offline HTML file with the evidence")
+    command = add_command(
+        verbs,
+        "report",
+        run,
+        "write one offline HTML file: what was identified, and how well it predicts",
+    )
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
+    command.add_argument(
+        "--scores", type=Path, metavar="FILE",
+        help="use the scores that validate --json wrote for this model and these recordings",
+    )  # fmt: skip
     command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     add_exports(command)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """The page, and its figures and tables beside it."""
+    from seatrial.evaluation.scores import load_scores
     from seatrial.report import write_report
 
-    guard(args.out, "<!doctype html", args.model, args.vehicle, *args.recordings)
+    guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
     check_png(args)
     model = load_model(args)
+    scores = None if args.scores is None else load_scores(args.scores)
     recordings = read_all(args, model.vehicle, progress)
     progress.say("drawing")
     write_report(
         model, recordings, args.out,
-        horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+        horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
     )  # fmt: skip
     progress.clear()
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]

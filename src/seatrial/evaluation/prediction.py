@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.expected_error import Poses, pushed, unsure
+from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -66,17 +66,22 @@ def predict(
     Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
     model runs away.
     """
-    return Lookahead(model, recording, velocities, starts).predict(horizon, every)
+    return Lookahead(model, recording, velocities).predict(horizon, every, starts)
+
+
+def check_horizon(horizon: float) -> None:
+    """Raises RecordingError for a horizon [s] that is none."""
+    if not 0 < horizon < np.inf:
+        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
 
 
 @dataclass(frozen=True)
 class Lookahead:
-    """Predictions along one recording, whatever the horizon; see `predict`."""
+    """Predictions along one recording, whatever the horizon and the starts; see `predict`."""
 
     model: Model
     recording: Recording
     velocities: Motion | None = None
-    starts: Motion | None = None
 
     @cached_property
     def reference(self) -> Motion:
@@ -84,9 +89,14 @@ class Lookahead:
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
-    def begin(self) -> Motion:
-        """What predictions start from."""
-        return self.reference if self.starts is None else self.starts
+    def trace(self) -> _core.ThrustTrace:
+        """What the thrusters did."""
+        return self.model.trace(self.recording)
+
+    @cached_property
+    def trace_of_starts(self) -> _core.ThrustTrace:
+        """The same with sensitivities to the initial state."""
+        return self.model.trace(self.recording, initial=True)
 
     @cached_property
     def driven(self) -> Array | None:
@@ -101,7 +111,7 @@ class Lookahead:
         first = int(np.flatnonzero(seen.valid)[0])
         x0 = np.concatenate([seen.eta[first], seen.nu[first]])
         t = np.ascontiguousarray(recording.t[first:])
-        states[first:] = _core.simulate(self.model.boat, self.model.trace(recording), x0, t)[0]
+        states[first:] = _core.simulate(self.model.boat, self.trace, x0, t)[0]
         return states if np.isfinite(states[first:]).all() else None
 
     @cached_property
@@ -125,80 +135,86 @@ class Lookahead:
             found[whole] = apart[whole]
         return found
 
-    def predict(self, horizon: float, every: int = 1) -> Prediction:
-        """Velocities `horizon` [s] ahead, from every so many poses."""
-        recording = self.recording
-        if not 0 < horizon < np.inf:
-            raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+    def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
+        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
+        recording, begin = self.recording, self.reference if starts is None else starts
+        check_horizon(horizon)
         steps = round(horizon / recording.period)
         if steps < 1:
             raise RecordingError(
                 f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
                 f"{recording.period:.3f} s; choose a longer one"
             )
-        start, end = _starts(recording, self.begin.valid, self.reference.valid, horizon)
+        # pairs of poses, one horizon apart
+        start, end = _starts(recording, begin.valid, self.reference.valid, horizon)
         kept = start % every == start[0] % every
         start, end = start[kept], end[kept]
-        states, _ = self._run(start, end)
+        # the commands drive the model from each start
+        states, _ = self._run(begin, start, end)
         lost = int((~np.isfinite(states).all(axis=1)).sum())
         if lost:
             raise ModelError(
                 f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
                 f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
             )
+        # noise floor and expected error, over some of the starts
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
-        floor = self._floor(start[few], end[few], steps)
+        floor = self._floor(starts, start[few], end[few], steps)
         return Prediction(
             recording.stamps[end],
             recording.t[end],
             states[:, 3:],
             self.reference.nu[end],
-            self.begin.nu[start],
+            begin.nu[start],
             start,
             end,
             steps,
             floor,
-            *self._foreseen(floor, start, end, few),
+            *self._expected(floor, begin, start, end, few),
         )
 
-    def _run(self, start: Poses, end: Poses, *, tangents: bool = False) -> tuple[Array, Array]:
-        x0 = np.column_stack([self.begin.eta[start], self.begin.nu[start]])
+    def _run(
+        self, begin: Motion, start: Poses, end: Poses, *, tangents: bool = False
+    ) -> tuple[Array, Array]:
+        x0 = np.column_stack([begin.eta[start], begin.nu[start]])
         return _core.predict(
-            self.model.boat, self.model.trace(self.recording, initial=tangents), self.recording.t,
+            self.model.boat, self.trace_of_starts if tangents else self.trace, self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=cores(), tangents=tangents,
+            threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
-    def _foreseen(
-        self, floor: Array, start: Poses, end: Poses, few: slice
+    def _expected(
+        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
     ) -> tuple[Array | None, Array | None]:
-        """foreseen^2 = floor^2 + what the stated force makes^2 + unsure^2, and unsure."""
-        force = pushed(self.model, self.recording, self.begin, start, end)
+        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
+        force = process_noise_variance(self.model, self.recording, begin, start, end)
         if force is None:
             return None, None
-        parameters = unsure(self.model, self.recording, self.begin, start[few], end[few])
+        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
         return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
 
-    def _floor(self, start: Poses, end: Poses, steps: int) -> Array:
+    def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
         less twice what that makes of their product (the turn of the boat in between is left out).
         """
         given = self.velocities
-        if given is not None and given.deviation is None and self.starts is None:
+        if given is not None and given.deviation is None and starts is None:
             return np.zeros(3)
-        slopes = self._run(start, end, tangents=True)[1][:, 3:, 3:6]  # d nu(end) / d nu(start)
+        begin = self.reference if starts is None else starts
+        # d nu(end) / d nu(start)
+        slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))
-        begin = _deviation(given if self.starts is None else self.starts, start, noisy)
-        variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, begin**2)
-        if given is None and self.starts is None:
+        first = _deviation(given if starts is None else starts, start, noisy)
+        variance = reference**2 + np.einsum("nij,nj->ni", slopes**2, first**2)
+        if given is None and starts is None:
             variance -= 2.0 * np.einsum("nii->ni", slopes) * self.stencil.covariance(steps)
         if given is None:
             missed = self.missed[end]
-            if self.starts is None:
+            if starts is None:
                 missed = missed - np.einsum("nij,nj->ni", slopes, self.missed[start])
             variance += missed**2
         return np.asarray(np.sqrt(variance.mean(axis=0)))

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity_line
+from seatrial.boat.physics import physics_line
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
@@ -55,7 +56,7 @@ def summary(model: Model) -> str:
     scatter = model.estimator.method == EQUATION_ERROR
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
     lines += [SMEARED] if model.estimator.method == SMOOTHER else []
-    lines += [*_effects(model), *model.estimator.notes]
+    lines += [*_effects(model), *map(finding_text, model.estimator.findings)]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
@@ -63,7 +64,7 @@ def summary(model: Model) -> str:
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
-    return "\n".join([head, *lines, sanity_line(model)])
+    return "\n".join([head, *lines, physics_line(model)])
 
 
 def _effects(model: Model) -> list[str]:
@@ -148,7 +149,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" from pose to pose, {lasting} that are correlated over {c.lasting}"
+        said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]
@@ -159,13 +160,13 @@ def _noise(model: Model) -> str:
         if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
-        f"; unmodelled force: {joined(parts)} of what the largest commands give, lasting "
-        f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
-        if parts else "; no unmodelled force to be seen"
+        f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
+        f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}"
+        if parts else "; no significant process noise"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
-        said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
+        said += f"; velocity random walk {_above(STILL, *walks)} in 1 s"
     return f"{said}."
 
 

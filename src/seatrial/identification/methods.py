@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
-from seatrial.identification.estimator import OUTPUT_ERROR, OutputErrorSettings, output_error
+from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_said
@@ -23,8 +23,8 @@ from seatrial.identification.regression.equation_error import (
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
-from seatrial.inspection.consistency import check_apart
-from seatrial.inspection.overview import implausible
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
@@ -63,36 +63,59 @@ def identify(
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
-    which a short recording corrects. `effects`: lever, current, trim, wind, which output-error then
-    estimates. Raises IdentificationError, RecordingError, ModelError (unstable).
+    which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
+    estimate them. Raises IdentificationError, RecordingError, ModelError
+    (unstable).
     """
-    # refuse what no method can use, and options of another method
-    if method not in METHODS:
-        raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
+    return identify_with_fit(
+        recordings, vehicle, method=method, roles=roles, settings=settings,
+        prior=prior, prior_spread=prior_spread, effects=effects,
+    )[0]  # fmt: skip
+
+
+def identify_with_fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    method: str = DEFAULT_METHOD,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
+) -> tuple[Model, Fit | None]:
+    """`identify`, and the solution that the model came from; None where the method has none."""
+    # refuse what no model can come from, and options of another method
+    _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
-    _refuse_options(method, roles=roles, settings=settings, prior=prior, effects=effects)
-    # estimate
+    # the method
+    solution = None
     if method == OUTPUT_ERROR:
-        model = _output_error_or_cause(recordings, vehicle, prior, prior_spread, effects)
+        solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        model = solution.model()
+        if prior is not None:
+            model = with_prior_said(model, prior, prior_spread)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
     elif method == SMOOTHER:
         model = smoother(recordings, vehicle, roles=roles)
     else:
         model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    # refuse implausible physics, warn about recordings and vehicle file
-    sanity(model)
-    return replace(model, warnings=(*_warnings(recordings, vehicle), *concerns(model)))
+    # is it a boat, and are recordings and vehicle file what they seem?
+    axis_physics(model)
+    return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
 
 
-def _refuse_options(
+def _check_options(
     method: str,
-    *,
     roles: Mapping[str, Sequence[str]] | None,
     settings: EquationErrorSettings | None,
     prior: Model | None,
     effects: Sequence[str],
 ) -> None:
+    """Raises IdentificationError for an option that belongs to another method."""
+    if method not in METHODS:
+        raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
     if method != EQUATION_ERROR and settings is not None and settings.literal:
         raise IdentificationError(
             f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
@@ -103,33 +126,14 @@ def _refuse_options(
         )
     if effects and method != OUTPUT_ERROR:
         raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
-    if roles and method == OUTPUT_ERROR:
+    if method == OUTPUT_ERROR and roles:
         raise IdentificationError(
             f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
         )
 
 
-def _output_error_or_cause(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    prior: Model | None,
-    spread: float,
-    effects: Sequence[str],
-) -> Model:
-    """The maximum-likelihood model. Where there is none, the error names likely causes first."""
-    try:
-        return _output_error(recordings, vehicle, prior, spread, effects)
-    except IdentificationError as error:
-        causes = _beyond(recordings, vehicle)
-        with suppress(RecordingError):
-            causes += [finding.text for finding in check_apart(recordings, vehicle).findings]
-        raise IdentificationError("; ".join([*causes, str(error)])) from None
-
-
-def _warnings(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Recordings without commands or with many unusable poses, and inconsistent axes, signs or units."""
-    wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -> tuple[str, ...]:
+    """What the user checks first: recordings, vehicle file, and numbers that no boat has."""
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -139,7 +143,8 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    return [*silent, *spoilt, *wrong]
+    apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return (*silent, *spoilt, *_beyond(recordings, vehicle), *apart, *model_concerns(model))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
@@ -159,20 +164,37 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
-) -> Model:
-    """Without a prior, every axis must be driven; with one, an axis that is not driven keeps its prior."""
+) -> Fit:
+    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
+    try:
+        return _fit(recordings, vehicle, prior, spread, effects)
+    except IdentificationError as error:
+        wrong = _beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            wrong += [
+                finding.text for finding in check_each_recording(recordings, vehicle).findings
+            ]
+        raise IdentificationError("; ".join([*wrong, str(error)])) from None
+
+
+def _fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Fit:
+    """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
-        find_roles(vehicle, recordings)  # refuses an axis that was never driven
-        return output_error(recordings, vehicle, settings=settings)
+        find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+        return fit(recordings, vehicle, settings=settings)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
         )
     check_prior(prior, vehicle, lever="lever" in effects)
-    wide = widened(prior, spread)
-    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
-    return with_prior_said(found, prior, spread)
+    return fit(recordings, vehicle, settings=settings, start=prior, prior=widened(prior, spread))
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
@@ -214,5 +236,5 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
             "every axis"
         )
     for recording in recordings:
-        for sentence in implausible(recording):
+        for sentence in implausible_values(recording):
             raise RecordingError(f"{recording.name}: {sentence}")

@@ -7,7 +7,8 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial.boat.model import LEVER_ERRORS, LEVER_TOLD, Model
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.boat.model import LEVER_TOLD, Model
 from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
@@ -52,7 +53,7 @@ class Fit:
     runs: FilterRuns
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
-    notes: tuple[str, ...]  # what was not sought, and why
+    findings: tuple[Finding, ...]
     horizon: float = 0.0  # [s] fit horizon under model mismatch, 0: none
     maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
 
@@ -93,7 +94,7 @@ class Fit:
             noise_entry(noise, earth=problem.earth_fixed),
             envelope(problem.vehicle, constants, recordings, self._moving()),
             tuple(self._entry(i) for i in range(len(recordings))),
-            EstimatorEntry(OUTPUT_ERROR, settings, notes=[*self.notes, *self._lever()]),
+            EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever()]),
         )  # fmt: skip
 
     def _moving(self) -> list[Motion]:
@@ -117,13 +118,13 @@ class Fit:
         entry: RecordingEntry = msgspec.structs.replace(own, effects=sought, errors=errors)
         return entry
 
-    def _lever(self) -> list[str]:
+    def _lever(self) -> list[Finding]:
         """How well its lever arm is known, where it was sought."""
         errors = [self.errors[name] for name in LEVER_NAMES if name in self.errors]
         if not errors:
             return []
         ahead, aside = errors
-        return [f"{LEVER_ERRORS}: {ahead:.1e} m ahead, {aside:.1e} m aside"]
+        return [finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=ahead, aside=aside)]
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:

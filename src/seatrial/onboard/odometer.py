@@ -2,7 +2,7 @@
 """What a node publishes: the predictor's motion in the frames of REP-105.
 
 In `odom` the pose integrates the filtered velocity: it never jumps, and drifts. In `map` it follows the
-poses. The core (`core/include/seatrial/odometer.hpp`) does it, here and in the ROS nodes alike.
+poses. The core (`core/include/seatrial/onboard/odometer.hpp`) does it, here and in the ROS nodes alike.
 """
 
 from collections.abc import Sequence

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boats on one clock. The core (`core/include/seatrial/simulator.hpp`) steps them and their sensors.
+"""Boats on one clock. The core (`core/include/seatrial/simulation/simulator.hpp`) steps them and their sensors.
 
 A boat touches walls and other boats with a disc round its origin: it is pushed out, the velocity into
 what it touches is taken, and a share of it bounces back; there is no friction. Other boats are seen by

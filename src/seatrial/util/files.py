@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=msgspec.Struct)
 DIGITS = 10  # significant digits of numbers in YAML files
+MOST_BYTES = 64_000_000  # of a JSON file
 MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file; one that refers to itself has no end
 
 
@@ -106,10 +108,32 @@ def _check_size(content: object, path: object) -> None:
             pending += [(each, depth + 1) for each in inner]
 
 
-def expect_format(content: dict[str, Any], expected: str, path: object) -> dict[str, Any]:
-    """The content, if its `seatrial` key says that it is such a file."""
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON mapping. Raises FileError."""
+    try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise FileError(
+                f"{path}: is {size / 1e6:.0f} MB; expected a JSON file below {MOST_BYTES / 1e6:.0f} MB"
+            )
+        content = msgspec.json.decode(path.read_bytes())
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
+    except OSError as error:
+        raise FileError(f"{path}: can't be read ({error.strerror})") from None
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise FileError(f"{path}: is not JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise FileError(f"{path}: expected a JSON object, got {type(content).__name__}")
+    return content
+
+
+def expect_format(
+    content: dict[str, Any], expected: str, path: object, earlier: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The content, if its `seatrial` key says that it is such a file, or one of an `earlier` version."""
     kind = content.get("seatrial")
-    if kind != expected:
+    if kind != expected and kind not in earlier:
         said = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
         raise FileError(
             f"{path}: {said}; expected 'seatrial: {expected}': is it another file, or from another "
@@ -118,9 +142,12 @@ def expect_format(content: dict[str, Any], expected: str, path: object) -> dict[
     return content
 
 
-def convert(content: dict[str, Any], kind: type[S], path: object) -> S:
-    """A mapping as a typed struct; unknown keys, wrong types, NaN: one clear line each."""
-    for place, value in _numbers(content, ""):
+def convert(content: dict[str, Any], kind: type[S], path: object, *, finite: bool = True) -> S:
+    """A mapping as a typed struct; unknown keys, wrong types, NaN: one clear line each.
+
+    `finite`: numbers that are not finite are refused.
+    """
+    for place, value in _numbers(content, "") if finite else ():
         if not math.isfinite(value):
             raise FileError(f"{path}: {place}: {value} is not a finite number")
     try:
@@ -240,11 +267,18 @@ def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
 
+def _text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
+    """In double quotes where it holds line breaks or the like: elsewhere they become spaces."""
+    style = None if data.isprintable() else '"'
+    return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
+
+
 _Dumper.add_implicit_resolver(*_FLOAT)  # a word that reads as a number is quoted
 _Dumper.add_representer(list, _flow_list)
 _Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))
 _Dumper.add_representer(dict, _flow_mapping)
 _Dumper.add_representer(float, _float)
+_Dumper.add_representer(str, _text)
 
 
 def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
@@ -293,7 +327,9 @@ _PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float
 
 
 def _literals(kind: object) -> list[str]:
-    """The values that a Literal, or a union with one, allows."""
+    """The values that a Literal, an Enum, or a union with one, allows."""
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return [str(member.value) for member in kind]
     if get_origin(kind) is Literal:
         return [str(value) for value in get_args(kind)]
     return [text for part in get_args(kind) for text in _literals(part)]

@@ -4,7 +4,7 @@
 #pragma once
 #include <utility>
 
-#include "seatrial/actuators.hpp"
+#include "seatrial/actuators/chain.hpp"
 #include "seatrial_ros/model_value.hpp"
 
 namespace seatrial::ros {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Fixed thrusters: their geometry to T and T+, as `seatrial/allocation.py` has it.
 #pragma once
-#include "seatrial/dynamics.hpp"
-#include "seatrial/frames.hpp"
+#include "seatrial/model/dynamics.hpp"
+#include "seatrial/model/frames.hpp"
 #include "seatrial_ros/model_value.hpp"
 
 namespace seatrial::ros {

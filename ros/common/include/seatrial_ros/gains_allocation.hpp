@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "seatrial/allocator.hpp"
+#include "seatrial/control/allocator.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/tracking_settings.hpp"
 

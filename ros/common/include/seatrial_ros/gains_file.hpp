@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/tracking.hpp"
 #include "seatrial_ros/gains_allocation.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/tracking_settings.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 
 namespace seatrial::ros {
 
@@ -24,16 +24,16 @@ inline constexpr double kUnknown = 1e6;
 namespace detail {
 
 inline constexpr int kDirections = 6;             // x, y, z, roll, pitch, yaw
-inline constexpr int kPlanar[kSeen] = {0, 1, 5};  // x, y, yaw among them
-inline constexpr int kVertical[kSeen] = {2, 3, 4};
+inline constexpr int kPlanar[kPose] = {0, 1, 5};  // x, y, yaw among them
+inline constexpr int kVertical[kPose] = {2, 3, 4};
 
 /// A 6 x 6 covariance, row by row, by that of x, y and yaw: the upper left of `planar`.
 template <int kColumns, class Covariance>
 void spread(const double (*planar)[kColumns], Covariance& out) {
   for (int i = 0; i < kDirections * kDirections; ++i) out[i] = 0.0;
   for (const int i : kVertical) out[kDirections * i + i] = kUnknown;
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) out[kDirections * kPlanar[i] + kPlanar[j]] = planar[i][j];
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) out[kDirections * kPlanar[i] + kPlanar[j]] = planar[i][j];
   }
 }
 
@@ -57,7 +57,7 @@ double heading(const Quaternion& q) {
 
 /// geometry_msgs/Pose to x, y [m], psi [rad].
 template <class Pose>
-void read(const Pose& pose, double eta[kSeen]) {
+void read(const Pose& pose, double eta[kPose]) {
   eta[0] = pose.position.x;
   eta[1] = pose.position.y;
   eta[2] = heading(pose.orientation);
@@ -66,12 +66,12 @@ void read(const Pose& pose, double eta[kSeen]) {
 /// A 6 x 6 covariance to that of x, y and yaw, row by row. False where it is all zero, which in
 /// messages means that it is not known.
 template <class Covariance>
-bool read_covariance(const Covariance& covariance, double planar[kSeen * kSeen]) {
+bool read_covariance(const Covariance& covariance, double planar[kPose * kPose]) {
   bool known = false;
-  for (int i = 0; i < kSeen; ++i) {
-    for (int j = 0; j < kSeen; ++j) {
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
       const int from = detail::kDirections * detail::kPlanar[i] + detail::kPlanar[j];
-      planar[kSeen * i + j] = covariance[from];
+      planar[kPose * i + j] = covariance[from];
       known = known || covariance[from] != 0.0;
     }
   }
@@ -80,7 +80,7 @@ bool read_covariance(const Covariance& covariance, double planar[kSeen * kSeen])
 
 /// geometry_msgs/Transform by x, y [m], psi [rad].
 template <class Transform>
-void fill(const double eta[kSeen], Transform& out) {
+void fill(const double eta[kPose], Transform& out) {
   out.translation.x = eta[0];
   out.translation.y = eta[1];
   out.translation.z = 0.0;

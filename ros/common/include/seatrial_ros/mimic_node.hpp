@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "seatrial/mimic.hpp"
+#include "seatrial/simulation/mimic.hpp"
 #include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/settings.hpp"
 #include "seatrial_ros/signal.hpp"

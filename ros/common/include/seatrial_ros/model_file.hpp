@@ -2,8 +2,8 @@
 // `model.yaml` for a node on board: the model as the predictor takes it, and how its signals are
 // read from messages. What Python's `seatrial.Predictor(model)` builds, without Python.
 #pragma once
-#include "seatrial/doubt.hpp"
-#include "seatrial/onboard.hpp"
+#include "seatrial/onboard/parameter_uncertainty.hpp"
+#include "seatrial/onboard/predictor_state.hpp"
 #include "seatrial_ros/model_signals.hpp"
 #include "seatrial_ros/model_vehicle.hpp"
 
@@ -62,9 +62,9 @@ inline void read_covariance(const Value& rows, const std::vector<double>& sign,
 }
 
 /// Standard deviations and memory as the file has them; without `process` the estimator's start.
-inline MotionNoise read_noise(const Value& noise) {
+inline NoiseParameters read_noise(const Value& noise) {
   noise.only({"position", "heading", "process", "correlated"});
-  MotionNoise n;
+  NoiseParameters n;
   n.position = noise.at("position").not_negative();
   n.heading = noise.at("heading").not_negative();
   if (const auto coloured = noise.find("correlated")) {
@@ -153,25 +153,28 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   }
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
-  believe(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
+  set_uncertainty(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
 
-inline void read_integration(const Value& integration, DrivenBoat& boat) {
+inline void read_integration(const Value& integration, OnboardBoat& boat) {
   integration.only({"scheme", "step"});
   const int scheme = integration.at("scheme").choice({"runge-kutta", "forward-euler"});
   boat.integrator = scheme == 0 ? Integrator::kRungeKutta : Integrator::kForwardEuler;
   boat.longest_step = integration.at("step").positive();
 }
 
+/// "model 2" has the estimator's findings as sentences; a node reads neither.
 inline void expect_format(const Value& file) {
   const auto format = file.find("seatrial");
-  if (format && format->is_word() && format->text() == "model 2") return;
+  if (format && format->is_word() && (format->text() == "model 3" || format->text() == "model 2")) {
+    return;
+  }
   const std::string said = format && format->is_word() ? "says 'seatrial: " + format->text() + "'"
                                                        : "has no line 'seatrial: ...'";
   file.refuse(said +
-              "; expected 'seatrial: model 2': is it another file, or from another version of "
+              "; expected 'seatrial: model 3': is it another file, or from another version of "
               "seatrial?");
 }
 

@@ -2,7 +2,7 @@
 // How a vehicle's signals are read from messages: which field of which topic, and what makes it
 // forward-left-up SI.
 #pragma once
-#include "seatrial/frames.hpp"
+#include "seatrial/model/frames.hpp"
 #include "seatrial_ros/model_value.hpp"
 
 namespace seatrial::ros {

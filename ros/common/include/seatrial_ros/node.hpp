@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "seatrial/odometer.hpp"
+#include "seatrial/onboard/odometer.hpp"
 #include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/settings.hpp"
@@ -22,9 +22,9 @@ struct PoseMessage {
   std::int64_t arrival = 0;     // [ns]
   std::string frame;            // of its header
   std::string child;            // of Odometry; else empty
-  double eta[kSeen] = {};       // x, y [m], psi [rad] as they stand in the message
+  double eta[kPose] = {};       // x, y [m], psi [rad] as they stand in the message
   bool has_covariance = false;  // and that is known
-  double covariance[kSeen * kSeen] = {};
+  double covariance[kPose * kPose] = {};
 };
 
 class Node {
@@ -69,13 +69,13 @@ class Node {
     if (!source.parent.empty() && !in.frame.empty() && in.frame != source.parent) return;
     if (!source.child.empty() && !in.child.empty() && in.child != source.child) return;
     if (settings_.map_frame.empty() && !in.frame.empty()) map_frame_ = in.frame;
-    const double eta[kSeen] = {source.x.value(in.eta[0]), source.y.value(in.eta[1]),
+    const double eta[kPose] = {source.x.value(in.eta[0]), source.y.value(in.eta[1]),
                                source.heading.value(in.eta[2])};
-    const double gain[kSeen] = {source.x.gain, source.y.gain, source.heading.gain};
-    double covariance[kSeen * kSeen];
-    for (int i = 0; i < kSeen; ++i) {
-      for (int j = 0; j < kSeen; ++j) {
-        covariance[kSeen * i + j] = gain[i] * gain[j] * in.covariance[kSeen * i + j];
+    const double gain[kPose] = {source.x.gain, source.y.gain, source.heading.gain};
+    double covariance[kPose * kPose];
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < kPose; ++j) {
+        covariance[kPose * i + j] = gain[i] * gain[j] * in.covariance[kPose * i + j];
       }
     }
     const bool own = settings_.pose_covariance && in.has_covariance;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Simulated readings as messages of either ROS, but for their stamps.
 #pragma once
-#include "seatrial/simulator.hpp"
+#include "seatrial/simulation/simulator.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/signal.hpp"
 

@@ -2,7 +2,7 @@
 // The terms of a model file, for instance `X_uu * |u| * u`, as the core takes them: in
 // forward-left-up axes, whatever the file's are.
 #pragma once
-#include "seatrial/structure.hpp"
+#include "seatrial/model/structure.hpp"
 #include "seatrial_ros/model_value.hpp"
 
 namespace seatrial::ros {

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <string>
 
-#include "seatrial/frames.hpp"
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/tracking.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial::ros {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "seatrial/tracking.hpp"
+#include "seatrial/control/tracking.hpp"
 #include "seatrial_ros/command_writer.hpp"
 #include "seatrial_ros/diagnosis.hpp"
 #include "seatrial_ros/gains_file.hpp"

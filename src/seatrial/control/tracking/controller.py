@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The tracking controller: a reference and the boat's motion in, commands out.
 
-The core (`core/include/seatrial/tracking.hpp`) does it, here and on board alike.
+The core (`core/include/seatrial/control/tracking.hpp`) does it, here and on board alike.
 """
 
 import enum

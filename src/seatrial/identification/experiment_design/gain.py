@@ -156,7 +156,7 @@ def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
     scales = np.array([signals], dtype=float).reshape(1, len(signals))
     begin = np.array([-1.0])
     commands = np.vstack([np.zeros((1, one.commands.shape[1])), one.commands])
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         model.vehicle.chain, model.constants, np.concatenate([begin, one.t + REST_BEFORE]),
         np.ascontiguousarray(commands), begin, scales,
     )  # fmt: skip

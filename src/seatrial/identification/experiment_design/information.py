@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
-from seatrial.evaluation.filtering import believed_noise
+from seatrial.evaluation.filtering import filter_noise
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
@@ -75,7 +75,7 @@ def reference_point(
     estimated = np.flatnonzero(np.diag(model.covariance) > 0)
     if not len(estimated):
         raise ModelError("nothing was estimated: the model's values were given")
-    noise = believed_noise(model, recordings) if noise is None else noise
+    noise = filter_noise(model, recordings) if noise is None else noise
     horizon = float(model.estimator.settings.get("belief") or 0.0)
     if horizon > 0.0:
         noise = np.maximum(noise, noise_floor(_problem(model, recordings), horizon))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
     DISTURBANCES,
@@ -105,8 +106,8 @@ def with_fit_horizon(at: Point, *, hold: bool = False) -> tuple[Array, Point, fl
     return at.noise, chosen, horizon
 
 
-def prediction_notes(at: Point, horizon: float = 0.0) -> list[str]:
-    """A note for the user if the model predicts no better one second ahead than a constant or zero velocity.
+def prediction_findings(at: Point, horizon: float = 0.0) -> list[Finding]:
+    """A finding if the model predicts no better one second ahead than a constant or zero velocity.
 
     No note where pose noise hides how good the model is, unless it was fitted to a `horizon` [s].
     """
@@ -114,10 +115,7 @@ def prediction_notes(at: Point, horizon: float = 0.0) -> list[str]:
         return []
     ahead = _prediction_errors(at.runs.problem, at.theta, at.noise)
     if ahead is None:
-        return [
-            "no second of these recordings can be predicted: the model runs away from the velocities "
-            "that occur, or there are no poses in a row; look at them with inspect"
-        ]
+        return [finding_of(FindingKind.NOT_PREDICTABLE)]
     moves = ahead.zero**2 > NOISE_DOMINATED * ahead.floor**2
     least = np.where(moves, np.minimum(ahead.constant, ahead.zero), ahead.constant)
     ratio = ahead.rms / np.maximum(least, ERROR_FLOOR)
@@ -128,10 +126,7 @@ def prediction_notes(at: Point, horizon: float = 0.0) -> list[str]:
     poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR_RATIO and not k]
     if not poor:
         return []
-    return [
-        f"in {' and '.join(poor)}, one second ahead hardly better than constant or zero velocity: do commands "
-        "and poses belong together? Check with inspect, and the vehicle file's signs"
-    ]
+    return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]
 
 
 def _thrust_is_evident(at: Point, axis: int) -> bool:

@@ -23,7 +23,7 @@ from seatrial.boat.noise_parameters import (
     PROCESS_START,
 )
 from seatrial.boat.schema import CorrelatedEntry
-from seatrial.recording.pose_noise import coloured_ratio, pose_noise
+from seatrial.recording.pose_noise import correlated_difference_ratio, pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -81,6 +81,6 @@ def gauss_markov_for_white(recordings: Sequence[Recording]) -> Array:
     noise = noise_from_poses(recordings)
     period = float(np.median([r.period for r in recordings]))
     unit = CorrelatedEntry(1.0, 1.0, float(noise[COLOUR_MEMORY]))
-    noise[COLOUR] = noise[:2] / coloured_ratio(period, unit)
+    noise[COLOUR] = noise[:2] / correlated_difference_ratio(period, unit)
     noise[:2] *= WHITE_REMAINDER
     return noise

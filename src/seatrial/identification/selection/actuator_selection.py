@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
@@ -23,7 +24,7 @@ MOST_EXTRAS = 5
 WORTH = 10.0  # fall of -2 log likelihood from which on a further stage is worth having
 SURELY = 2.5  # standard errors away from its neutral value, where the score test does not tell
 CURVE = ("reverse_ratio", "power")
-ASKED_FOR = "estimated, as the data ask for it"  # so end the notes of what was freed
+STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
 
 
 def problem_of(
@@ -46,9 +47,9 @@ def problem_of(
 
 def freed(
     at: Point, vehicle: Vehicle, settings: OutputErrorSettings, share: float
-) -> tuple[Point, list[str]]:
-    """The solution with those further stages of the chain that the data ask for; said in words."""
-    notes: list[str] = []
+) -> tuple[Point, list[Finding]]:
+    """The solution with those further stages of the chain that the data ask for."""
+    findings: list[Finding] = []
     for _ in range(MOST_EXTRAS):
         asked = _asked(at, vehicle, settings)
         likely = [a for a in asked if a.test.likely]
@@ -59,15 +60,15 @@ def freed(
         if there is None or most is None:
             break
         at = there
-        notes += [f"{words}: {ASKED_FOR}" for words in most.words]
-    return at, notes
+        findings += most.findings
+    return at, findings
 
 
 @dataclass(frozen=True)
 class _Asked:
     """A stage that promises enough, and the problem with it."""
 
-    words: tuple[str, ...]
+    findings: tuple[Finding, ...]  # that say so
     wider: Problem
     theta: Array  # where its search begins
     test: ScoreTest
@@ -86,7 +87,7 @@ def _asked(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_
         wider = _wider(problem, extra.vehicle, vehicle, settings)
         test = _tested(problem, wider, runs[id(extra.probe)])
         if test.gain > WORTH:
-            found.append(_Asked((extra.words,), wider, _moved(at, wider, extra.origin), test))
+            found.append(_Asked((extra.finding,), wider, _moved(at, wider, extra.origin), test))
     return found
 
 
@@ -142,8 +143,8 @@ def _together(
     wider = _wider(problem, of_curve[0].probe, vehicle, settings)
     if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
         return []
-    words = tuple(e.words for e in of_curve)
-    return [_Asked(words, wider, _moved(at, wider, {}), curves[0].test)]
+    findings = tuple(e.finding for e in of_curve)
+    return [_Asked(findings, wider, _moved(at, wider, {}), curves[0].test)]
 
 
 def _far(at: Point, new: Sequence[int]) -> Mask:

@@ -158,7 +158,7 @@ def _refuse_inseparable(at: Point) -> None:
     weights = np.abs(vectors[:, 0])
     names = [problem.names[problem.free[i]] for i in alive[weights > LISTED_WEIGHT * weights.max()]]
     raise IdentificationError(
-        f"{', '.join(names)} can't be informed apart: vary speed and command independently, or take one "
+        f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
         "term out"
     )
 

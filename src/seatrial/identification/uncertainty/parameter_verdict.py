@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
 from seatrial.util.frames import Array
 
@@ -68,7 +68,7 @@ def verdict_of(
     relative = error / size if size > 0 else np.inf
     if error == 0.0:
         return ParameterVerdict.GIVEN, 0.0
-    near_zero = abs(value) < TOLD_APART * error
+    near_zero = abs(value) < SIGNIFICANT * error
     if (near_zero and thrust_share > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
         return ParameterVerdict.LOST, relative
     if near_zero and not typical:
@@ -92,7 +92,7 @@ def parameter_accuracy(
     row = correlation[estimated.index(name)] if name in estimated else np.zeros(0)
     order = [int(i) for i in np.argsort(-np.abs(row)) if estimated[i] != name]
     partners = tuple((estimated[i], float(row[i])) for i in order[:LISTED_PARTNERS])
-    reach = None if share is None else share * (abs(value) + TOLD_APART * error)
+    reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
     return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach)
 
 

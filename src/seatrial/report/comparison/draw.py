@@ -9,11 +9,11 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import driven
 from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.evaluation.scores import Scored
 from seatrial.identification.uncertainty.identifiability import SHARP_ERROR, Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
 from seatrial.report.comparison.two_models import COLOURS, DASHES, LETTERS, SIGNS
 from seatrial.report.evidence.actuators import Curve
-from seatrial.report.evidence.pooled_scores import Pooled
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
     BLACK,
@@ -122,7 +122,7 @@ def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> 
     return figure(traces, x, y, showlegend=True, **limits)
 
 
-def horizons(rows: tuple[Sequence[Pooled], Sequence[Pooled]], axis: int) -> Figure:
+def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figure:
     """RMS errors of both against the horizon, from measured starts, with intervals."""
     name, scale = UNITS[axis]
     symbol = SYMBOLS[axis]

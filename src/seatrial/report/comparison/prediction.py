@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """How both models predict the same recordings."""
 
-from seatrial.evaluation.comparison.prediction import Ahead
+from seatrial.evaluation.assessment import pooled
+from seatrial.evaluation.comparison.prediction import PredictionRow
 from seatrial.report.comparison import draw
 from seatrial.report.comparison.two_models import LETTERS, Both
-from seatrial.report.evidence.pooled_scores import pooled
 from seatrial.report.figures import recorded as draw_recorded
 from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import (
@@ -41,7 +41,9 @@ def horizons(pair: Both) -> Section | None:
     """Errors against the horizon, and whether the difference may be chance."""
     if pair.evidence is None:
         return None
-    chosen = [[run for run in side.runs if run.horizons] for side in pair.evidence]
+    chosen = [
+        [run.assessment for run in side.runs if run.assessment.ahead] for side in pair.evidence
+    ]
     if not chosen[0] or not chosen[1]:
         return None
     rows = pooled(chosen[0]), pooled(chosen[1])
@@ -54,7 +56,7 @@ def horizons(pair: Both) -> Section | None:
     return Section("horizons", "Which predicts better", html, {ALL: figures}, (table,))
 
 
-def ahead_table(found: list[Ahead]) -> Table:
+def ahead_table(found: list[PredictionRow]) -> Table:
     """RMS errors of both from the same starts, with the interval of their difference."""
     head = ("velocity", "horizon [s]", "RMS A", "RMS B", "unit", "A − B", "95 % of it", "better")
     rows: list[list[Cell]] = []

@@ -9,8 +9,7 @@ from seatrial.boat.model import Model
 from seatrial.identification.experiment_design import next_drive
 from seatrial.recording.excitation import EXCITED
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.pooled_scores import judged
-from seatrial.report.evidence.runs import Run
+from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.numbers import (
     AT_FLOOR,
     GOOD_RATIO,

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.evaluation.assessment import assess, assess_from
+from seatrial.evaluation.scores import Scores
+from seatrial.evaluation.validation import scores_of
 from seatrial.identification.experiment_design import (
     ManoeuvreGain,
     RecordingInformation,
@@ -28,7 +31,7 @@ class Evidence:
 
     model: Model
     runs: tuple[Run, ...]
-    horizon: float  # [s]
+    scores: Scores
     known: Identifiability
     physics: Physics
     point: ReferencePoint | None  # what information is counted around; None: see `silent`
@@ -37,18 +40,33 @@ class Evidence:
     silent: str  # why there is no information
 
     @property
+    def horizon(self) -> float:
+        """That of the scores [s]."""
+        return self.scores.horizon
+
+    @property
     def tested(self) -> list[Run]:
         """Recordings that could be predicted."""
         return [run for run in self.runs if run.tested]
 
 
-def collect(model: Model, recordings: Sequence[Recording], horizon: float) -> Evidence:
-    """All of it; see `gather` for what is raised."""
-    runs = gather(model, recordings, horizon)
+def collect(
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float,
+    scores: Scores | None = None,
+) -> Evidence:
+    """All of it, with `scores` as `validate` wrote them or computed here; see `gather` for what is raised."""
+    found = (
+        assess(model, recordings, horizon)
+        if scores is None
+        else assess_from(model, recordings, scores)
+    )
+    runs = gather(model, found)
     point, each, gained, silent = _information(model, runs)
     return Evidence(
-        model, tuple(runs), horizon, identifiability(model), physics(model), point, each, gained,
-        silent,
+        model, tuple(runs), scores or scores_of(model, found, horizon), identifiability(model), physics(model),
+        point, each, gained, silent,
     )  # fmt: skip
 
 

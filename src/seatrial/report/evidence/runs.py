@@ -7,16 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
-from seatrial.evaluation.filtering import Causal, believed_noise, causal
-from seatrial.evaluation.prediction import Prediction, predict
-from seatrial.evaluation.residuals import Correlation, residuals
-from seatrial.evaluation.validation import RecordingScore, Start, lookaheads, score, seen
+from seatrial.evaluation.assessment import Assessment, judging
+from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.residuals import Correlation
+from seatrial.evaluation.scores import RecordingScore
 from seatrial.recording.excitation import Excitation, excitation
 from seatrial.recording.pose_faults import GAP_FACTOR
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
-from seatrial.util.errors import ModelError, RecordingError, SeatrialError
+from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import Array
 
 WINDOW = 40.0  # [s] that a plot opens at, as in Figs. 5 and 6
@@ -29,15 +30,8 @@ NEARLY_ALL = 0.95  # share of the best window's predictions that a window must h
 class Run:
     """One recording beside its predictions. A row of NaN stands where a line must break."""
 
-    recording: Recording
-    outcome: tuple[Prediction, RecordingScore] | None  # at the chosen horizon; None: see `lost`
-    lost: str  # why there is no prediction
-    horizons: tuple[tuple[float, Start, Prediction], ...]  # horizon [s], start, prediction
-    correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
-    notes: tuple[str, ...]  # what else could not be had
-    noise: Array | None  # (11,) what the model's filter believes; None: there is no filter
+    assessment: Assessment
     excitation: Excitation
-    unseen: bool  # the model was not identified from it
     t: Array  # (n,) time base: the poses', and the middle of every gap and jump [s]
     position: Array  # (n, 2) x, y [m] of the usable poses
     measured: Array  # (n, 3) [m/s, m/s, rad/s]
@@ -47,24 +41,9 @@ class Run:
     shown: NDArray[np.intp]  # rows that are drawn
 
     @property
-    def tested(self) -> bool:
-        """Whether it could be predicted."""
-        return self.outcome is not None
-
-    @property
-    def prediction(self) -> Prediction:
-        """Raises ModelError where there is none."""
-        return self._outcome()[0]
-
-    @property
-    def score(self) -> RecordingScore:
-        """Raises ModelError where there is none."""
-        return self._outcome()[1]
-
-    def _outcome(self) -> tuple[Prediction, RecordingScore]:
-        if self.outcome is None:
-            raise ModelError(self.lost)
-        return self.outcome
+    def recording(self) -> Recording:
+        """What was recorded."""
+        return self.assessment.recording
 
     @property
     def name(self) -> str:
@@ -72,46 +51,77 @@ class Run:
         return self.recording.name
 
     @property
+    def unseen(self) -> bool:
+        """Whether the model was not identified from it."""
+        return not self.assessment.seen
+
+    @property
+    def tested(self) -> bool:
+        """Whether it could be predicted."""
+        return self.assessment.prediction is not None
+
+    @property
+    def lost(self) -> str:
+        """Why there is no prediction."""
+        return str(self.assessment.failure or "")
+
+    @property
+    def prediction(self) -> Prediction:
+        """At the chosen horizon. Raises ModelError where there is none."""
+        if self.assessment.prediction is None:
+            raise ModelError(self.lost)
+        return self.assessment.prediction
+
+    @property
+    def score(self) -> RecordingScore:
+        """Raises ModelError where there is none."""
+        if self.assessment.score is None:
+            raise ModelError(self.lost)
+        return self.assessment.score
+
+    @property
+    def correlations(self) -> tuple[Correlation, ...]:
+        """Of the filter's residuals with the forces."""
+        return self.assessment.correlations
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Disturbances, errors beyond the expected, what else could not be had."""
+        return self.assessment.findings
+
+    @property
+    def noise(self) -> Array | None:
+        """(11,) of the model's filter; None: it did not run."""
+        filtered = self.assessment.filtered
+        return None if filtered is None else filtered.noise
+
+    @property
     def masked(self) -> float:
         """Share of the poses that were left out."""
         return 1.0 - self.recording.usable
 
 
-def gather(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Run]:
-    """Every recording with its predictions, `horizon` [s] ahead and at all horizons, as given.
+def gather(model: Model, found: Sequence[Assessment]) -> list[Run]:
+    """Every recording with its predictions, as given, on its time base.
 
     A recording that a model runs away from is kept, with the reason. Raises RecordingError where
-    none is as long as the horizon, or where there is none.
+    none is as long as the horizon.
     """
-    if not recordings:
-        raise RecordingError("report: no recording given; pass at least one")
-    filters = _filters(model, recordings)
-    every = max(1, -(-sum(len(r.t) for r in recordings) // DRAWN))
-    found = [_run(model, r, horizon, f, every) for r, f in zip(recordings, filters, strict=True)]
-    short = [error for _, error in found if isinstance(error, RecordingError)]
+    short = [one.failure for one in found if isinstance(one.failure, RecordingError)]
     if len(short) == len(found):
         raise short[0]
-    return [run for run, _ in found]
+    every = max(1, -(-sum(len(one.recording.t) for one in found) // DRAWN))
+    return [_run(model, one, every) for one in found]
 
 
-def _filters(model: Model, recordings: Sequence[Recording]) -> list[Causal | str]:
-    """The model's filter along every recording, or why there is none."""
-    try:
-        noise = believed_noise(model, recordings)
-    except SeatrialError as error:
-        return [str(error)] * len(recordings)
-    found: list[Causal | str] = []
-    for recording in recordings:
-        try:
-            found.append(causal(model, recording, noise))
-        except SeatrialError as error:
-            found.append(str(error))
-    return found
+def judged(runs: Sequence[Run]) -> list[Run]:
+    """The recordings that a model is judged by: those that it has not seen, if there are any."""
+    chosen = {id(one) for one in judging([run.assessment for run in runs])}
+    return [run for run in runs if id(run.assessment) in chosen]
 
 
-def _run(
-    model: Model, recording: Recording, horizon: float, filtered: Causal | str, every: int
-) -> tuple[Run, SeatrialError | None]:
+def _run(model: Model, found: Assessment, every: int) -> Run:
+    recording, ahead = found.recording, found.prediction
     moving = motion(recording)
     t, row = time_base(recording)
 
@@ -120,41 +130,24 @@ def _run(
         out[row[index]] = values
         return out
 
-    outcome, failed = None, None
     predicted = np.full((len(t), 3), np.nan)
-    try:
-        ahead = predict(model, recording, horizon)
-        outcome = ahead, score(model, recording, ahead)
+    usable = np.isin(np.arange(len(t)), row)
+    if ahead is not None:
         predicted = spread(ahead.nu, np.asarray(ahead.index, dtype=np.intp))
-    except (ModelError, RecordingError) as error:
-        failed = error
-    known = filtered if isinstance(filtered, Causal) else None
-    notes = [] if known else [f"{recording.name}: no starts from a filter: {filtered}"]
-    try:
-        aheads, more = lookaheads(model, recording, horizon, known)
-    except RecordingError as error:
-        aheads, more = [], [str(error)]
+        usable = np.isfinite(predicted[:, 0])
     forces = np.asarray(model.trace(recording).forces(t))
-    usable = np.isfinite(predicted[:, 0]) if outcome else np.isin(np.arange(len(t)), row)
-    run = Run(
-        recording,
-        outcome,
-        "" if failed is None else str(failed),
-        tuple(aheads),
-        () if known is None else tuple(residuals(model, recording, known)),
-        (*notes, *more),
-        None if known is None else known.noise,
+    measured = spread(moving.nu[moving.valid], moving.valid)
+    return Run(
+        found,
         excitation(model.vehicle, recording),
-        not seen(model, recording),
         t,
         spread(recording.eta[recording.valid, :2], recording.valid),
-        spread(moving.nu[moving.valid], moving.valid),
+        measured,
         predicted,
         forces,
         busy_window(t, usable, forces),
-        thinned(np.isfinite(spread(moving.nu[moving.valid], moving.valid)[:, 0]), every),
+        thinned(np.isfinite(measured[:, 0]), every),
     )
-    return run, failed
 
 
 def time_base(recording: Recording) -> tuple[Array, NDArray[np.intp]]:

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.physics import doubts
+from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.pooled_scores import judged
-from seatrial.report.evidence.runs import Run
+from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
     AT_FLOOR,
@@ -108,7 +107,7 @@ def _foreseen(runs: Sequence[Run], rms: Array) -> str:
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
-    odd = [] if evidence.physics.unstable else doubts(evidence.model)
+    odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     found = [*odd, *advice(evidence)]
     first = found[0] if found else ALL_WELL
     start = first[0].lower() if first[1:2].islower() else first[0]

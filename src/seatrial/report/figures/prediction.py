@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.report.evidence.pooled_scores import Pooled
+from seatrial.evaluation.scores import Scored
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
     BLACK,
@@ -58,7 +58,7 @@ def above_commands(
     )  # fmt: skip
 
 
-def horizons(rows: Sequence[Pooled], axis: int) -> Figure:
+def horizons(rows: Sequence[Scored], axis: int) -> Figure:
     """RMS error against the horizon with 95 % intervals, the floor, and that of no model at all."""
     name, scale = UNITS[axis]
     traces = []

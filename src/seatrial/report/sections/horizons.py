@@ -4,10 +4,10 @@
 from collections.abc import Sequence
 from html import escape
 
-from seatrial.evaluation.validation import unforeseen
+from seatrial.boat.findings import finding_text
+from seatrial.evaluation.scores import Scored
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.pooled_scores import Pooled, judged, pooled
-from seatrial.report.evidence.runs import Run
+from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import ALL, Section, fine, three
 from seatrial.report.text import prose
@@ -19,18 +19,17 @@ from seatrial.util.frames import AXES, SYMBOLS
 
 def section(evidence: Evidence) -> Section | None:
     """The recordings that the model is judged by, taken together."""
-    chosen = [run for run in judged(evidence.runs) if run.horizons]
-    if not chosen:
+    chosen = judged(evidence.runs)
+    rows = evidence.scores.pooled
+    if not rows:
         return None
-    rows = pooled(chosen)
     table = horizons("horizons", "Prediction at several horizons", [("", rows)])
-    single = [(run, pooled([run])) for run in evidence.tested if run.horizons]
     every = horizons(
         "horizons-by-recording", "Prediction at several horizons, by recording",
-        [(run.name, own) for run, own in single],
+        [(run.name, run.score.horizons) for run in evidence.tested if run.score.horizons],
     )  # fmt: skip
     kind = "not seen" if chosen[0].unseen else "seen: identified from"
-    notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs, single))
+    notes = "".join(f"<p>{escape(note)}</p>" for note in _findings(evidence.runs))
     html = f"""<section id="horizons"><h2>How far ahead</h2>
 <p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
@@ -39,7 +38,7 @@ def section(evidence: Evidence) -> Section | None:
     return Section("horizons", "Horizons", html, {ALL: figures}, (table, every))
 
 
-def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Pooled]]]) -> Table:
+def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Scored]]]) -> Table:
     """Scores by horizon, start and axis; a group for each of several recordings."""
     head = (
         "velocity", "horizon [s]", "start", "RMS error", "95 %", "unit", "stays constant", "ratio",
@@ -63,7 +62,5 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Poole
     return Table(name, caption, head, rows)
 
 
-def _notes(runs: Sequence[Run], single: Sequence[tuple[Run, Sequence[Pooled]]]) -> list[str]:
-    beyond = [(run.name, unforeseen(own, not run.unseen)) for run, own in single]
-    said = [f"{name}: {words}." for name, words in beyond if words is not None]
-    return list(dict.fromkeys([*(note for run in runs for note in run.notes), *said]))
+def _findings(runs: Sequence[Run]) -> list[str]:
+    return [f"{run.name}: {finding_text(finding)}." for run in runs for finding in run.findings]

@@ -3,6 +3,7 @@
 
 from html import escape
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.identification.console import combined, condition_said
 from seatrial.identification.methods import caution
@@ -28,7 +29,7 @@ def section(evidence: Evidence) -> Section:
     """Verdicts, combinations, correlation map."""
     found, model = evidence.known, evidence.model
     names = names_in(model)
-    notes = [sentence(note, names) for note in model.estimator.notes]
+    notes = [sentence(finding_text(f), names) for f in model.estimator.findings]
     if not found.names:
         html = f"""<section id="known"><h2>What is known</h2>
 <p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""

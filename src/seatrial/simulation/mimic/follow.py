@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Commands to a virtual boat in, a velocity for a holonomic carrier out, the carrier's poses back in.
 
-The core (`core/include/seatrial/mimic.hpp`) does it, here and in the ROS nodes alike.
+The core (`core/include/seatrial/simulation/mimic.hpp`) does it, here and in the ROS nodes alike.
 """
 
 import enum

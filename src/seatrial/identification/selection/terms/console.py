@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from seatrial.boat.findings import finding_text
 from seatrial.identification.selection.terms.decisions import Row, TermEvidence, TermVerdict
 from seatrial.identification.selection.terms.explain import sensible
 from seatrial.identification.selection.terms.selection import Selection
@@ -37,7 +38,9 @@ def selection_text(selection: Selection) -> str:
         )
     structure = selection.vehicle.structure
     chosen = ["Chosen:", *(f"  {structure.equation(a)}" for a in range(3)), _sum(rows)]
-    return "\n".join([*lines, *chosen, *(f"Check first: {asked}" for asked in selection.asked)])
+    return "\n".join(
+        [*lines, *chosen, *(f"Check first: {finding_text(f)}" for f in selection.asked)]
+    )
 
 
 def _numbers(row: Row) -> tuple[str, ...]:
@@ -82,7 +85,7 @@ def selection_json(selection: Selection) -> dict[str, object]:
         ],
         "structure": selection.vehicle.structure.lines(),
         "terms": [_entry(row) for row in selection.rows],
-        "asked": list(selection.asked),
+        "asked": [finding_text(finding) for finding in selection.asked],
     }
 
 

@@ -6,19 +6,16 @@ tests, backward. At last repeats of the experiment against each other, and the p
 """
 
 import math
-import re
-import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.disturbed_intervals import STANDS_OUT
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.identification.diagnostics.homogeneity import DISAGREE
-from seatrial.identification.diagnostics.parameter_drift import CHANGES
-from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
+from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import output_error, with_free_stages
 from seatrial.identification.methods import check_recordings
 from seatrial.identification.selection.terms.candidates import (
@@ -33,6 +30,9 @@ from seatrial.identification.selection.terms.significance import freedom
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
 from seatrial.recording.recording import Recording
 from seatrial.util.statistics import BLOCK
+
+DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
+CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
 
 
 def select(
@@ -61,17 +61,17 @@ def select(
     say("the vehicle's own terms")
     model = output_error(together, vehicle)
     own = model.structure.terms
-    notes = [n for n in model.estimator.notes if n.startswith(ASKED) or STANDS_OUT in n]
+    first = model.findings_of(*EFFECTS_FOUND, *DISTURBANCES)
     aliased = search.aliased(own, tried)
     # if the boat changed between recordings: further terms may explain that
     model, changed = _with_changes_explained(search, model)
-    one_boat = not any(n.startswith(DISAGREE) for n in changed)
+    one_boat = not of_kinds(changed, *DISAGREEMENTS)
     # candidates in and out, until every term stands repeats and held-out prediction
     tests, refused = _supported(search, model, parts, horizon, one_boat=one_boat)
     # the table, and the vehicle with the chosen terms
     rows = rows_of(tests, own, aliased, refused)
     chosen = replace(with_terms(vehicle, tests.model.structure.terms), source=vehicle.source)
-    asked = tuple(of_files(n) for n in (*notes, *changed))
+    asked = tuple(of_files(finding) for finding in (*first, *changed))
     return Selection(chosen, tests.model, rows, parts, horizon, asked)
 
 
@@ -107,26 +107,27 @@ def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
-def _with_changes_explained(search: TermSearch, model: Model) -> tuple[Model, list[str]]:
-    """The model, and its notes on a boat that changed between or within recordings.
+def _with_changes_explained(search: TermSearch, model: Model) -> tuple[Model, tuple[Finding, ...]]:
+    """The model, and its findings on a boat that changed between or within recordings.
 
-    Missing terms can look like a change: with notes, the terms are selected first, then the notes are taken again.
+    Missing terms can look like a change: then the terms are selected first, and the findings are taken again.
     """
-    notes = [n for n in model.estimator.notes if n.startswith((DISAGREE, CHANGES))]
-    if not notes:
-        return model, []
+    changed = model.findings_of(*CHANGES)
+    if not changed:
+        return model, ()
     whole = forward_and_back(search, model, [])
     if whole.structure.terms == model.structure.terms:
-        return model, notes
+        return model, changed
     search.say("whether the recordings agree, with these")
     whole = search.fit(whole.structure.terms, None)
-    return whole, [n for n in whole.estimator.notes if n.startswith((DISAGREE, CHANGES))]
+    return whole, whole.findings_of(*CHANGES)
 
 
-def of_files(note: str) -> str:
-    """A note whose options name the recordings as given, not their halves."""
+def of_files(finding: Finding) -> Finding:
+    """A disturbed interval of the recording as it was given, not of its half."""
+    if finding.kind is not FindingKind.DISTURBED_INTERVAL:
+        return finding
+    name = finding.part("recording")
     for half in HALF_NAMES:
-        note = re.sub(
-            rf"--without '([^']+){half}'=", lambda m: f"--without {shlex.quote(m[1])}=", note
-        )
-    return note
+        name = name.removesuffix(half)
+    return Finding(finding.kind, (name,), finding.values)

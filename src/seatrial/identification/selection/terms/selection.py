@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.selection.terms.cross_validation import Fold
@@ -18,4 +19,4 @@ class Selection:
     rows: tuple[Row, ...]
     folds: tuple[Fold, ...]
     horizon: float  # [s] of the held-out prediction
-    asked: tuple[str, ...] = ()  # findings to check before terms
+    asked: tuple[Finding, ...] = ()  # to be looked at before any term

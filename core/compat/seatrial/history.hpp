@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: MIT
+// The path of release 0.1. Include "seatrial/onboard/history.hpp" instead: this one goes after the
+// next release.
+#pragma once
+#include "seatrial/onboard/history.hpp"

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// Which wrenches thrusters between bounds can give: the zonotope {T y : low <= y <= high}, by the
+// planes of its faces. Every face is spanned by two thrusters (McMullen 1971).
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "seatrial/actuators/allocation.hpp"
+
+namespace seatrial {
+
+inline constexpr int kWrenchAxes = 3;  // surge, sway, yaw
+inline constexpr int kMaxFaces = kMaxActuators * (kMaxActuators - 1) / 2;
+
+/// T (3 x n): what unit thrust of each thruster gives, in command units.
+struct Effectiveness {
+  int n = 0;
+  double column[kMaxActuators][kWrenchAxes] = {};
+
+  void wrench(const double* thrust, double* out) const {
+    for (int j = 0; j < kWrenchAxes; ++j) out[j] = 0.0;
+    for (int k = 0; k < n; ++k) {
+      for (int j = 0; j < kWrenchAxes; ++j) out[j] += column[k][j] * thrust[k];
+    }
+  }
+};
+
+/// Bounds of every thruster's thrust.
+struct Bounds {
+  double low[kMaxActuators] = {};
+  double high[kMaxActuators] = {};
+};
+
+namespace detail {
+
+inline double dot3(const double* a, const double* b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+inline void cross3(const double* a, const double* b, double* out) {
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+}  // namespace detail
+
+/// The attainable wrenches, as slabs low <= normal . F <= high.
+class Reach {
+ public:
+  Reach() = default;
+
+  Reach(const Effectiveness& t, const Bounds& bounds) {
+    for (int i = 0; i < t.n; ++i) {
+      for (int j = i + 1; j < t.n; ++j) add_face(t, bounds, i, j);
+    }
+  }
+
+  /// The largest multiple in [0, most] of `direction` that may be added to `from`, a wrench within
+  /// reach.
+  double along(const double* from, const double* direction, double most) const {
+    double alpha = most;
+    for (int i = 0; i < n_; ++i) {
+      const double rate = detail::dot3(normal_[i], direction);
+      const double at = detail::dot3(normal_[i], from);
+      if (rate > kParallel) alpha = std::min(alpha, (high_[i] - at) / rate);
+      if (rate < -kParallel) alpha = std::min(alpha, (low_[i] - at) / rate);
+    }
+    return std::max(alpha, 0.0);
+  }
+
+  /// The largest a in [0, 1] for which from + a first + b rest is within reach with some b in [0,
+  /// 1], and then the largest b: a linear programme in the plane, face by face (Seidel 1991). There
+  /// must be such a and b.
+  void most(const double* from, const double* first, const double* rest, double* a,
+            double* b) const {
+    Half half[2 * kMaxFaces + 4] = {{1, 0, 1}, {0, 1, 1}, {-1, 0, 0}, {0, -1, 0}};
+    int n = 4;
+    for (int i = 0; i < n_; ++i) {
+      const double p = detail::dot3(normal_[i], first);
+      const double q = detail::dot3(normal_[i], rest);
+      const double length = std::sqrt(p * p + q * q);
+      if (length < kParallel) continue;
+      const double at = detail::dot3(normal_[i], from);
+      const double per = 1.0 / length;
+      half[n++] = {p * per, q * per, (high_[i] - at) * per};
+      half[n++] = {-p * per, -q * per, (at - low_[i]) * per};
+    }
+    *a = *b = 1.0;
+    for (int i = 4; i < n; ++i) {
+      if (half[i].p * *a + half[i].q * *b > half[i].bound + kParallel) best_on(half, i, a, b);
+    }
+  }
+
+  /// On a face only the thrusters that span it are free: fixes all others of each face that the
+  /// wrench lies on at the bound that the face stands for.
+  void pin(const Effectiveness& t, const double* wrench, Bounds& bounds) const {
+    if (std::abs(depth(wrench)) > kOnFace) return;
+    for (int i = 0; i < n_; ++i) {
+      const double at = detail::dot3(normal_[i], wrench);
+      const bool top = std::abs(high_[i] - at) < kOnFace;
+      if (!top && std::abs(at - low_[i]) >= kOnFace) continue;
+      for (int k = 0; k < t.n; ++k) {
+        const double share = detail::dot3(normal_[i], t.column[k]);
+        if (std::abs(share) < kInPlane) continue;
+        if (top == (share > 0.0)) {
+          bounds.low[k] = bounds.high[k];
+        } else {
+          bounds.high[k] = bounds.low[k];
+        }
+      }
+    }
+  }
+
+  /// How far a wrench is inside the nearest face; negative outside.
+  double depth(const double* wrench) const {
+    double least = n_ > 0 ? high_[0] - low_[0] : 0.0;
+    for (int i = 0; i < n_; ++i) {
+      const double at = detail::dot3(normal_[i], wrench);
+      least = std::min(least, std::min(high_[i] - at, at - low_[i]));
+    }
+    return least;
+  }
+
+ private:
+  static constexpr double kParallel = 1e-12;
+  static constexpr double kOnFace = 1e-11;  // [command units]
+  static constexpr double kInPlane = 1e-9;
+
+  /// p a + q b <= bound, with p^2 + q^2 = 1.
+  struct Half {
+    double p;
+    double q;
+    double bound;
+  };
+
+  /// The best point within the first `last` half planes on the line that ends half plane `last`.
+  static void best_on(const Half* half, int last, double* a, double* b) {
+    const Half& line = half[last];
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < last; ++i) {  // the point bound (p, q) + t (-q, p)
+      const double rate = half[i].q * line.p - half[i].p * line.q;
+      const double left = half[i].bound - line.bound * (half[i].p * line.p + half[i].q * line.q);
+      if (rate > kParallel) high = std::min(high, left / rate);
+      if (rate < -kParallel) low = std::max(low, left / rate);
+    }
+    const bool up = std::abs(line.q) > kParallel ? line.q < 0.0 : line.p > 0.0;
+    const double t = low > high ? 0.5 * (low + high) : up ? high : low;
+    *a = line.bound * line.p - t * line.q;
+    *b = line.bound * line.q + t * line.p;
+  }
+
+  void add_face(const Effectiveness& t, const Bounds& bounds, int i, int j) {
+    double* normal = normal_[n_];
+    detail::cross3(t.column[i], t.column[j], normal);
+    const double length = std::sqrt(detail::dot3(normal, normal));
+    if (length < kParallel) return;  // two thrusters in line span no face
+    double low = 0.0;
+    double high = 0.0;
+    for (int a = 0; a < kWrenchAxes; ++a) normal[a] /= length;
+    for (int k = 0; k < t.n; ++k) {
+      const double share = k == i || k == j ? 0.0 : detail::dot3(normal, t.column[k]);
+      low += std::min(share * bounds.low[k], share * bounds.high[k]);
+      high += std::max(share * bounds.low[k], share * bounds.high[k]);
+    }
+    low_[n_] = low;
+    high_[n_] = high;
+    ++n_;
+  }
+
+  int n_ = 0;
+  double normal_[kMaxFaces][kWrenchAxes] = {};
+  double low_[kMaxFaces] = {};
+  double high_[kMaxFaces] = {};
+};
+
+}  // namespace seatrial

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+// The estimator's use of the extended Kalman filter (ekf_predict.hpp, ekf_update.hpp): prediction
+// errors along a recording with their sensitivities to the parameters, and the terms of the
+// likelihood. The columns D are d state / d parameters. Host side: uses heap.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "seatrial/filter/ekf_predict.hpp"
+#include "seatrial/filter/ekf_update.hpp"
+#include "seatrial/filter/filter_types.hpp"
+#include "seatrial/integration/step_schedule.hpp"
+
+namespace seatrial::detail {
+
+inline constexpr int kMostSlopes = kMaxColumns + kEffects;
+inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
+
+/// The filter between two poses. N: its states, kFilterStates, kColouredStates or
+/// kOscillatingStates.
+template <int N>
+class LikelihoodFilter {
+  static constexpr bool kColoured = GaussMarkov<N>::kColoured;
+
+ public:
+  LikelihoodFilter(const Columns& columns, const NoiseParameters& noise, double outlier,
+                   const FilterStart& start, const Effects& effects, bool slopes)
+      : columns_(columns),
+        noise_(noise),
+        effects_(effects),
+        outlier_(outlier),
+        own_(columns.size() - kStates - kAxes),
+        parameters_(own_ + (slopes ? kEffects : 0)) {
+    std::copy(start.velocity, start.velocity + kAxes, spread_);
+    begin(start.state);
+  }
+
+  /// Reset at a pose of time t [s], with this velocity: the disturbance there is unknown.
+  void restart(const double* eta, const double* velocity, double t) {
+    double state[kStates];
+    std::copy(eta, eta + kPose, state);
+    std::copy(velocity, velocity + kAxes, state + kPose);
+    begin(state);
+    for (int i = 0; i < 2; ++i) {
+      s_.x[i] -= effects_.current[i] * t;
+      if (parameters_ > own_) s_.d[i][own_ + kCurrent + i] = -t;
+    }
+  }
+
+  const double* state() const { return s_.x; }
+  double variance(int i) const { return s_.p[i][i]; }
+  int parameters() const { return parameters_; }
+
+  /// To the next pose. False where the boat diverged.
+  bool predict(const StepSchedule& schedule, int interval, Boat& boat, double length,
+               Transition& kept) {
+    const Interval passed(noise_, std::cos(s_.x[2]), std::sin(s_.x[2]), length);
+    const Disturbing disturbing(s_.x, length, effects_.bias, effects_.wind, effects_.earth_fixed);
+    const int first = boat.structure.n_coefficients - kAxes;
+    std::copy(disturbing.total, disturbing.total + kAxes, boat.coefficient + first);
+    const auto move = [&schedule, interval](double* x, StateSensitivities& dx) {
+      return schedule.run(interval, x, dx);
+    };
+    MotionSlopes f;
+    if (!ekf_predict<N>(columns_, disturbing, passed, noise_, move, *this, f, s_)) return false;
+    std::copy(s_.x, s_.x + kStates, kept.to);
+    for (int i = 0; i < kStates; ++i) {
+      for (int j = 0; j < kMoving; ++j) kept.slope[i][j] = static_cast<float>(f[i][j]);
+    }
+    return true;
+  }
+
+  /// The same transition again, linearised about the states `from` (9) where it began.
+  void repeat(const Transition& kept, const double* from, const Interval& passed) {
+    double off[kFilterStates];
+    for (int i = 0; i < kFilterStates; ++i) off[i] = s_.x[i] - from[i];
+    MotionSlopes f;
+    for (int i = 0; i < kStates; ++i) {
+      double sum = kept.to[i] + off[i];
+      for (int j = 0; j < kMoving; ++j) {
+        f[i][j] = static_cast<double>(kept.slope[i][j]);
+        sum += f[i][j] * off[j + 2];
+      }
+      s_.x[i] = sum;
+    }
+    const GaussMarkov<N> others(noise_, passed);
+    others.carry_mean(s_.x);
+    carry_covariance<N>(f, others, s_);
+    add_process_noise<N>(noise_, passed, others, s_);
+  }
+
+  /// The pose jumped and may be anywhere. A jump beyond kAnywhere counts as one of that size.
+  void loosen(const double* eta, double t) {
+    double arm[2];
+    plane_to_earth(std::cos(s_.x[2]), std::sin(s_.x[2]), effects_.lever, arm);
+    for (int i = 0; i < 2; ++i) {
+      const double leap = eta[i] - s_.x[i] - arm[i] - effects_.current[i] * t;
+      const double beyond = std::abs(leap) - kAnywhere[i];
+      if (beyond > 0.0) s_.x[i] += std::copysign(beyond, leap);
+    }
+    for (int i = 0; i < kPose; ++i) {
+      for (int j = 0; j < N; ++j) s_.p[i][j] = s_.p[j][i] = 0.0;
+      s_.p[i][i] = kAnywhere[i] * kAnywhere[i];
+    }
+  }
+
+  /// The same where that is likelier: the poses may have jumped while there were none. The lesser
+  /// cost of the two is continuous in all parameters.
+  void loosen_if_likelier(const double* eta, double t) {
+    LikelihoodFilter stays(*this);
+    LikelihoodFilter jumps(*this);
+    jumps.loosen(eta, t);
+    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen(eta, t);
+  }
+
+  /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
+  /// score of its block; null where none are needed. `counts`: how often it counts.
+  CostedInnovation update(const double* eta, double t, double counts = 1.0,
+                          FilterRun* terms = nullptr, int block = 0) {
+    // the pose as the sensor measures it
+    const double* l = effects_.lever;
+    const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else it needs no angle
+    const double cp = turns ? std::cos(s_.x[2]) : 1.0;
+    const double sp = turns ? std::sin(s_.x[2]) : 0.0;
+    double arm[2];
+    plane_to_earth(cp, sp, l, arm);
+    Measurement y{eta};
+    y.turn[0] = -arm[1];
+    y.turn[1] = arm[0];
+    for (int i = 0; i < 2; ++i) y.offset[i] = arm[i] + effects_.current[i] * t;
+    for (int i = 0; i < kPose; ++i) y.noise[i][i] = noise_.white_variance(i);
+    // beside its prediction
+    double hp[kPose][N];
+    measured_covariance<N>(y.turn, s_, hp);
+    CostedInnovation out{innovation<N>(y, outlier_, hp, s_)};
+    out.cost = cost(out);
+    // terms of the likelihood's derivatives
+    double slope[kPose][kMostSlopes];
+    measured_columns<N>(y.turn, s_, parameters_, slope);
+    if (parameters_ > own_) add_effects(cp, sp, t, slope);
+    if (terms != nullptr) accumulate(out, slope, counts * out.weight, block, *terms);
+    ekf_update<N>(out, hp, slope, parameters_, PlainForm{}, s_);
+    return out;
+  }
+
+  /// D <- F D + G, G the step's derivatives to the parameters; of ekf_predict.
+  template <int, class State>
+  void columns(const StateSensitivities& dx, int force, const Disturbing& at, const MotionSlopes& f,
+               const GaussMarkov<N>& others, State& s) const {
+    const auto gain = [&](int i, double* row) {
+      std::fill(row, row + parameters_, 0.0);
+      for (int c = 0; c < own_; ++c) row[c] = dx.row[i][column(c)];
+      if (parameters_ == own_) return;
+      const double* push = dx.row[i] + force;
+      double* effect = row + own_;
+      for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
+      effect[kWind] = at.cos * push[0] - at.sin * push[1];
+      effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+    };
+    carry_columns<N>(f, others, parameters_, gain, s);
+  }
+
+  /// Sensitivities add nothing to the covariance.
+  template <int, class State>
+  void covariance(const MotionSlopes&, State&) const {}
+
+ private:
+  /// Start at a state (6), as certain as one pose and the start's velocity.
+  void begin(const double* state) {
+    std::copy(state, state + kStates, s_.x);
+    std::fill(s_.x + kStates, s_.x + N, 0.0);
+    for (int i = 0; i < N; ++i) {
+      const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
+                           : i < kStates       ? spread_[i - kPose]
+                           : i < kFilterStates ? noise_.disturbance(i - kStates)
+                                               : noise_.colour((i - kFilterStates) % kPose);
+      std::fill(s_.p[i], s_.p[i] + N, 0.0);
+      s_.p[i][i] = sigma * sigma;
+      std::fill(s_.d[i], s_.d[i] + kMostSlopes, 0.0);
+    }
+    take_off_effects();
+  }
+
+  /// The start is that of the measured point and over ground: to the origin and through the water.
+  void take_off_effects() {
+    const double c = std::cos(s_.x[2]);
+    const double s = std::sin(s_.x[2]);
+    const double* l = effects_.lever;
+    const double* flow = effects_.current;
+    double arm[2];
+    double water[2];
+    plane_to_earth(c, s, l, arm);
+    plane_to_body(c, s, flow, water);
+    for (int i = 0; i < 2; ++i) s_.x[i] -= arm[i];
+    s_.x[3] += s_.x[5] * l[1] - water[0];
+    s_.x[4] -= s_.x[5] * l[0] + water[1];
+    if (parameters_ == own_) return;
+    s_.d[0][own_ + kLever] = s_.d[1][own_ + kLever + 1] = -c;
+    s_.d[0][own_ + kLever + 1] = s;
+    s_.d[1][own_ + kLever] = -s;
+    s_.d[3][own_ + kLever + 1] = s_.x[5];
+    s_.d[4][own_ + kLever] = -s_.x[5];
+    s_.d[3][own_ + kCurrent] = s_.d[4][own_ + kCurrent + 1] = -c;
+    s_.d[3][own_ + kCurrent + 1] = -s;
+    s_.d[4][own_ + kCurrent] = s;
+  }
+
+  /// Standard deviation of one pose [m, m, rad].
+  double first_pose(int i) const {
+    return kColoured ? std::hypot(noise_.white(i), noise_.colour(i)) : noise_.white(i);
+  }
+
+  static std::size_t row(int k, int width) {
+    return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
+  }
+
+  /// Column of the sensitivities that is parameter c.
+  int column(int c) const {
+    const int own = columns_.n_coefficients - kAxes;  // the disturbance's are the last
+    return kStates + (c < own ? c : c + kAxes);
+  }
+
+  /// rho(e' S^-1 e) + log det S; rho grows linearly beyond an outlier's distance.
+  double cost(const Innovation& seen) const {
+    const double size = std::sqrt(std::max(0.0, seen.nis));
+    const double rho = size > outlier_ ? 2.0 * outlier_ * size - outlier_ * outlier_ : seen.nis;
+    return rho + std::log(seen.determinant);
+  }
+
+  /// d measured pose / d effects, beside what the state has.
+  void add_effects(double cp, double sp, double t, double slope[kPose][kMostSlopes]) const {
+    slope[0][own_ + kLever] += cp;
+    slope[1][own_ + kLever] += sp;
+    slope[0][own_ + kLever + 1] -= sp;
+    slope[1][own_ + kLever + 1] += cp;
+    slope[0][own_ + kCurrent] += t;
+    slope[1][own_ + kCurrent + 1] += t;
+  }
+
+  void accumulate(const Innovation& seen, const double slope[kPose][kMostSlopes], double weight,
+                  int block, FilterRun& out) const {
+    const double(&inverse)[kPose][kPose] = seen.inverse;
+    const double* z = seen.z;
+    double scaled[kPose][kMostSlopes];
+    for (int i = 0; i < kPose; ++i) {
+      for (int a = 0; a < parameters_; ++a) {
+        scaled[i][a] = weight * (inverse[i][0] * slope[0][a] + inverse[i][1] * slope[1][a] +
+                                 inverse[i][2] * slope[2][a]);
+      }
+    }
+    for (int a = 0; a < parameters_; ++a) {
+      const double sum = slope[0][a] * z[0] + slope[1][a] * z[1] + slope[2][a] * z[2];
+      out.gradient[static_cast<std::size_t>(a)] += weight * sum;
+      out.score[row(block, parameters_) + static_cast<std::size_t>(a)] += weight * sum;
+      double* line = &out.information[row(a, parameters_)];
+      for (int b = 0; b <= a; ++b) {
+        line[b] +=
+            scaled[0][a] * slope[0][b] + scaled[1][a] * slope[1][b] + scaled[2][a] * slope[2][b];
+      }
+    }
+  }
+
+  const Columns& columns_;
+  const NoiseParameters& noise_;
+  const Effects& effects_;
+  double outlier_;  // [sigma]
+  int own_;         // chosen coefficients and constants
+  int parameters_;
+  double spread_[kAxes] = {};  // of the velocity at a start
+  FilterState<N, kMostSlopes> s_;
+};
+
+}  // namespace seatrial::detail

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// A recording for the tests of the estimator's filter.
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "problem.hpp"
+#include "seatrial/filter/innovations.hpp"
+
+namespace problems {
+
+/// The three disturbances that the filter adds, as the last coefficients.
+inline Structure disturbed(Structure s) {
+  const int first = s.n_coefficients;
+  for (int axis = 0; axis < kAxes; ++axis) boats::add(s, axis, first + axis, 1.0, {});
+  return s;
+}
+
+inline constexpr double kNever = 1e9;  // [sigma] from where on a pose is an outlier: none is
+
+/// A problem with noisy poses of its boat, every 17th of them not measured.
+struct Run {
+  Problem problem;
+  std::vector<double> eta;
+  std::vector<signed char> use;
+  FilterStart start{};
+
+  explicit Run(Problem p) : problem(std::move(p)) {
+    std::vector<double> states = simulated(problem, nullptr);
+    boats::Random random(7);
+    for (std::size_t i = 0; i < problem.time.size(); ++i) {
+      for (std::size_t j = 0; j < kPose; ++j) {
+        eta.push_back(states[i * kStates + j] + random(-3e-3, 3e-3));
+      }
+      use.push_back(i % 17 == 16 ? 0 : 1);
+    }
+    std::copy(problem.x0.begin(), problem.x0.end(), start.state);
+    std::fill(start.velocity, start.velocity + kAxes, 0.05);
+  }
+
+  PoseSeries poses() const {
+    return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
+  }
+
+  FilterRun pass(const NoiseParameters& noise, double outlier = kNever) const {
+    return innovations(problem.boat, problem.trace(), poses(), noise, outlier, start);
+  }
+};
+
+/// The boat of this structure on the rich recording.
+inline Run run_of(const Structure& s, std::vector<double> coefficients) {
+  coefficients.resize(coefficients.size() + kAxes, 0.0);
+  return Run(driven(disturbed(s), coefficients, Scheme::kMoorePenrose, true));
+}
+
+inline Run mallard_run() { return run_of(boats::mallard(), boats::mallard_coefficients()); }
+
+}  // namespace problems

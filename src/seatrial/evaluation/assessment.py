@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: MIT
+"""All that a model's predictions of recordings are judged by, computed once: for scores and for the report."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import loosened
+from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
+from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
+from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
+from seatrial.evaluation.residuals import Correlation, residuals
+from seatrial.evaluation.scores import (
+    HorizonScore,
+    PooledScore,
+    RecordingScore,
+    Scores,
+    Start,
+    fingerprint,
+)
+from seatrial.evaluation.scoring import axis_scores, score, seen
+from seatrial.evaluation.unexpected_error import unforeseen
+from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import SLOW, Motion
+from seatrial.util.errors import ModelError, RecordingError, SeatrialError
+from seatrial.util.frames import Array
+
+HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
+STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
+DISTURBED = 2.0  # times the innovations elsewhere, of an interval that is worth a word
+SAME_LENGTH = 1e-3  # [s] of a recording that is the same
+Ahead = tuple[float, Start, Prediction]  # horizon [s], start
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """One recording: predictions, filter, scores; what could not be had, and why."""
+
+    recording: Recording
+    seen: bool  # the model was identified from it, or from a part of it
+    prediction: (
+        Prediction | None
+    )  # at the chosen horizon, from the stencil's starts; None: see `failure`
+    failure: SeatrialError | None
+    ahead: tuple[Ahead, ...]  # at all horizons, from both starts
+    filtered: Filtered | None
+    score: RecordingScore | None  # None where there is no prediction
+    correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
+    findings: tuple[Finding, ...]
+
+    def with_findings(self, more: Sequence[Finding]) -> "Assessment":
+        """The same with further findings."""
+        findings, scored = (*self.findings, *more), self.score
+        if scored is not None:
+            scored = msgspec.structs.replace(scored, findings=list(findings))
+        return replace(self, score=scored, findings=findings)
+
+
+def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Assessment]:
+    """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
+
+    What fails for one recording is kept as its `failure`, and does not stop the others. Raises
+    RecordingError where there is none.
+    """
+    if not recordings:
+        raise RecordingError("no recording given; pass at least one")
+    check_horizon(horizon)
+    # the model's own filter along each recording: starts of predictions, and residuals
+    noise, filters = _filters(model, recordings)
+    # predictions, and their scores
+    found = [_assessed(model, r, horizon, f) for r, f in zip(recordings, filters, strict=True)]
+    # intervals in which something else than the thrusters moved the boat
+    if noise is None or any(one.filtered is None for one in found):
+        return found
+    return _with_disturbances(model, found, noise)
+
+
+def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -> list[Assessment]:
+    """The same from scores that are there: only the chosen horizon is predicted again, for its plots.
+
+    Raises ModelError where they are of another model, or of other recordings.
+    """
+    if scores.fingerprint != fingerprint(model):
+        raise ModelError(
+            f"the scores are of another model than {model.name}, or of its file before a change: "
+            "validate again, with --json"
+        )
+    rows = {row.recording: row for row in scores.recordings}
+    found = []
+    for recording in recordings:
+        row = rows.get(recording.name)
+        if row is None or abs(row.length - recording.duration) > SAME_LENGTH:
+            raise ModelError(
+                f"{recording.name}: {recording.duration:.1f} s long, is not among the recordings of the scores "
+                f"({', '.join(f'{r.recording} {r.length:.1f} s' for r in scores.recordings)}): validate again, "
+                "with --json"
+            )
+        ahead = Lookahead(model, recording).predict(scores.horizon)
+        found.append(
+            Assessment(
+                recording, row.seen, ahead, None, (), None, row, tuple(row.correlations), tuple(row.findings)
+            )
+        )  # fmt: skip
+    return found
+
+
+def _filters(
+    model: Model, recordings: Sequence[Recording]
+) -> tuple[Array | None, list[Filtered | str]]:
+    """The filter's noise (11,), and its run along every recording, or why there is none."""
+    try:
+        noise = filter_noise(model, recordings)
+    except SeatrialError as error:
+        return None, [str(error)] * len(recordings)
+    found: list[Filtered | str] = []
+    for recording in recordings:
+        try:
+            found.append(run_filter(model, recording, noise))
+        except ModelError as error:
+            found.append(str(error))
+    return noise, found
+
+
+def _assessed(
+    model: Model, recording: Recording, horizon: float, filtered: Filtered | str
+) -> Assessment:
+    known = filtered if isinstance(filtered, Filtered) else None
+    own = seen(model, recording)
+    # predictions: the chosen horizon, then all
+    look, prediction, failure = Lookahead(model, recording), None, None
+    try:
+        prediction = look.predict(horizon)
+    except (ModelError, RecordingError) as error:
+        failure = error
+    chosen: Ahead | None = None if prediction is None else (horizon, "stencil", prediction)
+    starts = None if known is None else known.motion
+    ahead, lost = _all_horizons(look, horizon, starts, chosen)
+    # scores with their intervals
+    rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
+    # what the filter's residuals still have to do with the forces
+    left = [] if known is None else residuals(model, recording, known)
+    # what could not be had, and what is larger than expected
+    findings = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
+    findings += [*lost, *unforeseen(rows, own)]
+    if recording.period > SLOW:
+        findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    scored = (
+        None
+        if prediction is None
+        else score(
+            model, recording, prediction, horizons=rows, correlations=left, findings=findings
+        )
+    )
+    return Assessment(
+        recording,
+        own,
+        prediction,
+        failure,
+        tuple(ahead),
+        known,
+        scored,
+        tuple(left),
+        tuple(findings),
+    )
+
+
+def _all_horizons(
+    look: Lookahead, chosen: float, filtered: Motion | None, known: Ahead | None
+) -> tuple[list[Ahead], list[Finding]]:
+    """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
+
+    From the stencil's starts, and from the filter's where there is one; and what could not be had.
+    `known`: what is predicted already.
+    """
+    period = look.recording.period
+    found: list[Ahead] = []
+    kinds: list[tuple[Start, Motion | None]] = [("stencil", None)]
+    kinds += [("filter", filtered)] if filtered is not None else []
+    for horizon, (name, starts) in product(sorted({*HORIZONS, chosen}), kinds):
+        if horizon < period:
+            continue
+        if known is not None and (horizon, name) == known[:2]:
+            found.append(known)
+            continue
+        every = 1 if horizon == chosen else max(1, round(horizon / period) // STARTS)
+        try:
+            found.append((horizon, name, look.predict(horizon, every, starts)))
+        except RecordingError:  # no stretch is as long
+            continue
+        except ModelError as error:
+            reason = str(error)
+            return found, [finding_of(FindingKind.HORIZON_NOT_PREDICTED, reason=reason)]
+    return found, []
+
+
+def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> list[Assessment]:
+    """With findings on each recording that has intervals of far larger innovations.
+
+    A filter so sure of itself that it takes long to find back sees too much: it is given process noise.
+    """
+    ready = loosened(noise, 1.0)
+    same = np.array_equal(ready, noise)
+    recordings = [one.recording for one in found]
+    try:
+        runs = [one.filtered if same else run_filter(model, one.recording, ready) for one in found]
+    except ModelError:
+        return found
+    odd = disturbed_intervals(recordings, [np.sum(run.residual**2, axis=1) for run in runs if run])
+    result = []
+    for i, one in enumerate(found):
+        own = [s for s in odd if s.recording == i and s.times > DISTURBED]
+        result.append(one.with_findings(interval_findings(recordings, own)))
+    return result
+
+
+def together(predictions: Sequence[Prediction]) -> Prediction:
+    """One after the other, as far apart as makes blocks of time of their own."""
+    steps = max(p.steps for p in predictions)
+    moved, end = [], 0
+    for one in predictions:
+        moved.append(end - int(one.index.min()))
+        end = int(one.index.max()) + moved[-1] + 10 * steps + 1
+    count = np.array([len(p.t) for p in predictions], dtype=float)
+    first = predictions[0]
+    if len(predictions) == 1:
+        return first
+    return Prediction(
+        np.concatenate([p.stamps for p in predictions]),
+        np.concatenate([p.t for p in predictions]),
+        np.concatenate([p.nu for p in predictions]),
+        np.concatenate([p.measured for p in predictions]),
+        np.concatenate([p.start for p in predictions]),
+        np.concatenate([p.begun + by for p, by in zip(predictions, moved, strict=True)]),
+        np.concatenate([p.index + by for p, by in zip(predictions, moved, strict=True)]),
+        steps,
+        np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
+        _mean([p.foreseen for p in predictions], count),
+        _mean([p.unsure for p in predictions], count),
+    )
+
+
+def _mean(rms: Sequence[Array | None], count: Array) -> Array | None:
+    """Of root mean squares (3,) of so many predictions each; None where one is not known."""
+    known = [one for one in rms if one is not None]
+    if len(known) < len(rms):
+        return None
+    return np.asarray(np.sqrt(count @ np.square(known) / count.sum()))
+
+
+def pooled(found: Sequence[Assessment]) -> list[PooledScore]:
+    """Scores of all these recordings together, at every horizon that one of them reaches."""
+    kinds = sorted({(horizon, start) for one in found for horizon, start, _ in one.ahead})
+    scores = []
+    for horizon, start in kinds:
+        every = [p for one in found for h, s, p in one.ahead if (h, s) == (horizon, start)]
+        whole, fewest = together(every), min(p.steps for p in every)
+        scores.append(
+            PooledScore(horizon, fewest, start, len(every), len(whole.t), axis_scores(whole))
+        )
+    return scores
+
+
+def judging(found: Sequence[Assessment]) -> list[Assessment]:
+    """Those that a model is judged by: the recordings that it has not seen, if there are any."""
+    tested = [one for one in found if one.prediction is not None]
+    return [one for one in tested if not one.seen] or tested

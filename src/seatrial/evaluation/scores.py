@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: MIT
+"""Scores as values, and their file: what `validate` writes and `report` reads."""
+
+import hashlib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
+from seatrial.boat.old_notes import with_findings
+from seatrial.evaluation.head_to_head import HeadToHead
+from seatrial.evaluation.residuals import Correlation
+from seatrial.util.files import convert, expect_format, read_json
+
+SCORES_FORMAT = "scores 4"
+EARLIER = (
+    "scores 3"  # without pooled scores and fingerprint, and with sentences in place of findings
+)
+OFF = 2.0  # standard errors of coefficients that are nothing to speak of
+NOISIER = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
+NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
+Start = Literal["stencil", "filter"]
+Interval = tuple[float, float]
+
+
+class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """One velocity on one recording. RMS values in m/s or rad/s."""
+
+    rms: float  # of measured minus predicted
+    stays_constant: float  # RMS of "velocity stays constant" at the same instants
+    ratio: float  # rms / stays_constant: below 1 the model is worth having
+    floor: float  # what a perfect model would score, because of pose noise
+    # what the model says of itself: floor, the force that it leaves out, uncertain coefficients
+    foreseen: float | None
+    unsure: float | None  # the part of it that these coefficients make
+    excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
+    bias: float  # mean of measured minus predicted
+    kurtosis: float  # 3 for a normal distribution
+    # 95 % by bootstrap over blocks of time; None where the recording has too few of them
+    rms_interval: Interval | None
+    stays_constant_interval: Interval | None
+    ratio_interval: Interval | None
+    excess_interval: Interval | None
+
+    @property
+    def at_floor(self) -> bool:
+        """Whether pose noise alone may have made this score."""
+        return self.rms <= self.floor or (
+            self.rms_interval is not None and self.rms_interval[0] <= self.floor
+        )
+
+    @property
+    def as_foreseen(self) -> bool:
+        """Whether it may be no more than the model says of itself."""
+        most = self.at_most
+        return most is not None and (
+            self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
+        )
+
+    @property
+    def at_most(self) -> float | None:
+        """What is foreseen where coefficients and pose noise are off by two of their standard errors.
+
+        They are off once for all predictions, so that no interval of the error knows of it.
+        """
+        if self.foreseen is None or self.unsure is None:
+            return self.foreseen
+        more = (OFF**2 - 1.0) * self.unsure**2 + ((1.0 + NOISIER) ** 2 - 1.0) * self.floor**2
+        return float(np.sqrt(self.foreseen**2 + more))
+
+
+class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """One recording at one horizon, from one kind of start."""
+
+    horizon: float  # [s] that was asked for
+    steps: int  # poses
+    start: Start  # of the predictions: the stencil's velocity, or the model's own causal filter's
+    predictions: int
+    scores: dict[str, AxisScore]  # by u, v, r
+
+
+class PooledScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """Several recordings together at one horizon, from one kind of start."""
+
+    horizon: float  # [s]
+    steps: int  # poses, the fewest
+    start: Start
+    recordings: int
+    predictions: int
+    scores: dict[str, AxisScore]  # by u, v, r
+
+
+class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """All three velocities on one recording."""
+
+    recording: str
+    length: float  # [s]
+    predictions: int
+    usable: float  # share of its poses that are not left out as faulty
+    seen: bool  # the model was identified from it, or from a part of it
+    excited: str | None  # the axis that dominates it, if one does: Table III's pairing
+    scores: dict[str, AxisScore]  # by u, v, r; at the horizon that was asked for
+    horizons: list[HorizonScore] = []
+    correlations: list[Correlation] = []  # of the filter's residuals with the forces
+    findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had
+
+
+class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """What `validate` found."""
+
+    seatrial: str
+    model: str
+    method: str
+    horizon: float  # [s]
+    recordings: list[RecordingScore]
+    against: HeadToHead | None = None  # another model, where one was given
+    pooled: list[PooledScore] = []  # recordings that judge the model, together: see `judged`
+    fingerprint: str = ""  # of the model's numbers
+
+
+class Scored(Protocol):
+    """What was scored so far ahead: `HorizonScore`, or several recordings together."""
+
+    @property
+    def horizon(self) -> float:
+        """How far [s]."""
+
+    @property
+    def steps(self) -> int:
+        """How far in poses; of several recordings the fewest."""
+
+    @property
+    def start(self) -> Start:
+        """What predictions start from."""
+
+    @property
+    def predictions(self) -> int:
+        """How many."""
+
+    @property
+    def scores(self) -> Mapping[str, AxisScore]:
+        """By u, v, r."""
+
+
+def fingerprint(model: Model) -> str:
+    """Digest of a model's numbers: scores are of this model and of no other."""
+    numbers = np.concatenate([model.coefficients, model.constants, model.covariance.ravel()])
+    return hashlib.sha256(numbers.tobytes()).hexdigest()
+
+
+def scores_json(scores: Scores) -> dict[str, object]:
+    """The content of `scores.json`."""
+    content: dict[str, object] = _finite(msgspec.to_builtins(scores))
+    return content
+
+
+def _finite(content: Any) -> Any:  # noqa: ANN401
+    """JSON has no infinity and no NaN: null (a boat that never moves has no ratio)."""
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not np.isfinite(content) else content
+
+
+def load_scores(path: Path) -> Scores:
+    """Scores from their file. Raises FileError."""
+    content = expect_format(read_json(path), SCORES_FORMAT, path, earlier=(EARLIER,))
+    if content["seatrial"] == EARLIER:
+        content = {**content, "recordings": _with_findings(content.get("recordings"), path)}
+    rows = _objects(content.get("recordings"))
+    for scored in [*rows, *_objects(content.get("pooled"))]:
+        _restore(scored)
+    for scored in (one for row in rows for one in _objects(row.get("horizons"))):
+        _restore(scored)
+    return convert(content, Scores, path, finite=False)
+
+
+def _with_findings(rows: object, path: Path) -> object:
+    """Recordings of an earlier file with findings in place of their sentences."""
+    if not isinstance(rows, list):
+        return rows
+    return [with_findings(row, f"{path}: recordings[{i}]") for i, row in enumerate(rows)]
+
+
+def _objects(value: object) -> list[dict[str, Any]]:
+    """The mappings of a list; whatever else it is, `convert` names."""
+    return [one for one in value if isinstance(one, dict)] if isinstance(value, list) else []
+
+
+def _restore(scored: dict[str, Any]) -> None:
+    """Null, which JSON has in place of infinity and NaN, as the number that it was."""
+    scores = scored.get("scores")
+    for axis in _objects(list(scores.values()) if isinstance(scores, dict) else None):
+        for name, value in NOT_FINITE.items():
+            axis[name] = value if axis.get(name, 0.0) is None else axis.get(name)

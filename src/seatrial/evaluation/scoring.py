@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Scores of predictions: RMS errors beside floor, expected error and "velocity stays constant"."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.residuals import Correlation
+from seatrial.evaluation.scores import AxisScore, HorizonScore, Interval, RecordingScore
+from seatrial.recording.excitation import excitation
+from seatrial.recording.recording import Recording
+from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
+from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.statistics import kurtosis
+
+
+def score(
+    model: Model,
+    recording: Recording,
+    prediction: Prediction,
+    *,
+    horizons: Sequence[HorizonScore],
+    correlations: Sequence[Correlation],
+    findings: Sequence[Finding],
+) -> RecordingScore:
+    """Scores of one recording, from its prediction at the chosen horizon and those at all horizons."""
+    dominant = excitation(model.vehicle, recording).dominant
+    return RecordingScore(
+        recording.name,
+        recording.duration,
+        len(prediction.t),
+        recording.usable,
+        seen(model, recording),
+        None if dominant is None else AXES[dominant],
+        axis_scores(prediction),
+        list(horizons),
+        list(correlations),
+        list(findings),
+    )
+
+
+def axis_scores(prediction: Prediction) -> dict[str, AxisScore]:
+    """Scores of one prediction by u, v, r, with their intervals."""
+    errors, index = prediction.errors, prediction.index
+    squares = np.column_stack([errors, prediction.measured - prediction.start]) ** 2
+    intervals = _intervals(squares, index, prediction.steps)
+    return {
+        symbol: _axis_score(prediction, axis, intervals[axis])
+        for axis, symbol in enumerate(SYMBOLS)
+    }
+
+
+def _intervals(squares: Array, index: NDArray[np.int64], steps: int) -> list[list[Interval | None]]:
+    """Of RMS, of that of what stays constant, and of their ratio; axis by axis."""
+    if not np.all(squares.sum(axis=0) > 0.0):  # a boat that never moves
+        return [[None] * 3] * 3
+    blocks = block_sums(
+        np.column_stack([squares, np.ones(len(squares))]),
+        index,
+        block_length(squares, index, steps),
+    )
+    if blocks is None:
+        return [[None] * 3] * 3
+    own, still, count = blocks[:, :3], blocks[:, 3:6], np.repeat(blocks[:, 6:], 3, axis=1)
+    found = np.sqrt(ratio_interval(np.hstack([own, still, own]), np.hstack([count, count, still])))
+    pairs = [(float(low), float(high)) for low, high in found]
+    return [[pairs[axis], pairs[3 + axis], pairs[6 + axis]] for axis in range(3)]
+
+
+def _axis_score(
+    prediction: Prediction, axis: int, intervals: Sequence[Interval | None]
+) -> AxisScore:
+    errors = prediction.errors[:, axis]
+    rms = float(np.sqrt(np.mean(errors**2)))
+    still = float(np.sqrt(np.mean((prediction.measured - prediction.start)[:, axis] ** 2)))
+    floor = float(prediction.floor[axis])
+    own, constant, ratio = intervals
+    return AxisScore(
+        rms,
+        still,
+        rms / still if still > 0 else float("inf"),
+        floor,
+        None if prediction.foreseen is None else float(prediction.foreseen[axis]),
+        None if prediction.unsure is None else float(prediction.unsure[axis]),
+        _beyond(rms, floor),
+        float(np.mean(errors)),
+        kurtosis(errors),
+        own,
+        constant,
+        ratio,
+        None if own is None else (_beyond(own[0], floor), _beyond(own[1], floor)),
+    )
+
+
+def _beyond(rms: float, floor: float) -> float:
+    return float(np.sqrt(max(0.0, rms**2 - floor**2)))
+
+
+def seen(model: Model, recording: Recording) -> bool:
+    """Whether the model was identified from any part of it: same file (or name), same seconds."""
+    own = {source.sha256 for source in recording.sources}
+    begin, end = recording.offset, recording.offset + recording.duration
+    for entry in model.recordings:
+        files = {file.sha256 for file in entry.files}
+        same = own == files if own and files else recording.name == entry.name
+        if same and begin < entry.start + entry.length and entry.start < end:
+            return True
+    return False

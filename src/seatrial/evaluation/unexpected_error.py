@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Errors that are larger than the model expects of itself, and what that means."""
+
+from collections.abc import Iterable, Mapping
+
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.evaluation.scores import AxisScore, Scored
+from seatrial.util.frames import AXES, SYMBOLS
+
+BEYOND = 1.25  # times the expected error, from which on that is worth a word
+WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
+SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
+SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
+
+
+def unforeseen(scores: Iterable[Scored], known: bool) -> list[Finding]:
+    """Axes in which errors are larger than the model says of itself, and why.
+
+    known: the model was identified from it. A filter's start and a reference that share poses share errors:
+    there is no finding on them.
+    """
+    apart = (x for x in scores if x.start == "stencil" or x.steps > SHARED)
+    rows = [(x.horizon, x.scores) for x in apart]
+    beyond = [_surprises(rows, symbol) for symbol in SYMBOLS]
+    most = {axis: max(found) for axis, found in zip(AXES, beyond, strict=True) if found}
+    if not most:
+        return []
+    farthest = max(horizon for horizon, _ in rows)
+    if all(max(x)[1] < SOON and max(h for _, h in x) < farthest for x in beyond if x):
+        cause = "pose noise"
+    else:
+        cause = "model mismatch" if known else "change"
+    kind = FindingKind.EXCEEDS_EXPECTED_ERROR
+    return [
+        finding_of(kind, axis, ratio=ratio, horizon=horizon, cause=cause)
+        for axis, (ratio, horizon) in most.items()
+    ]
+
+
+def _surprises(
+    rows: Iterable[tuple[float, Mapping[str, AxisScore]]], symbol: str
+) -> list[tuple[float, float]]:
+    """Errors over what the model foresees, where they are beyond that, and how far ahead [s]."""
+    return [
+        (score.rms / score.foreseen, horizon)
+        for horizon, scores in rows
+        if (score := scores[symbol]).foreseen and _beyond_doubt(score)
+    ]
+
+
+def _beyond_doubt(score: AxisScore) -> bool:
+    """Whether it is larger than foreseen, by more than both chances explain.
+
+    Blocks of time differ, as the interval says; coefficients are off once for all of them.
+    """
+    most = score.at_most
+    if most is None or score.unsure is None or score.rms_interval is None:
+        return False
+    least = score.rms * (score.rms_interval[0] / score.rms) ** WIDER
+    return score.rms > BEYOND * most and least > most

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: MIT
+"""Scores as a file: what validate writes, report reads instead of computing it again."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import TABLE_II, make_model
+
+import seatrial
+from seatrial.commands.cli import main
+from seatrial.evaluation import assessment
+from seatrial.evaluation.scores import Scores, load_scores, scores_json
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.report import report
+from seatrial.util.errors import FileError, ModelError
+from seatrial.util.files import dump_json
+
+
+@pytest.fixture(scope="module")
+def model(mp):
+    return make_model(mp, TABLE_II["MP"], step=1 / 30)
+
+
+@pytest.fixture(scope="module")
+def drives(paper_mp):
+    return [paper_mp["S4"].recording, paper_mp["S7"].recording]
+
+
+@pytest.fixture(scope="module")
+def scores(model, drives):
+    return seatrial.validate(model, drives)
+
+
+def written(scores: Scores, path):
+    path.write_text(dump_json(scores_json(scores)))
+    return path
+
+
+def test_scores_come_back_from_their_file(scores, tmp_path):
+    assert load_scores(written(scores, tmp_path / "scores.json")) == scores
+
+
+def test_a_boat_that_never_moves_has_scores_that_come_back(model, tmp_path):
+    """No ratio and no kurtosis: infinite and not a number, which JSON does not have."""
+    stamps = np.arange(600) * 66_000_000
+    hands_off = Signal(model.vehicle.inputs, stamps, np.zeros((600, len(model.vehicle.inputs))))
+    still = make_recording("still", stamps, np.zeros((600, 3)), hands_off)
+    found = load_scores(written(seatrial.validate(model, [still]), tmp_path / "scores.json"))
+    surge = found.recordings[0].scores["u"]
+    assert surge.ratio == math.inf
+    assert math.isnan(surge.kurtosis)
+
+
+def test_a_report_from_scores_is_that_of_its_own_and_computes_none(
+    model, drives, scores, monkeypatch
+):
+    own = report(model, drives)
+    monkeypatch.setattr(assessment, "assess", pytest.fail)
+    monkeypatch.setattr(assessment, "axis_scores", pytest.fail)
+    assert report(model, drives, scores=scores) == own
+
+
+def test_scores_of_another_model_are_refused(model, drives, scores):
+    other = replace(model, coefficients=1.01 * model.coefficients)
+    with pytest.raises(ModelError, match="scores are of another model than mallard"):
+        report(other, drives, scores=scores)
+
+
+def test_scores_of_other_recordings_are_refused(model, drives, scores):
+    with pytest.raises(ModelError, match=r"S4-MP: 19\.9 s long, is not among .* S7-MP"):
+        report(model, [drives[0].cut(0.0, 20.0)], scores=scores)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("{", "is not JSON"),
+        ("[1]", "expected a JSON object, got list"),
+        ('{"seatrial": "scores 9"}', "expected 'seatrial: scores 4'"),
+        ('{"seatrial": "scores 4", "recordings": [3]}', "scores.json: "),
+        ("[" * 100_000, "is not JSON"),
+    ],
+)
+def test_a_file_that_is_none_is_one_line(tmp_path, text, match):
+    path = tmp_path / "scores.json"
+    path.write_text(text)
+    with pytest.raises(FileError, match=match):
+        load_scores(path)
+
+
+def test_scores_of_the_version_before_are_read(scores, tmp_path):
+    content = json.loads(dump_json(scores_json(scores)))
+    del content["pooled"], content["fingerprint"]
+    path = tmp_path / "scores.json"
+    path.write_text(json.dumps(content | {"seatrial": "scores 3"}))
+    found = load_scores(path)
+    assert found.recordings == scores.recordings
+    assert found.pooled == []
+
+
+def test_the_command_takes_the_file(pool, tmp_path, capsys):
+    model, drive = str(pool / "model.yaml"), str(pool / "S7-AF")
+    scores, page = tmp_path / "scores.json", tmp_path / "report.html"
+    assert main(["validate", model, drive, "--json", str(scores), "-q"]) == 0
+    assert main(["report", model, drive, "--scores", str(scores), "-o", str(page), "-q"]) == 0
+    assert main(["report", model, drive, "-o", str(tmp_path / "own.html"), "-q"]) == 0
+    assert page.read_text() == (tmp_path / "own.html").read_text()
+    assert capsys.readouterr().err == ""
