@@ -224,9 +224,8 @@ def _descent(
 ) -> Point:
     """Downhill from a point, until the next step promises less than `settled`.
 
-    steps: at most; fewer than `MOST_ITERATIONS` end without convergence, and without an error. drifts: steps
-    in a row with pose errors at their longest memory after which it gives up. beat: cost of a rival solution.
-    """
+    steps: at most; fewer than `MOST_ITERATIONS` need not converge. drifts: steps in a row with pose errors at
+    their longest memory, after which it gives up. beat: cost of a rival solution."""
     if not np.isfinite(at.runs.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
