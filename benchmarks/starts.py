@@ -43,7 +43,7 @@ def tried(folder: Path, number: int, *, hold: bool) -> tuple[Counter[str], float
     """How often searches ended where, and the seconds of one."""
     vehicle, recordings = read(folder)
     paper = seatrial.load(folder / "start.yaml")
-    settings = OutputErrorSettings(hold_noise=hold, extras=False)
+    settings = OutputErrorSettings(hold_noise=hold, select_stages=False)
     own = replace(seatrial.identify(recordings, vehicle, method="weak-form"), noise=paper.noise)
     best = fit(recordings, vehicle, settings=settings, start=own if hold else None).runs.cost
     ends: Counter[str] = Counter()

@@ -21,7 +21,7 @@ EDGES = "edge_forward", "edge_reverse"
 def found(scene, seed):
     chosen = scenes()[scene]
     vehicle = vehicle_of(chosen.allocations[0])
-    settings = OutputErrorSettings(extras=False)
+    settings = OutputErrorSettings(select_stages=False)
     return fit([t.recording for t in chosen.trials(seed).values()], vehicle, settings=settings)
 
 

@@ -10,7 +10,7 @@ from test_hints import asked, both
 
 from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.selection.actuator_selection import problem_of
+from seatrial.identification.selection.actuator_selection import problem_with
 from seatrial.identification.selection.actuator_stages import with_free_stages
 
 GAINS = {"left": 1.15, "right": 0.85}
@@ -63,7 +63,7 @@ def test_alike_thrusters_are_not_named():
 
 def problem(vehicle, recordings):
     whole = with_free_stages(vehicle, recordings)
-    found = problem_of(whole, vehicle, recordings, OutputErrorSettings())
+    found = problem_with(whole, vehicle, recordings, OutputErrorSettings())
     return found, np.zeros(len(found.names))
 
 

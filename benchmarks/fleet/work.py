@@ -18,7 +18,7 @@ class Row:
 
     seed: int
     off: dict[str, float]  # standard errors by name, of what was found
-    missed: tuple[str, ...]  # stages that it has and that were not freed
+    missed: tuple[str, ...]  # stages that it has and that were not selected
     spurious: tuple[str, ...]  # and the other way round
     notes: tuple[str, ...]
     refused: str = ""

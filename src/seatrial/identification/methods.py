@@ -16,7 +16,7 @@ from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import OUTPUT_ERROR, OutputErrorSettings, output_error
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
-from seatrial.identification.prior import check_prior, widened, with_prior_said
+from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
@@ -147,7 +147,7 @@ def _output_error(
     check_prior(prior, vehicle, lever="lever" in effects)
     wide = widened(prior, spread)
     found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
-    return with_prior_said(found, prior, spread)
+    return with_prior_findings(found, prior, spread)
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What identify tells on request: bootstrap, profile likelihood, accuracy against length."""
+"""Tables that `identify` makes on request: bootstrap, profile likelihood, accuracy against record length."""
 
 from collections.abc import Sequence
 
@@ -63,14 +63,14 @@ def accuracy_tables(
 
 
 def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -> Fit:
-    """What a model came from, found again from where it ends: believed as closely as it was."""
+    """The solution that a model is of, searched again from its parameters with its fit horizon."""
     chosen, usual = model.estimator.settings, OutputErrorSettings()
     settings = OutputErrorSettings(
         outlier=float(chosen.get("outlier") or usual.outlier),
         block=float(chosen.get("block") or usual.block),
         effects=tuple(k for k in EFFECT_KINDS if k in str(chosen.get("effects", "")).split(", ")),
         hold_noise=True,
-        extras=False,
+        select_stages=False,
     )
     near = fit(recordings, vehicle, start=model, settings=settings)
     share = float(chosen.get("belief") or 0.0)
