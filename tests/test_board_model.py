@@ -2,7 +2,6 @@
 """The C++ reader of model files beside Python's: the same predictor, the same signals, as clear words."""
 
 import copy
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 import yaml
 from board_boats import VEHICLES, identified
 from conftest import ROOT
-from test_core_cpp import run
+from cpp_tools import built, run
 
 import seatrial
 from seatrial.boat.model import load, save
@@ -23,6 +22,7 @@ from seatrial.io.table import scaled
 from seatrial.onboard.predictor import Estimate, Predictor
 from seatrial.util.errors import SeatrialError
 
+pytestmark = pytest.mark.system
 MODELS_OF_THEN = sorted((ROOT / "tests" / "models").glob("*-model-2.yaml"))
 
 
@@ -89,12 +89,7 @@ class Program:
 @pytest.fixture(scope="module")
 def program() -> Program:
     """The reader with the predictor, under the sanitizers."""
-    if shutil.which("c++") is None or not Path("/usr/include/yaml-cpp/yaml.h").exists():
-        pytest.skip("no C++ compiler, or no yaml-cpp (apt install libyaml-cpp-dev)")
-    build = ROOT / "build" / "board"
-    run("cmake", "-S", ".", "-B", str(build), "-DSEATRIAL_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug")
-    run("cmake", "--build", str(build), "--target", "board_model")
-    return Program(build / "ros" / "common" / "tests" / "board_model")
+    return Program(built("board_model"))
 
 
 @pytest.fixture(scope="module", params=VEHICLES)

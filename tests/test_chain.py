@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.model import load, save, thrust_trace
@@ -25,6 +24,7 @@ from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.util.files import convert
 from seatrial.util.frames import AXES
+from tests.boats.hulls import MIDDLE, driven
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {
@@ -293,7 +293,9 @@ def wrenches(axes, *groups):
 )
 def test_what_tells_full_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
     """F_v of a forward-right-down file is turned when it is read: its reverse would be taken for forward."""
-    with pytest.raises(VehicleError, match=f"chain: {stage} tells .*F_v count the other way"):
+    with pytest.raises(
+        VehicleError, match=f"chain: {stage} distinguishes .*F_v have the opposite sign"
+    ):
         wrenches("forward-right-down", {"actuators": ["F_v"], **group})
     wrenches("forward-right-down", {"actuators": ["F_u"], **group})
 
@@ -310,6 +312,7 @@ def test_edges_are_of_the_commands_as_the_file_counts_them(reverse):
     np.testing.assert_allclose(found[1], [-past, past, past])
 
 
+@pytest.mark.system
 def test_a_boat_whose_inputs_are_mixed_is_the_same_in_either_axes():
     """Each axis' edges are found; those of F_v and F_r count the other way in forward-right-down files."""
     _, recordings = driven(MIDDLE, {"lag": 0.15}, seed=3, white=2e-3, seconds=60.0)

@@ -31,7 +31,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
     code, out, err = run(capsys, "identify", *trials[:3], *vehicle, "-o", model)
     assert (code, err) == (0, "")
     assert "X_F" in out
-    assert "is that your boat?" in out
+    assert "Compare with your boat." in out
     assert model.read_text() == (pool / "model.yaml").read_text()
     code, out, err = run(capsys, "validate", model, *trials[3:], "--json", tmp_path / "scores.json")
     assert (code, err) == (0, "")
@@ -179,8 +179,8 @@ def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
         "--method", "equation-error",
     )  # fmt: skip
     assert code == 0
-    assert "F_u does not visibly drive surge. Are two inputs swapped" in out
-    assert "F_v does not visibly drive sway" in out
+    assert "F_u does not significantly drive surge. Check for two inputs swapped" in out
+    assert "F_v does not significantly drive sway" in out
 
 
 def test_the_terminal_says_which_axes_and_what_the_file_negates(tmp_path, capsys):

@@ -74,7 +74,7 @@ def test_a_boat_built_from_the_json_alone_moves_along_s7_as_the_model_does(tmp_p
     else:
         commands = own.commands
     scale_t = own.t if said["scales"] else np.zeros(0)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         chain, constants, own.t, np.ascontiguousarray(commands), scale_t, own.scales[: len(scale_t)]
     )
     states, _ = _core.simulate(core, trace, np.zeros(6), own.t)
@@ -138,6 +138,7 @@ def test_what_ros_2_can_not_take_is_not_in_it(tmp_path, name):
     look(ros_file(tmp_path, name, 2))
 
 
+@pytest.mark.system
 def test_ros_1s_own_reader_finds_the_matrix_again(tmp_path):
     code = "import json, sys, rosparam; print(json.dumps(rosparam.load_file(sys.argv[1], default_namespace='/')))"
     ros_file(tmp_path, "right_down", 1)

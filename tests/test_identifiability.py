@@ -69,7 +69,7 @@ def test_the_verdict_goes_by_the_relative_error(name, error, verdict, plant):
     found = identifiability(with_covariance(plant, [name], [[error**2]]))[name]
     assert found.verdict is verdict
     assert found.error == pytest.approx(error)
-    assert found.verdict.enough == (
+    assert found.verdict.reliable == (
         verdict in (ParameterVerdict.SHARP, ParameterVerdict.USABLE, ParameterVerdict.GIVEN)
     )
 
@@ -110,7 +110,7 @@ def test_of_lag_and_latency_the_sum_is_reported(plant):
     same, cross = (sigma**2 + delta**2) / 4, (sigma**2 - delta**2) / 4
     model = with_covariance(plant, ["latency", "lag"], [[same, cross], [cross, same]])
     found = identifiability(model)
-    assert not found["lag"].verdict.enough
+    assert not found["lag"].verdict.reliable
     assert found["lag"].partners[0] == ("latency", pytest.approx(cross / same))
     (only,) = found.combinations
     assert set(only.names) == {"lag", "latency"}
@@ -126,7 +126,7 @@ def test_of_drag_driven_at_one_speed_the_drag_at_that_speed_is_reported(plant):
     B, sigma = np.column_stack([u, u * np.abs(u)]), 0.03
     covariance = sigma**2 * np.linalg.inv(B.T @ B)
     found = identifiability(with_covariance(plant, ["X_u", "X_uu"], covariance))
-    assert not found["X_u"].verdict.enough
+    assert not found["X_u"].verdict.reliable
     (only,) = found.combinations
     assert only.names == ("X_u", "X_uu")
     assert only.text == "the drag at 0.25 m/s, X_u + 0.25 X_uu,"

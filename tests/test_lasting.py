@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import at_length, make_model
 from survey_boat import driven, pulses
 
 from seatrial import _core
@@ -50,7 +50,7 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     eta = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, :3]
@@ -61,7 +61,9 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     return make_recording(f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, commands)
 
 
-@pytest.mark.parametrize(("sd", "memory"), [(0.05, 1.5), (0.05, 3.0), (0.3, 20.0)])
+@pytest.mark.parametrize(
+    ("sd", "memory"), [(0.05, 1.5), at_length(0.05, 3.0), at_length(0.3, 20.0)]
+)
 def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     """As those of GNSS do: a velocity that wanders would stand for them, and thrust that follows it."""
     recordings = [under_gnss(seed, sd, memory) for seed in (11, 12, 13)]

@@ -9,7 +9,6 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.boat.findings import FindingKind, finding_of, finding_text, of_kinds
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.boat.vehicle import vehicle_from
@@ -29,6 +28,7 @@ from seatrial.io.write import write_trial
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.hulls import MIDDLE, driven
 
 CONFLICTS = (FindingKind.PRIOR_CONFLICT, FindingKind.PRIOR_FACTOR)
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
@@ -288,6 +288,7 @@ def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, a
         )
 
 
+@pytest.mark.system
 def test_a_prior_counts_where_the_data_ask_for_a_stage_that_it_has_not():
     """The library's `output_error(prior=...)`: what was freed began without the prior."""
     curved = {"lag": 0.15, "latency": 0.05, "power": 1.6}

@@ -318,7 +318,7 @@ def test_warnings_and_the_sanity_line_are_shown(model, cse1):
     warned = replace(model, warnings=("N_rr < 0 & so on",))
     text = report(warned, [cse1["run1"]])
     assert '<p class="warning"><i>N</i><sub>rr</sub> &lt; 0 &amp; so on</p>' in text
-    assert re.search(r'<p class="sanity">Top speed [\d.]+ m/s in surge', text)
+    assert re.search(r'<p class="sanity">Implied top speed [\d.]+ m/s in surge', text)
 
 
 def test_an_unstable_model_gets_a_report_that_says_so(af, clean_af):

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, at_length, make_model
 from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
-from seatrial.boat.physics import sanity, sanity_line
+from seatrial.boat.physics import axis_physics, physics_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
@@ -43,33 +43,31 @@ def test_slow_poses_are_said_where_their_velocities_are_used():
     assert not of_kinds(row.findings, FindingKind.SLOW_POSES)
 
 
-def test_commands_in_other_units_are_named_by_identify():
+@pytest.mark.parametrize("method", [at_length("output-error"), "weak-form"])
+def test_commands_in_other_units_are_named_by_identify(method):
     vehicle, recording = driven({}, [both, both])
     c = recording.commands
     pulses = replace(recording, commands=Signal(c.names, c.stamps, 1500.0 + 400.0 * c.values))
-    for method in ("output-error", "weak-form"):
-        try:
-            said = seatrial.identify([pulses], vehicle, method=method).warnings
-        except SeatrialError as error:
-            said = (str(error),)
-        text = "; ".join(said)
-        for name in ("left", "right"):
-            assert f"{name} reaches 1" in text and "but full command is 1: give offset" in text, (
-                method
-            )
+    try:
+        said = seatrial.identify([pulses], vehicle, method=method).warnings
+    except SeatrialError as error:
+        said = (str(error),)
+    text = "; ".join(said)
+    for name in ("left", "right"):
+        assert f"{name} reaches 1" in text and "but full command is 1: give offset" in text
 
 
 def test_a_fast_boat_is_not_unstable(mp):
     values = {**TABLE_II["AF"], "X_F": 3.0, "X_u": -0.1, "X_uu": -0.012, "N_ud": 0.0, "N_uu": 0.0}
     model = make_model(mp, values)
     with pytest.raises(SeatrialError, match="surge passes 10 m/s"):
-        sanity(model)
+        axis_physics(model)
     recorded = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 9.0)}, {}))
-    assert sanity(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
+    assert axis_physics(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
 
 
 def test_the_top_speed_is_said_with_its_command_where_that_is_not_a_full_one(mp):
     model = make_model(mp, TABLE_II["AF"])
-    assert "full command" not in sanity_line(model)
+    assert "full command" not in physics_line(model)
     gentle = replace(model, envelope=EnvelopeEntry({}, {"F_u": (-0.5, 0.4)}))
-    assert "m/s in surge by 50 % of full command, " in sanity_line(gentle)
+    assert "m/s in surge at 50 % of full command, " in physics_line(gentle)

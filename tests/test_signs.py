@@ -24,7 +24,6 @@ from sign_tables import (
 )
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import assignments
 from seatrial.inspection.consistency.check import check_consistency
@@ -36,6 +35,7 @@ from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.hulls import MIDDLE
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     def nothing(*_):
         raise IdentificationError("no solution after 40 steps")
 
-    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_output_error", nothing)
+    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_fit", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
         seatrial.identify(read_all(given, wrong), wrong)
 

@@ -69,7 +69,7 @@ def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):
         force = np.where(np.arange(3) == axis, wanted[:, None], np.column_stack(besides))
         values = force @ np.linalg.pinv(shares(places)).T
         values /= np.abs(values).max()
-        trace = _core.Trace(
+        trace = _core.ThrustTrace(
             truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
         )
         states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])

@@ -14,7 +14,7 @@ from seatrial import _core
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import _wave_periods
@@ -48,7 +48,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
         [pulses(rng, seconds, lambda r: r.uniform(-1.0, 1.0), 0.3) for _ in range(3)]
     )
     begin, step = np.arange(len(values)) / 20.0, 0.01
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     fine = np.arange(0.0, seconds, step)
@@ -103,7 +103,7 @@ def test_the_swing_is_found_and_said(on_swell, tmp_path):
     assert swings.period == pytest.approx(period, rel=0.1)
     assert swings.position == pytest.approx(size, rel=0.5)
     assert swings.memory > period
-    assert f"swinging with a period of {swings.period:.2g} s" in summary(model)
+    assert f"oscillating with a period of {swings.period:.2g} s" in summary(model)
     save(model, tmp_path / "model.yaml")
     assert load(tmp_path / "model.yaml").noise.correlated.period == pytest.approx(swings.period)
 
@@ -129,7 +129,7 @@ def test_the_velocity_on_board_is_without_the_swing(on_swell):
 
 
 def batch(model, recording):
-    return causal(model, recording).motion.nu
+    return run_filter(model, recording).motion.nu
 
 
 def live(model, recording):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
-from seatrial.boat.physics import concerns, sanity_line
+from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.evaluation.scores import Scores, scores_json
 from seatrial.evaluation.validation import validate
@@ -169,7 +169,7 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
 def _told(model: Model, out: Path, say: Say) -> None:
     """What is to be said of a model."""
     findings = map(finding_text, model.estimator.findings)
-    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in concerns(model))]:
+    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in model_concerns(model))]:
         say(f"  {sentence}")
-    say(f"  {sanity_line(model)}")
+    say(f"  {physics_line(model)}")
     say(f"  -> {out / 'report.html'}\n")

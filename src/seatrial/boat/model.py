@@ -167,7 +167,7 @@ class Model:
         initial: bool = False,
         coefficients: Sequence[int] = (),
         tangents: Sequence[int] = (),
-    ) -> _core.Trace:
+    ) -> _core.ThrustTrace:
         """`thrust_trace` with the model's own constants."""
         return thrust_trace(
             self.vehicle, self.constants, recording,
@@ -216,14 +216,14 @@ def thrust_trace(
     initial: bool = False,
     coefficients: Sequence[int] = (),
     tangents: Sequence[int] = (),
-) -> _core.Trace:
+) -> _core.ThrustTrace:
     """What the thrusters did along a recording, in its seconds.
 
     The tangents' columns: initial state (6), chosen coefficients, chosen chain constants.
     """
     commands, scales = recording.commands, recording.scales
     empty = np.zeros((0, len(vehicle.scales)))
-    return _core.Trace(
+    return _core.ThrustTrace(
         vehicle.chain,
         constants,
         recording.seconds(commands.stamps),

@@ -62,7 +62,7 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends."""
-    from seatrial.boat.physics import sanity
+    from seatrial.boat.physics import axis_physics
     from seatrial.onboard.live import Settings
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
@@ -79,6 +79,6 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     carrier = Carrier(**{name: getattr(args, name) for name in names})
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
-    sanity(mimic.model)
+    axis_physics(mimic.model)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     MimicStream(mimic, settings, complain).serve(source)

@@ -60,7 +60,7 @@ def add(verbs: "Verbs") -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends, or the duration is over."""
-    from seatrial.boat.physics import early, sanity
+    from seatrial.boat.physics import axis_physics, negative_latencies
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
@@ -77,8 +77,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     world = World(args.scene, current=args.current, seed=args.seed)
     for model in args.models:
         added = world.add(model).model
-        sanity(added)
-        for words in early(added):
+        axis_physics(added)
+        for words in negative_latencies(added):
             complain(f"{added.name}: {words}")
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     serve(world, source, settings, complain)

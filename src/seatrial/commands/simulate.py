@@ -35,7 +35,7 @@ def add(verbs: "Verbs") -> None:
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Trials of a plan, written vehicle by vehicle."""
     from seatrial.boat.model import load
-    from seatrial.boat.physics import early
+    from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.io.write import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         guard_trials(plan, vehicle, args.out)
     for vehicle in vehicles:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
-        for words in early(truth):
+        for words in negative_latencies(truth):
             print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):

@@ -71,7 +71,7 @@ def clearest_interval(
     return _clearest_of(cells, MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells))
 
 
-def squared_innovations(passed: _core.FilterPass) -> Array:
+def squared_innovations(passed: _core.FilterRun) -> Array:
     """Normalised innovations squared (n,) of a filter run; NaN where a pose was not used.
 
     They are limited at the outlier's limit: a single jump is no interval.

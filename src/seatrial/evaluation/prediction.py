@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.expected_error import Poses, pushed, unsure
+from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -89,12 +89,12 @@ class Lookahead:
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
-    def trace(self) -> _core.Trace:
+    def trace(self) -> _core.ThrustTrace:
         """What the thrusters did."""
         return self.model.trace(self.recording)
 
     @cached_property
-    def trace_of_starts(self) -> _core.Trace:
+    def trace_of_starts(self) -> _core.ThrustTrace:
         """The same with sensitivities to the initial state."""
         return self.model.trace(self.recording, initial=True)
 
@@ -181,17 +181,17 @@ class Lookahead:
         return _core.predict(
             self.model.boat, self.trace_of_starts if tangents else self.trace, self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=cores(), tangents=tangents,
+            threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
     def _expected(
         self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
     ) -> tuple[Array | None, Array | None]:
         """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
-        force = pushed(self.model, self.recording, begin, start, end)
+        force = process_noise_variance(self.model, self.recording, begin, start, end)
         if force is None:
             return None, None
-        parameters = unsure(self.model, self.recording, begin, start[few], end[few])
+        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
         return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
 
     def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 
 from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity_line
+from seatrial.boat.physics import physics_line
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
@@ -64,7 +64,7 @@ def summary(model: Model) -> str:
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
-    return "\n".join([head, *lines, sanity_line(model)])
+    return "\n".join([head, *lines, physics_line(model)])
 
 
 def _effects(model: Model) -> list[str]:
@@ -149,7 +149,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(LEAST_CORRELATED, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" (white), {lasting} (time-correlated over {c.lasting})"
+        said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from seatrial import _core
 from seatrial.boat.model import Model, load
 from seatrial.boat.parameter_uncertainty import believed_on_board
-from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.util.errors import ModelError, PredictorError
 from seatrial.util.frames import SYMBOLS, Array, frozen_array
 
@@ -182,7 +182,7 @@ def _first_spread(model: Model) -> Array:
     """Standard deviations (3,) of the velocity at the first pose: the boat may be under way."""
     speeds = model.envelope.speeds
     most = [max(map(abs, speeds[name])) if name in speeds else 1.0 for name in SYMBOLS]
-    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), VELOCITY_SPREAD))
+    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), START_VELOCITY_DEVIATION))
 
 
 def row_of(values: ArrayLike, what: str, names: Sequence[str]) -> Array:

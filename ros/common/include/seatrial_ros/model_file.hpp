@@ -153,7 +153,7 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   }
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
-  believe(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
+  set_uncertainty(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }

@@ -122,7 +122,7 @@ def _identifiable(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Re
 
     def forces(gains: Array) -> Array:
         other = _with_gain_group(vehicle, "gains", kind, gains)
-        trace = _core.Trace(other.chain, other.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     now = forces(np.ones(count))

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Smooth the poses, then regress the smoothed accelerations: the usual short cut, for comparison.
+"""Smooth the poses, then regress the smoothed accelerations: a common method, as a baseline.
 
-A Kalman filter with constant acceleration driven by white jerk, and Rauch, Tung and Striebel's pass
-back (1965), give position, velocity and acceleration of each pose coordinate; how rough the motion
-is, and the pose noise, are those under which the filter's errors are most likely. The accelerations
-are then regressed on Eq. (12) pose by pose.
+A Kalman filter with constant acceleration driven by white jerk, and the backward pass of Rauch, Tung and
+Striebel (1965), give position, velocity and acceleration of each pose coordinate. Jerk intensity and pose noise
+are those of highest likelihood. The accelerations are then regressed on Eq. (12) pose by pose.
 
-It is biased: the smoother has smeared the acceleration over its own, unknown length, but not the
-command that it is compared with; and what noise is left in the velocities is in the regressors.
+It is biased: the smoother spreads the acceleration in time, but not the command that it is regressed on; and
+the regressors contain the noise that is left in the velocities.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,17 +39,19 @@ from seatrial.util.frames import Array, Mask, body_velocity
 from seatrial.util.statistics import BLOCK
 
 SMOOTHER = "smoother"
-ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk's intensity over pose noise, in pose periods
-DIFFUSE_VARIANCE = 1e8  # variance of what is not known yet, in squares of the pose noise
-UNINFORMATIVE_VARIANCE = 1e4  # prediction variance from which on an error says nothing of the noise
-ROUGHNESS_POSES = 3000  # poses of a recording that the roughness is found from, at most
-EDGE_POSES = 3  # poses at either end of a stretch whose accelerations are hardly seen
-SMOOTHER_CHAIN_STEPS = 8  # of Gauss-Newton on the chain's constants, at most
+ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
+DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squares of the pose noise
+# of a prediction, in squares of the pose noise: beyond it it is still diffuse
+UNINFORMATIVE_VARIANCE = 1e4
+ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
+EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
+SMOOTHER_CHAIN_STEPS = 8  # Gauss-Newton steps on the chain's constants, at most
+LEAST_SQUARE = 1e-300  # sum of squares, against the logarithm of 0
 
 
 @dataclass(frozen=True)
 class Track:
-    """One recording smoothed at its usable poses, away from the ends of its stretches."""
+    """One smoothed recording at its usable poses, without the ends of its continuous intervals."""
 
     recording: Recording
     t: Array  # (n,) [s]
@@ -60,7 +61,7 @@ class Track:
 
 @dataclass(frozen=True)
 class AccelerationRows:
-    """Accelerations and what is to explain them, pose by pose."""
+    """Accelerations and regressors, pose by pose."""
 
     vehicle: Vehicle
     tracks: tuple[Track, ...]
@@ -90,10 +91,11 @@ def smoother(
     *,
     roles: Mapping[str, Sequence[str]] | None = None,
 ) -> Model:
-    """Coefficients, and those of delay and dead zone that the vehicle file does not state.
+    """Coefficients, and the latencies, lags and dead zones that the vehicle file does not state.
 
     Recordings serve the axes as they do in `weak_form`. Raises IdentificationError, RecordingError.
     """
+    # the same axes, constants and blocks as in the weak form
     whole, moved = sought_constants(recordings, vehicle)
     serves = axes_served(whole, recordings, roles)
     tracks = smoothed(recordings)
@@ -119,7 +121,8 @@ def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
         np.sum([p.squares for p in runs], axis=0),
         np.sum([p.logs for p in runs], axis=0),
     )
-    cost = count * np.log(squares + 1e-300) + logs[:, None]  # the pose noise at its likeliest
+    # at the pose noise of highest likelihood
+    cost = count * np.log(squares + LEAST_SQUARE) + logs[:, None]
     likeliest = ROUGHNESS_GRID[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
     tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
     if not any(len(track.t) for track in tracks):
@@ -137,16 +140,16 @@ class _Series:
     recording: Recording
     t: Array  # (n,) [s]
     y: Array  # (n, 3)
-    fresh: Mask  # (n,) first of a stretch
-    move: Array  # (n, 3, 3) of position, velocity, acceleration
-    spread: Array  # (n, 3, 3) that jerk of unit intensity adds
+    fresh: Mask  # (n,) first of a continuous interval
+    move: Array  # (n, 3, 3) transition of position, velocity, acceleration
+    spread: Array  # (n, 3, 3) covariance by jerk of unit intensity
 
 
 @dataclass(frozen=True)
 class _ForwardRun:
-    """The filter along a series, for several kinds of roughness at once (c)."""
+    """The filter along a series, for c values of the roughness at once."""
 
-    count: int  # poses that say something of the noise
+    count: int  # poses with an informative prediction
     logs: Array  # (c,) sums of log prediction variances
     squares: Array  # (c, 3) sums of squared errors over them
     predicted: list[tuple[Array, Array]]  # x (c, 3, signals), P (c, 3, 3)
@@ -172,7 +175,7 @@ def _series(recording: Recording) -> _Series:
 
 
 def _forward(series: _Series, roughness: Array, most: int) -> _ForwardRun:
-    """Kalman's filter with pose noise 1 over the first `most` poses."""
+    """The Kalman filter with pose noise 1 over the first `most` poses."""
     c = len(roughness)
     x, P = np.zeros((c, 3, 3)), np.zeros((c, 3, 3))
     unknown = np.diag([1.0, DIFFUSE_VARIANCE, DIFFUSE_VARIANCE])
@@ -200,7 +203,7 @@ def _forward(series: _Series, roughness: Array, most: int) -> _ForwardRun:
 
 
 def _track(series: _Series, along: _ForwardRun) -> Track:
-    """Rauch, Tung and Striebel's pass back, then Eq. (1) into body axes."""
+    """The backward pass of Rauch, Tung and Striebel, then Eq. (1) into body axes."""
     n, r = len(series.t), series.recording
     states = np.zeros((n, 3, 3))  # pose, velocity, acceleration by signal
     x = along.updated[-1][0]

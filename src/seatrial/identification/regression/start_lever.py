@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A lever arm to start from: with it the weak form leaves the least of the accelerations.
+"""Start value of the lever arm: the one with which the weak form has the smallest residual.
 
-What it adds to the acceleration of the measured point is linear in it but for the drag, and large:
-so a few steps of Gauss and Newton find it from 0, however long it is.
+Its effect on the acceleration of the measured point is large, and linear but for the drag: a few
+Gauss-Newton steps find it from 0, whatever its length.
 """
 
 from collections.abc import Sequence
@@ -24,9 +24,9 @@ from seatrial.identification.regression.weak_rows import choose_widths
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-LEVER_PROBE = 0.1  # [m] for the derivative
-LEVER_STEPS = 5
-LEVER_CONVERGED = 0.99  # of the accelerations left: less is worth a step
+LEVER_PROBE = 0.1  # [m] finite difference for the derivative
+LEVER_STEPS = 5  # Gauss-Newton steps at most
+LEVER_CONVERGED = 0.99  # of the residual: a step that leaves more is the last
 
 
 def lever_from_poses(
@@ -34,13 +34,13 @@ def lever_from_poses(
 ) -> Array:
     """The lever arm (2,) [m], forward and left; `free` as in `start_values`.
 
-    Raises IdentificationError where no recording has a stretch without drop-outs.
+    Raises IdentificationError where no recording is long enough without drop-outs.
     """
     whole = [at_even_stamps(r) for r in spread_pieces(recordings)]
     widths = choose_widths(whole)
 
-    def left(lever: Array) -> Array:
-        """Accelerations (m,) in surge and sway that the best coefficients leave."""
+    def residual(lever: Array) -> Array:
+        """Residual accelerations (m,) in surge and sway with the best coefficients."""
         moved = window_rows(
             [poses_of_origin(r, lever) for r in whole], vehicle, START_GRID_STEP, widths=widths
         )
@@ -49,13 +49,13 @@ def lever_from_poses(
         return np.asarray(error[:, :2].ravel())
 
     lever = np.zeros(2)
-    here = left(lever)
+    here = residual(lever)
     for _ in range(LEVER_STEPS):
         slopes = np.column_stack(
-            [(left(lever + LEVER_PROBE * e) - here) / LEVER_PROBE for e in np.eye(2)]
+            [(residual(lever + LEVER_PROBE * e) - here) / LEVER_PROBE for e in np.eye(2)]
         )
         further = lever - np.linalg.lstsq(slopes, here, rcond=None)[0]
-        there = left(further)
+        there = residual(further)
         if np.linalg.norm(there) > LEVER_CONVERGED * np.linalg.norm(here):
             break
         lever, here = further, there
@@ -63,8 +63,8 @@ def lever_from_poses(
 
 
 def poses_of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
-    """The poses of the boat's origin, less a lever arm (2,) [m], and in the water, less a current
-    (2,) [m/s] in the world."""
+    """The recording with poses of the boat's origin instead of the measured point, a lever arm (2,) [m] away,
+    and in axes that drift with a current (2,) [m/s, earth-fixed]."""
     if not (lever.any() or (current is not None and current.any())):
         return recording
     ahead, aside = lever

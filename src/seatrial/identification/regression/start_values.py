@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Start values without help: weak-form least squares over a scan of the chain's constants.
+"""Start values for the maximum-likelihood search, from the recordings alone.
 
-The weak form is linear in the coefficients once latency, lag and dead zone are fixed, and cheap:
-each of these is scanned and the one with the smallest residual kept.
+The weak form is linear in the coefficients once latency, lag and dead zone are fixed, and cheap to solve.
+Each of these is scanned on a grid, the value with the smallest residual is kept, and refined by Gauss-Newton.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,32 +19,35 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array, Mask
 
-START_GRID_STEP = 1 / 30  # [s]
-ROW_OUTLIER = 1.5  # [robust spreads] from which on a row counts linearly
-START_DURATION = 610.0  # [s] of recordings for a start
-PIECE_DURATION = 100.0  # [s]
-ZERO_COLUMN = 1e-9  # RMS of a column from which on it is more than rounding
-NORMAL_RIDGE = 1e-8  # of the scaled normal matrix, so that what is not excited stays near 0
-LATENCY_GRID = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s] latency
+START_GRID_STEP = 1 / 30  # [s] of the weak form's integrals
+START_DURATION = 610.0  # [s] of recordings that are enough for start values
+PIECE_DURATION = 100.0  # [s] of the pieces that longer recordings are represented by
+# 10th percentile of the pose periods over the usual one: below it stamps are resampled
+UNEVEN_STAMPS = 0.5
+LATENCY_GRID = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s]
 LAG_GRID = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
-DEAD_ZONE_GRID = (0.0, 0.08, 0.16, 0.3)
-START_CHAIN_STEPS = 2  # of Gauss-Newton
+DEAD_ZONE_GRID = (0.0, 0.08, 0.16, 0.3)  # of full command
+START_CHAIN_STEPS = 2  # Gauss-Newton steps
+STEP_SHARES = (1.0, 0.3)  # of a Gauss-Newton step that are tried
+CONVERGED_SHARE = 1e-4  # of the cost, that a step must gain for another one
+ROW_OUTLIER = 1.5  # [robust standard deviations] beyond which a row counts linearly (Huber)
+HUBER_ROUNDS = 4  # of reweighting
+MEDIAN_TO_DEVIATION = 0.6745  # median absolute value of a standard normal variable
 LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
-UNEVEN_STAMPS = (
-    0.5  # a tenth of the steps between poses is shorter than this share of the usual: uneven stamps
-)
-CONVERGED_SHARE = 1e-4  # share of the cost that a step is worth
+LEAST_SCALE = 1e-12  # of a scale, against a division by 0
+ZERO_COLUMN = 1e-9  # RMS of a column below which it is rounding
+NORMAL_RIDGE = 1e-8  # on the scaled normal matrix: parameters without excitation stay near 0
 
 
 @dataclass(frozen=True)
 class ConstantRange:
-    """How far a constant may be moved."""
+    """The range of a constant of the chain, and its steps."""
 
-    probe: float  # for its derivative
-    most: float  # in one step
+    probe: float  # finite difference for its derivative
+    most: float  # largest change in one step
     low: float
     high: float
-    grid: tuple[float, ...]  # where to look first
+    grid: tuple[float, ...]  # values of the first scan
 
 
 CONSTANT_RANGES = {
@@ -80,7 +83,7 @@ class WindowRows:
     vehicle: Vehicle
     each: tuple[Windows, ...]
     left: Array  # (m, 3) accelerations
-    steady: Array  # (m, 3, n + 1) what the chain's constants do not change
+    steady: Array  # (m, 3, n + 1) columns that do not depend on the chain's constants
     use: Mask  # (m, 3) rows that count
     widths: Widths
 
@@ -98,12 +101,12 @@ class LinearEquations:
     B: Array  # (m, 3, n)
 
     def solved(self, weights: Array) -> Array:
-        """Weighted least squares (n,); what no row speaks of is 0."""
+        """Weighted least squares (n,); coefficients without any data are 0."""
         flat = self.B.reshape(-1, self.B.shape[2])
         weighted = flat * weights.reshape(-1, 1)
         normal = flat.T @ weighted
         alive = np.linalg.norm(flat, axis=0) > ZERO_COLUMN * np.sqrt(len(flat))
-        size = np.where(alive, np.sqrt(np.diag(normal)) + 1e-12, np.inf)
+        size = np.where(alive, np.sqrt(np.diag(normal)) + LEAST_SCALE, np.inf)
         scaled = normal / np.outer(size, size) + NORMAL_RIDGE * np.eye(len(size))
         return np.asarray(np.linalg.solve(scaled, weighted.T @ self.a.ravel() / size) / size)
 
@@ -113,19 +116,19 @@ class LinearEquations:
 
     def weights(self, use: Mask) -> Array:
         """Huber's weights (m, 3) over the squared robust spread of each axis' residuals."""
-        spread = np.array([np.std(self.a[use[:, k], k]) for k in range(3)]) + 1e-12
+        spread = np.array([np.std(self.a[use[:, k], k]) for k in range(3)]) + LEAST_SCALE
         weights: Array = use / spread**2
-        for _ in range(4):
+        for _ in range(HUBER_ROUNDS):
             error = np.abs(self.a - self.B @ self.solved(weights))
             middle = [np.median(error[use[:, k], k]) for k in range(3)]
-            spread = np.array(middle) / 0.6745 + LEAST_SPREAD
+            spread = np.array(middle) / MEDIAN_TO_DEVIATION + LEAST_SPREAD
             weights = use / np.maximum(1.0, error / spread / ROW_OUTLIER) / spread**2
         return weights
 
 
 @dataclass(frozen=True)
 class EquationFit:
-    """Where the search ended."""
+    """A solution of the equations."""
 
     theta: Array  # (n,)
     constants: Array  # (m,)
@@ -142,10 +145,9 @@ def start_values(
 ) -> tuple[Array, Array]:
     """Coefficients (n,) and constants (m,) of the chain to start a search from.
 
-    `free`: those of `vehicle.constants` that may be changed; of these latency, lag and dead-zone
-    edges are. Lag and latency are hardly told apart, their sum is sharp. `widths`: of the windows, by
-    default what suits the recordings.
-    Raises IdentificationError where no recording has a stretch without drop-outs.
+    `free`: indices of `vehicle.constants` that may change; latency, lag and dead-zone edges do. Lag and latency
+    are hardly separable, their sum is well known. `widths`: of the windows, by default chosen from the recordings.
+    Raises IdentificationError where no recording is long enough without drop-outs.
     """
     rows = window_rows(
         [at_even_stamps(r) for r in spread_pieces(recordings)],
@@ -158,7 +160,7 @@ def start_values(
 
 
 def spread_pieces(recordings: Sequence[Recording]) -> list[Recording]:
-    """The recordings, or where they are long, pieces spread over them: enough for a start."""
+    """The recordings, or evenly spread pieces of long ones."""
     total = sum(r.duration for r in recordings)
     if total <= START_DURATION:
         return list(recordings)
@@ -172,7 +174,7 @@ def spread_pieces(recordings: Sequence[Recording]) -> list[Recording]:
 
 
 def at_even_stamps(recording: Recording) -> Recording:
-    """A recording whose poses often come close together, at even stamps between them: for a start."""
+    """The recording; if its stamps are uneven, resampled at even stamps."""
     t, good = recording.t, recording.valid
     steps = np.diff(t[good])
     if np.percentile(steps, 10) > UNEVEN_STAMPS * usual_step(steps):
@@ -195,7 +197,7 @@ def window_rows(
     *,
     widths: Widths | None = None,
 ) -> WindowRows:
-    """The windows of all recordings that have one, by default as wide as suits them.
+    """The windows of all recordings that are long enough; `widths` are chosen from them by default.
 
     `serves`: for every recording, whether it serves surge, sway and yaw; all by default.
     """
@@ -206,7 +208,7 @@ def window_rows(
     for i, recording in enumerate(recordings):
         try:
             found = windows_of(vehicle, recording, widths, finest)
-        except IdentificationError as error:  # the others may do
+        except IdentificationError as error:  # other recordings may be long enough
             why = str(error)
             continue
         each.append(found)
@@ -219,18 +221,18 @@ def window_rows(
 
 
 def movable_constants(vehicle: Vehicle, free: Sequence[int]) -> dict[int, ConstantRange]:
-    """Which constants are moved, and how far."""
+    """The ranges of the constants that are estimated, by index."""
     stage = {i: vehicle.constants.names[i].partition(".")[0] for i in free}
     found = {i: CONSTANT_RANGES[s] for i, s in stage.items() if s in CONSTANT_RANGES}
     delayed = any(c.grid == LATENCY_GRID for c in found.values())
-    # the delay is looked for by one of the two, lag and latency are told apart later
+    # scan one of lag and latency only: they are separated later
     return {
         i: replace(c, grid=()) if delayed and c.grid == LAG_GRID else c for i, c in found.items()
     }
 
 
 def fit_equations(rows: Equations, moved: Mapping[int, ConstantRange], steps: int) -> EquationFit:
-    """Coefficients and constants: a coarse scan, then so many Gauss-Newton steps at most."""
+    """Coefficients and constants: a scan of each kind on its grid, then Gauss-Newton steps."""
     constants = rows.vehicle.constants.values.copy()
     weights = rows.design(constants).weights(rows.use)
     for grid in (LATENCY_GRID, LAG_GRID, DEAD_ZONE_GRID):
@@ -243,7 +245,7 @@ def fit_equations(rows: Equations, moved: Mapping[int, ConstantRange], steps: in
 def with_constant_columns(
     rows: Equations, at: EquationFit, moved: Mapping[int, ConstantRange]
 ) -> LinearEquations:
-    """The equations with columns for steps of the constants behind those of the coefficients."""
+    """The equations with further columns for changes of the constants, by finite differences."""
     columns = []
     for i, change in moved.items():
         probe = rows.design(_placed(at.constants, [i], at.constants[i] + change.probe))
@@ -255,7 +257,7 @@ def with_constant_columns(
 def _scanned(
     rows: Equations, weights: Array, constants: Array, places: Sequence[int], grid: Sequence[float]
 ) -> Array:
-    """The constants with those at `places` at the grid's best, or between it and its neighbours."""
+    """The constants with those at `places` at the best grid value, refined by a parabola."""
     costs = []
     for value in grid:
         design = rows.design(_placed(constants, places, value))
@@ -269,12 +271,12 @@ def _scanned(
 def _refined(
     rows: Equations, constants: Array, moved: Mapping[int, ConstantRange], steps: int
 ) -> EquationFit:
-    """Gauss-Newton steps on coefficients and constants together; the coefficients' are exact."""
+    """Gauss-Newton steps on coefficients and constants together; the coefficients are solved exactly."""
     at = _solved_at(rows, constants)
     for _ in range(steps):
         step = with_constant_columns(rows, at, moved).solved(at.weights)[len(at.theta) :]
         before = at.design.cost(at.theta, at.weights)
-        for share in (1.0, 0.3):
+        for share in STEP_SHARES:
             trial = _moved(at.constants, moved, share * step)
             design = rows.design(trial)
             after = design.cost(design.solved(at.weights), at.weights)
@@ -308,7 +310,7 @@ def _placed(constants: Array, places: Sequence[int], value: float) -> Array:
 
 
 def _lowest(x: Sequence[float], y: Sequence[float]) -> float:
-    """Where the parabola through three points, the middle one the lowest, is lowest."""
+    """The minimum of the parabola through three points, the middle one being the lowest."""
     left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
     bend = (right - left) / (x[2] - x[0])
     if bend <= 0:

@@ -290,7 +290,7 @@ def _edge_effect(
     def forces(forward: float, reverse: float) -> Array:
         zone = ChainGroup(actuators=list(members), dead_zone=DeadZone(forward, reverse))
         zoned = vehicle.with_chain([zone])
-        trace = _core.Trace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     edge = STARTS["edge_forward"]

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Combinations of parameters that are known better than each of them.
+"""Combinations of parameters that are better known than each parameter.
 
-They are the directions in which the covariance is narrow (Belsley, Kuh, Welsch, Regression
-Diagnostics, 1980, section 3.2).
+They are the narrow directions of the covariance (Belsley, Kuh, Welsch, Regression Diagnostics, 1980, section 3.2).
 """
 
 from collections.abc import Sequence
@@ -19,29 +18,24 @@ from seatrial.identification.uncertainty.parameter_verdict import (
 )
 from seatrial.util.frames import SYMBOLS, Array
 
-CORRELATED = 0.9  # correlation from which on it is said of two
-INSEPARABLE = 0.95  # from which on they can't be told apart
-NARROW_EIGENVALUE = (
-    0.2  # eigenvalue of a correlation matrix below which its direction is well determined
-)
-LEAST_ENTRY = 0.3  # of the largest entry: smaller ones of an eigenvector are left out
-LEAST_IMPROVEMENT = 1.2  # times the error without a parameter: those that do less are left out
-PLAIN_SUM_RATIO = (
-    1.5  # times the best error that a plain sum may have, rather than the best combination
-)
-SUMMABLE_PAIRS = (
-    ("lag", "latency"),
-    ("edge_forward", "edge_reverse"),
-)  # in the same unit: a sum says it
+CORRELATED = 0.9  # correlation of two parameters from which on it is reported
+INSEPARABLE = 0.95  # correlation from which on two parameters count as not separable
+NARROW_EIGENVALUE = 0.2  # of a correlation matrix: below it a direction is well determined
+LEAST_ENTRY = 0.3  # of an eigenvector's largest entry: smaller ones are left out
+# ratio of the errors without and with a parameter: those with less are left out
+LEAST_IMPROVEMENT = 1.2
+# of the error of a plain sum or difference over the best: up to here it is taken
+PLAIN_SUM_RATIO = 1.5
+SUMMABLE_PAIRS = (("lag", "latency"), ("edge_forward", "edge_reverse"))  # of one unit
 EDGE_KINDS = ("edge_forward", "edge_reverse")
 
 
 @dataclass(frozen=True)
 class Combination:
-    """Parameters that are known together better than each."""
+    """Parameters of which a combination is better known than each."""
 
     names: tuple[str, ...]
-    text: str  # how they are combined
+    text: str  # the combination
     value: float
     error: float
     unit: str
@@ -51,7 +45,7 @@ class Combination:
 
 @dataclass(frozen=True)
 class Estimates:
-    """What was estimated, for the search of combinations."""
+    """The estimated parameters of a model."""
 
     model: Model
     names: tuple[str, ...]
@@ -71,22 +65,22 @@ class Estimates:
 
 
 def combinations(known: Estimates) -> tuple[Combination, ...]:
-    """Named pairs that are correlated, then what else the weak parameters tell together."""
+    """Named pairs that are correlated, then further combinations of the weak parameters."""
     found = [*_sums(known), *_slopes(known)]
     used = {frozenset(c.names) for c in found}
     weak = [i for i in _unreliable(known) if not any(known.names[i] in names for names in used)]
     for places in _narrow(known, weak):
         combined = _combined(known, places)
-        if combined.verdict.enough and not any(used & {frozenset(combined.names)}):
+        if combined.verdict.reliable and not any(used & {frozenset(combined.names)}):
             used.add(frozenset(combined.names))
             found.append(combined)
     return tuple(found)
 
 
 def _unreliable(known: Estimates) -> list[int]:
-    """Parameters that one may not rely on, and those that are correlated with one of them."""
+    """Parameters that are not reliable, and those correlated with one of them."""
     every = range(len(known.names))
-    weak = [i for i in every if not known.findings[known.names[i]].verdict.enough]
+    weak = [i for i in every if not known.findings[known.names[i]].verdict.reliable]
     return [
         i
         for i in every
@@ -95,7 +89,7 @@ def _unreliable(known: Estimates) -> list[int]:
 
 
 def _sums(known: Estimates) -> list[Combination]:
-    """Lag + latency, and both edges, of each group of actuators, where one of the two is loose."""
+    """Lag + latency, and both edges, of each group of actuators, where one of the two is not sharp."""
     found = []
     for first, second in SUMMABLE_PAIRS:
         for i, name in enumerate(known.names):
@@ -124,18 +118,18 @@ def _slopes(known: Estimates) -> list[Combination]:
             left = 1.0 - known.values[j]
             value = float(known.values[i] / left)
             error = known.spread(np.array([1.0 / left, value / left]), [i, j])
-            said, _ = verdict_of(gain, value, error)
+            verdict, _ = verdict_of(gain, value, error)
             unit, text = (
                 known.findings[gain].unit,
                 f"the gain past the edge, {gain} / (1 - {edge}),",
             )
             rho = known.correlation(i, j)
-            found.append(Combination((gain, edge), text, value, error, unit, rho, said))
+            found.append(Combination((gain, edge), text, value, error, unit, rho, verdict))
     return found
 
 
 def _narrow(known: Estimates, weak: Sequence[int]) -> list[list[int]]:
-    """Sets of weak parameters that a narrow direction of their correlations consists of."""
+    """Sets of weak parameters that have large entries in a narrow direction of their correlations."""
     if len(weak) < 2:
         return []
     size = np.sqrt(np.diag(known.covariance))[list(weak)]
@@ -152,9 +146,9 @@ def _narrow(known: Estimates, weak: Sequence[int]) -> list[list[int]]:
 
 
 def _combined(known: Estimates, places: Sequence[int]) -> Combination:
-    """The first of some parameters, plus what of the others makes the sum sharpest.
+    """The first of some parameters, plus the multiples of the others that make the sum best known.
 
-    The least variance of a sum in which one weight is 1 is that one's, given the others.
+    The least variance of a sum in which one weight is 1 is the variance of that one, given the others.
     """
     order = sorted(places)
     for i in order[1:]:
@@ -175,7 +169,7 @@ def _combined(known: Estimates, places: Sequence[int]) -> Combination:
 
 
 def _best(known: Estimates, order: Sequence[int]) -> tuple[Array, float]:
-    """Weights, the first 1 and all as they are printed, of the sharpest sum; its error."""
+    """Weights of the best-known sum, the first 1, rounded as they are printed; its error."""
     C = known.covariance[np.ix_(order, order)]
     others = -np.linalg.lstsq(C[1:, 1:], C[1:, 0], rcond=None)[0]
     weights = np.array([1.0, *(float(f"{w:.2g}") for w in others)])
@@ -186,14 +180,14 @@ def _weighted(known: Estimates, places: Sequence[int], weights: Array) -> Combin
     names = [known.names[i] for i in places]
     value, error = float(weights @ known.values[list(places)]), known.spread(weights, places)
     unit = known.findings[names[0]].unit
-    said, _ = verdict_of(names[0], value, error)
+    verdict, _ = verdict_of(names[0], value, error)
     text = _combination_text(known.model, names, weights)
     rho = known.correlation(places[0], places[1])
-    return Combination(tuple(names), text, value, error, unit, rho, said)
+    return Combination(tuple(names), text, value, error, unit, rho, verdict)
 
 
 def _combination_text(model: Model, names: Sequence[str], weights: Array) -> str:
-    """A weighted sum as people say it."""
+    """A weighted sum as text."""
     if len(names) == 2 and abs(weights[1]) == 1.0:
         return "their sum" if weights[1] > 0 else "their difference"
     text = names[0]

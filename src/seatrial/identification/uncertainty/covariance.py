@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How certain the estimates are: a covariance that holds where errors are correlated."""
+"""Sandwich covariance of the estimates, which holds for correlated innovations."""
 
 from dataclasses import replace
 
@@ -11,28 +11,28 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import TIED, inverse_of
 
-SHRINKAGE_BLOCKS = 4.0  # blocks a parameter at which half of the scatter is believed
-FEW_BLOCKS = (
-    2.0  # blocks a parameter, below which scatter below what the information says is chance
-)
-SHORTEST_BLOCK = 4.0  # [s] of a block: the filter's errors are correlated over less
-# shares of a range, at which the likelihood beside a bound is looked at
+SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the scores has weight 1/2
+FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
+SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
+BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
+AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
+# shares of the range at which the likelihood is followed
 BOUND_DISTANCES = 0.5 ** np.arange(12, 0, -1)
-NEGLIGIBLE_LIKELIHOOD = 12.0  # fall of twice its logarithm that is followed no further
-AT_BOUND_SHARE = 1e-4  # of a range, within which of a bound a parameter is at it
-BLOCKS_PER_PARAMETER = 1.2  # blocks a parameter, from which on they are shortened
+OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
+NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
+# of the largest entry: coefficients with less in a tied direction are not named
+LISTED_WEIGHT = 0.1
 
 
 def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
-    """Of the information and the scatter of scores over blocks, since errors may be correlated.
+    """Covariance (p, p) from the Fisher information and the scatter of scores over blocks.
 
     inside: (p,) free parameters that may move, the others stay, with 0; by default all that did not
     end at a bound.
 
-    The scatter of few blocks is uncertain itself. It is drawn towards what the information says of
-    it, times a factor for all of it, which the blocks do know: the fewer blocks a parameter, the
-    more so (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, for the idea).
-    Raises IdentificationError where coefficients can't be told apart.
+    The scatter of few blocks is itself uncertain. It is shrunk towards the information, times a common factor
+    that the blocks do know: the fewer blocks per parameter, the more (the idea: Ledoit and Wolf, J. Multivariate
+    Analysis 88, 2004). Raises IdentificationError where coefficients are not separable.
     """
     problem = at.runs.problem
     prior, free = problem.prior, list(problem.free)
@@ -40,37 +40,49 @@ def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
         _refuse_inseparable(at)
     held = at_bounds(at) if inside is None else np.zeros(len(free), dtype=bool)
     inside = ~at_bounds(at) if inside is None else inside
-    scores = at.runs.scores[:, inside]
-    information = at.runs.information[np.ix_(inside, inside)]
-    blocks, p = scores.shape
-    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
-        np.ix_(inside, inside)
-    ]  # fmt: skip
-    inverse = inverse_of(information)
-    told = float(np.sum(inverse * (information - known)))  # parameters, as far as by the recordings
-    scores = scores - scores.mean(axis=0)
-    scores *= np.sqrt(blocks / max(blocks - told / 2, blocks / 4))  # some was fitted away
-    moves = scores @ inverse  # by a block
-    factor = float(np.sum(moves * scores)) / max(told, TIED)
-    if blocks < FEW_BLOCKS * told:
-        factor = max(factor, 1.0)
-    share = blocks / (blocks + SHRINKAGE_BLOCKS * told) if blocks > 1 else 0.0  # one has no scatter
-    said = inverse @ known @ inverse
-    drawn = share * moves.T @ moves + (1.0 - share) * factor * (inverse - said)
+    within = np.ix_(inside, inside)
+    known = np.zeros((len(free), len(free)))[within]
+    if prior is not None:
+        known = prior.precision[np.ix_(free, free)][within]
+    inverse = inverse_of(at.runs.information[within])
+    covariance, factor = _shrunk(
+        at.runs.scores[:, inside], at.runs.information[within], inverse, known
+    )
     out = np.zeros((len(free), len(free)))
-    out[np.ix_(inside, inside)] = drawn + said
+    out[within] = covariance
+    # parameters at a bound may be off it: that widens the others
     for i in np.flatnonzero(held):
-        out[np.ix_(inside, inside)] += _one_sided_profile(
-            at, int(i), inside, inverse, max(factor, 1.0)
-        )
+        out[within] += _one_sided_profile(at, int(i), inside, inverse, max(factor, 1.0))
     return out
 
 
-def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -> Array:
-    """What it adds to the covariance (p, p) of the parameters inside that one at its bound may be off it.
+def _shrunk(scores: Array, information: Array, inverse: Array, known: Array) -> tuple[Array, float]:
+    """The covariance (p, p) from scores (blocks, p), and their scatter over that of independent innovations.
 
-    A lag that ended at nothing leaves its latency as uncertain as that. The likelihood is far from normal
-    there: so it is followed from the bound, the others where they are likeliest then, to a step.
+    information, its inverse, and its part from the prior (`known`): (p, p).
+    """
+    blocks = len(scores)
+    informed = float(np.sum(inverse * (information - known)))  # parameters that the data determine
+    # scatter of the scores; the fit took some of it
+    scores = scores - scores.mean(axis=0)
+    scores *= np.sqrt(blocks / max(blocks - informed / 2, blocks / 4))
+    moves = scores @ inverse  # of the parameters by each block
+    factor = float(np.sum(moves * scores)) / max(informed, TIED)
+    if blocks < FEW_BLOCKS * informed:
+        factor = max(factor, 1.0)
+    # shrunk towards the information; one block has no scatter at all
+    weight = blocks / (blocks + SHRINKAGE_BLOCKS * informed) if blocks > 1 else 0.0
+    of_prior = inverse @ known @ inverse
+    shrunk = weight * moves.T @ moves + (1.0 - weight) * factor * (inverse - of_prior)
+    return shrunk + of_prior, factor
+
+
+def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -> Array:
+    """The addition to the covariance (p, p) of the inner parameters as one at its bound may be off it.
+
+    A lag that ended at 0 leaves its latency as uncertain as that. The likelihood is far from normal there: so the
+    one-sided profile likelihood is followed from the bound, the other parameters one Gauss-Newton step from their
+    best, and the squares of their moves are averaged over it.
     """
     problem, free = at.runs.problem, np.array(at.runs.problem.free)
     low, high = (float(bound[held]) for bound in problem.bounds)
@@ -80,9 +92,10 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     normal = 1.0 / np.sqrt(max(own, TIED * at.runs.information[held, held], 1e-300))
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
-    reach = high - low if np.isfinite(high - low) else 8.0 * normal
-    distance, fall, off = [0.0], [0.0], [np.zeros(len(moved))]
+    reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
+    distance, rise, off = [0.0], [0.0], [np.zeros(len(moved))]
     for d in reach * BOUND_DISTANCES:
+        # this far from the bound, the others along with it
         theta = at.theta.copy()
         theta[free[inside]] += side * d * moved
         theta[free[held]] += side * d
@@ -92,13 +105,14 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
         gradient = runs.gradient[inside]
         step = inverse_of(runs.information[np.ix_(inside, inside)]) @ gradient
         distance.append(float(d))
-        fall.append((runs.cost - float(gradient @ step) - at.runs.cost) / factor)
+        rise.append((runs.cost - float(gradient @ step) - at.runs.cost) / factor)
         off.append(side * d * moved + step)
-        if fall[-1] > NEGLIGIBLE_LIKELIHOOD:
+        if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
             break
-    weight = np.exp(-0.5 * (np.array(fall) - min(fall)))
-    ways = np.array(off)
-    products = weight[:, None, None] * ways[:, :, None] * ways[:, None, :]
+    # mean square of the moves, weighted with the likelihood
+    weight = np.exp(-0.5 * (np.array(rise) - min(rise)))
+    moves = np.array(off)
+    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
     steps = np.diff(distance)
     if not len(steps):
         return np.zeros((len(moved), len(moved)))
@@ -108,9 +122,9 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
 
 
 def with_enough_blocks(problem: Problem) -> Problem:
-    """The problem with blocks so short that there are enough of them for its free parameters.
+    """The problem, its blocks shortened until there are enough of them for its free parameters.
 
-    Raises IdentificationError where they would have to be shorter than `SHORTEST`.
+    Raises IdentificationError where they would have to be shorter than `SHORTEST_BLOCK`.
     """
     parameters = len(problem.free)
     length = sum(r.duration for r in problem.recordings)
@@ -127,9 +141,9 @@ def with_enough_blocks(problem: Problem) -> Problem:
 
 
 def _refuse_inseparable(at: Point) -> None:
-    """Refuses coefficients of which the data know only a sum, as equation-error does.
+    """Refuses coefficients of which the data know only a combination, as equation-error does.
 
-    Constants of the chain may be tied: nobody wrote them, and what is known of them is said later.
+    Constants of the chain may be tied: the user did not choose them, and combinations of them are reported.
     """
     problem = at.runs.problem
     information = at.runs.information
@@ -142,7 +156,7 @@ def _refuse_inseparable(at: Point) -> None:
     if values[0] > TIED:
         return
     weights = np.abs(vectors[:, 0])
-    names = [problem.names[problem.free[i]] for i in alive[weights > 0.1 * weights.max()]]
+    names = [problem.names[problem.free[i]] for i in alive[weights > LISTED_WEIGHT * weights.max()]]
     raise IdentificationError(
         f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
         "term out"
@@ -150,7 +164,7 @@ def _refuse_inseparable(at: Point) -> None:
 
 
 def at_bounds(at: Point) -> Mask:
-    """Which free parameters ended at a bound, or as good as that: the data say no more of them."""
+    """Which free parameters (p,) are at a bound, or as good as that."""
     problem = at.runs.problem
     low, high = problem.bounds
     theta = at.theta[list(problem.free)]

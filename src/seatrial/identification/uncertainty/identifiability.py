@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a model's recordings say about each of its parameters, and what only about some together."""
+"""Identifiability: how well each parameter is known, and which combinations are better known."""
 
 from dataclasses import dataclass
 
@@ -36,9 +36,12 @@ __all__ = [
 ]  # fmt: skip
 
 
+SINGULAR_EIGENVALUE = 1e-12  # of the largest: a correlation matrix is singular below it
+
+
 @dataclass(frozen=True)
 class Identifiability:
-    """Verdicts, and the correlations of all that was estimated."""
+    """Verdicts, and the correlations of the estimated parameters."""
 
     findings: tuple[ParameterAccuracy, ...]
     names: tuple[str, ...]  # (p,) of what was estimated
@@ -51,7 +54,7 @@ class Identifiability:
 
 
 def identifiability(model: Model) -> Identifiability:
-    """Verdicts from a model's covariance, in words, with the combinations that are known better."""
+    """Verdicts from a model's covariance, with the combinations that are better known."""
     values = np.concatenate([model.coefficients, model.constants])
     errors = np.sqrt(np.diag(model.covariance))
     sought = np.flatnonzero(errors > 0)
@@ -70,4 +73,8 @@ def condition(correlation: Array) -> float:
     if not correlation.size:
         return 1.0
     spectrum = np.linalg.eigvalsh(correlation)
-    return float(spectrum[-1] / spectrum[0]) if spectrum[0] > 1e-12 * spectrum[-1] else np.inf
+    return (
+        float(spectrum[-1] / spectrum[0])
+        if spectrum[0] > SINGULAR_EIGENVALUE * spectrum[-1]
+        else np.inf
+    )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""How many minutes must I drive? Accuracy against length, from the recordings themselves.
+"""Record length: standard errors against the length of the recordings, and the length that halves them.
 
-What the poses up to a time say is the information gathered until then; what a recording adds is
-its own. Both are scaled by what the blocks' scores found errors to be worth (the sandwich).
+The information of the poses up to a time, and of each recording, is known. Both are scaled by the ratio of the
+sandwich's variance to that of independent innovations.
 """
 
 from collections.abc import Sequence
@@ -23,28 +23,30 @@ from seatrial.util.format import table
 from seatrial.util.frames import Array
 
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
-SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4  # [min] that are looked through for half the error
-UNSEEN_DIRECTION = 1e-10  # share of the largest eigenvalue below which a direction says nothing
-UNSEEN_SHARE = 1e-3  # in a direction that says nothing: a parameter with less is known all the same
-ALONE_BETTER = 0.8  # times the minutes of all: a recording worth repeating alone
+# [min] between which the length for half the error is sought
+SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
+MORE_BISECTIONS = 20
+UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
+UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
+ALONE_BETTER = 0.8  # times the length of all recordings: with less, one of them alone is proposed
 
 
 @dataclass(frozen=True)
 class RecordLength:
-    """Errors against the length that was driven, and what more would do."""
+    """Standard errors against the recorded length, and the further length that halves them."""
 
     names: tuple[str, ...]  # (p,)
     values: Array  # (p,)
     lengths: Array  # (q,) [min]
-    errors: Array  # (q, p) standard errors after these; infinite: nothing is known yet
+    errors: Array  # (q, p) standard errors after these; infinite: not identifiable yet
     recordings: tuple[str, ...]  # (r,)
-    more: Array  # (r, p) [min] more like one recording that halve an error; infinite: it can't
+    more: Array  # (r, p) [min] more like one recording that halve an error; infinite: never
 
 
 def accuracy_by_length(fit: Fit) -> RecordLength:
-    """Accuracy after a quarter, a half, three quarters, the whole; what would halve the errors.
+    """Standard errors after a quarter, a half, three quarters, the whole; the length that halves them.
 
-    Of parameters that did not end at a bound: how well those are known is not.
+    Parameters at a bound have no standard error, and are left out.
     """
     problem = fit.problem
     inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.runs)))
@@ -66,10 +68,10 @@ def accuracy_by_length(fit: Fit) -> RecordLength:
 
 
 def record_length_text(found: RecordLength) -> str:
-    """One table: errors as they fell, minutes in all for 5 %, minutes more for half the error."""
+    """One table: standard errors, total length for 5 %, further length for half the error."""
     total = float(found.lengths[-1])
     head = ["standard error after", *(spelled(x) for x in found.lengths)]
-    head += [f"{100 * SHARP_ERROR:.0f} % takes", "half takes, more"]
+    head += [f"total for {100 * SHARP_ERROR:.0f} %", "more for half"]
     rows = []
     for k, name in enumerate(found.names):
         error = float(found.errors[-1, k])
@@ -114,24 +116,24 @@ def _sum(parts: Sequence[Array]) -> Array:
 
 
 def _errors(information: Array) -> Array:
-    """Standard errors (p,); infinite where a direction that says nothing has a share in one."""
+    """Standard errors (p,); infinite for parameters in a direction without information."""
     size = np.sqrt(np.diag(information))
     known = size > 0
     scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
     spectrum, vectors = np.linalg.eigh(scaled)
-    lost = spectrum <= UNSEEN_DIRECTION * spectrum[-1]
-    variance = np.square(vectors[:, ~lost]) @ (1.0 / spectrum[~lost])
-    variance[np.any(np.abs(vectors[:, lost]) > UNSEEN_SHARE, axis=1)] = np.inf
+    unseen = spectrum <= UNSEEN_DIRECTION * spectrum[-1]
+    variance = np.square(vectors[:, ~unseen]) @ (1.0 / spectrum[~unseen])
+    variance[np.any(np.abs(vectors[:, unseen]) > UNSEEN_SHARE, axis=1)] = np.inf
     errors = np.full(len(size), np.inf)
     errors[known] = np.sqrt(variance) / size[known]
     return errors
 
 
 def _halved(information: Array, rate: Array) -> Array:
-    """Minutes (p,) of more information at a rate (p, p) per minute after which errors are half."""
+    """Minutes (p,) until errors are half, with further information at a rate (p, p) per minute."""
     goal = _errors(information) / 2.0
     low, high = np.full(len(goal), np.log(SHORTEST_MORE)), np.full(len(goal), np.log(LONGEST_MORE))
-    for _ in range(20):
+    for _ in range(MORE_BISECTIONS):
         middle = 0.5 * (low + high)
         reached = np.array(
             [_errors(information + np.exp(m) * rate)[k] < goal[k] for k, m in enumerate(middle)]

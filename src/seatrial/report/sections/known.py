@@ -54,7 +54,7 @@ def section(evidence: Evidence) -> Section:
 def verdicts(found: Identifiability) -> Table:
     """A row for each parameter that was estimated."""
     kept = [f for f in found.findings if f.verdict.estimated]
-    loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.enough)
+    loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.reliable)
     head = ("parameter", "relative error", "verdict", "correlated most with")
     rows = [_row(f) for f in kept]
     return Table("known", "How well each parameter is known", head, rows, loose)

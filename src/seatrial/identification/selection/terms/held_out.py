@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.recording import Recording
@@ -144,7 +144,7 @@ class Targets:
 
 def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
     """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
-    begin = causal(model, recording).motion
+    begin = run_filter(model, recording).motion
     every = max(1, round(START_SPACING / recording.period))
     found = predict(model, recording, horizon, starts=begin, every=every)
     start = found.begun
