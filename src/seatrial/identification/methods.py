@@ -16,7 +16,7 @@ from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
-from seatrial.identification.prior import check_prior, widened
+from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
