@@ -192,7 +192,7 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
         import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
     )
     vehicle, recordings, _, starts = far
-    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
+    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
         output_error(recordings, vehicle, settings=settings, start=starts[0])
 
