@@ -8,7 +8,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 from method_trials import driven
 from scipy.linalg import expm
 
@@ -160,7 +160,7 @@ def far():
 
 
 @pytest.mark.parametrize("hold", [False, True])
-@pytest.mark.parametrize("which", [0, *map(at_length, (1, 2, 3))])
+@pytest.mark.parametrize("which", [0, at_length(1), on_request(2), on_request(3)])
 def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
     far, hold, which
 ):
