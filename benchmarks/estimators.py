@@ -132,7 +132,7 @@ def with_seatrial(folder: Path) -> Measured:
     begin = time.perf_counter()
     found = fit(recordings, vehicle, settings=settings, start=start)
     seconds = time.perf_counter() - begin
-    return {"seconds": seconds, "theta": found.theta[: found.problem.size].tolist()}
+    return {"seconds": seconds, "theta": found.theta[: found.problem.n_coefficients].tolist()}
 
 
 def with_scipy(folder: Path) -> Measured:

@@ -86,7 +86,7 @@ def prediction(truth: seatrial.Model, recording: seatrial.Recording) -> None:
         columns = {"initial": True, "coefficients": range(11)} if tangents else {}
         trace = model.trace(recording, **columns)
         got = _core.predict(
-            model.boat, trace, t, start, start + STEPS, x0, threads=1, tangents=tangents
+            model.boat, trace, t, start, start + STEPS, x0, threads=1, sensitivities=tangents
         )
         return got[0][:, 3:]
 

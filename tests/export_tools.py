@@ -161,7 +161,7 @@ def trace_states(model: seatrial.Model, run: Drive) -> np.ndarray:
     vehicle, t = model.vehicle, np.ascontiguousarray(run.t)
     recorded = np.ascontiguousarray(run.commands * vehicle.input_signs)
     scale_t = t if vehicle.scales else np.zeros(0)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         vehicle.chain, model.constants, t, recorded, scale_t, run.scales[: len(scale_t)]
     )
     states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)

@@ -12,8 +12,8 @@ import seatrial
 from seatrial.boat.allocation import Scheme, inverse_for, thruster_matrix
 from seatrial.boat.schema import AllocationEntry
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.inspection.consistency import Repair, check_signs, mended
-from seatrial.inspection.consistency.repair import ANGLES, LENGTHS
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Repair, apply_repair
 from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
@@ -113,8 +113,8 @@ def faults(vehicle: Vehicle) -> dict[str, Repair]:
 def put_wrong(tables, vehicle, fault):
     """Tables in the units of the fault, the vehicle file that reads them well, and one that doesn't."""
     x, y, psi = (1.0 if u is None else UNITS[u] for u in fault.units)
-    good = mended(vehicle, replace(untouched(vehicle), units=fault.units))
-    wrong = mended(good, replace(fault, units=tuple(OTHER[u] for u in fault.units)))
+    good = apply_repair(vehicle, replace(untouched(vehicle), units=fault.units))
+    wrong = apply_repair(good, replace(fault, units=tuple(OTHER[u] for u in fault.units)))
     return [t.in_units(x, y, psi) for t in tables], good, wrong
 
 
@@ -125,9 +125,9 @@ def read_all(tables, vehicle):
 def assert_found(tables, vehicle, name, fault):
     """The findings, put right in the wrong file, give the good one back."""
     given, good, wrong = put_wrong(tables, vehicle, fault)
-    report = check_signs(read_all(given, wrong), wrong)
+    report = check_consistency(read_all(given, wrong), wrong)
     assert report.findings, name
-    repaired = report.mended(wrong)
+    repaired = report.repaired(wrong)
     for table in given:
         np.testing.assert_allclose(table.poses(repaired), table.poses(good), err_msg=name)
         np.testing.assert_allclose(table.inputs(repaired), table.inputs(good), err_msg=name)

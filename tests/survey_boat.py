@@ -73,7 +73,7 @@ def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, stamps=T
     values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
     t = 1e-9 * np.round(1e9 * stamps(rng, seconds))
     begin = np.arange(len(values)) / 20.0
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])

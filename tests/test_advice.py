@@ -11,11 +11,16 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification.experiment_design import alone, around, gains, next_drive
-from seatrial.identification.experiment_design.gain import Fall, Gain, trial
+from seatrial.identification.experiment_design import (
+    information_by_recording,
+    manoeuvre_gains,
+    next_drive,
+    reference_point,
+)
+from seatrial.identification.experiment_design.gain import ErrorDecay, ManoeuvreGain, trial
 from seatrial.identification.experiment_design.information import pseudo_inverse
-from seatrial.identification.experiment_design.manoeuvres import LENGTH, manoeuvres
-from seatrial.identification.experiment_design.sentences import seconds_said
+from seatrial.identification.experiment_design.manoeuvres import MANOEUVRE_LENGTH, manoeuvres
+from seatrial.identification.experiment_design.sentences import drive_time
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
@@ -40,7 +45,7 @@ def test_errors_fall_as_the_inverse_of_all_information_says():
     a, b = rng.normal(size=(2, 4, 4))
     covariance, rate = a @ a.T, b @ b.T
     rate[:, 3] = rate[3, :] = 0.0
-    fall = Fall.of(covariance, rate)
+    fall = ErrorDecay.of(covariance, rate)
     for seconds in (0.0, 0.7, 30.0):
         expected = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(covariance) + seconds * rate)))
         assert [fall.error(k, seconds) for k in range(4)] == pytest.approx(expected)
@@ -51,9 +56,9 @@ def test_errors_fall_as_the_inverse_of_all_information_says():
 
 
 def test_one_number_is_halved_by_three_times_what_is_known():
-    fall = Fall.of(np.array([[0.25]]), np.array([[2.0]]))  # 4 known, 2 more a second
+    fall = ErrorDecay.of(np.array([[0.25]]), np.array([[2.0]]))  # 4 known, 2 more a second
     assert fall.halved(0) == pytest.approx(3 * 4 / 2)
-    assert Fall.of(np.array([[0.25]]), np.array([[0.0]])).halved(0) == np.inf
+    assert ErrorDecay.of(np.array([[0.25]]), np.array([[0.0]])).halved(0) == np.inf
 
 
 def test_what_is_not_told_of_has_no_inverse():
@@ -65,8 +70,8 @@ def test_what_is_not_told_of_has_no_inverse():
 
 def test_a_step_from_all_recordings_leads_back_to_what_they_say(model, runs):
     moved = replace(model, coefficients=model.coefficients * 1.003)
-    point = around(moved, runs)
-    each = alone(point, runs)
+    point = reference_point(moved, runs)
+    each = information_by_recording(point, runs)
     information = np.sum([one.information for one in each], axis=0)
     gradient = np.sum([one.gradient for one in each], axis=0)
     step = np.linalg.solve(information, gradient)[: len(model.coefficients)]
@@ -76,8 +81,8 @@ def test_a_step_from_all_recordings_leads_back_to_what_they_say(model, runs):
 
 
 def test_a_recording_of_surge_alone_knows_surge_best(model, runs):
-    point = around(model, runs)
-    surge, sway, yaw = alone(point, runs)
+    point = reference_point(model, runs)
+    surge, sway, yaw = information_by_recording(point, runs)
     x, y = point.names.index("X_F"), point.names.index("Y_F")
     assert surge.errors[x] < 0.7 * sway.errors[x]
     assert sway.errors[y] < 0.7 * surge.errors[y]
@@ -87,7 +92,7 @@ def test_a_recording_of_surge_alone_knows_surge_best(model, runs):
 def test_a_given_model_has_nothing_to_gain(af, runs):
     model = make_model(af, TABLE_II["AF"])
     with pytest.raises(ModelError, match="values were given"):
-        around(replace(model, covariance=np.zeros_like(model.covariance)), runs)
+        reference_point(replace(model, covariance=np.zeros_like(model.covariance)), runs)
 
 
 def test_every_manoeuvre_stays_within_what_was_recorded_and_says_what_it_is(model):
@@ -121,23 +126,25 @@ def test_a_boat_of_propellers_gets_manoeuvres_for_each_of_its_forces(cse1, cse1_
 
 def test_what_was_promised_comes_true_when_it_is_driven(model, runs, mp):
     """The manoeuvre is driven with the poses' noise, and identified together with the rest."""
-    each = alone(around(model, runs), runs)
-    found = gains(around(model, runs), runs[0].period, each, [r.name for r in runs])
+    each = information_by_recording(reference_point(model, runs), runs)
+    found = manoeuvre_gains(
+        reference_point(model, runs), runs[0].period, each, [r.name for r in runs]
+    )
     promised = next(g for g in found if g.parameter == "N_uu")
     one = next(m for m in manoeuvres(model) if m.text == promised.manoeuvre)
     driven = trial(model, one, runs[0].period)
     noise = NOISE * np.random.default_rng(5).normal(size=driven.eta.shape)
     more = replace(driven, name="more", eta=driven.eta + noise, raw=driven.eta + noise)
     after = seatrial.identify([*runs, more], mp)
-    assert driven.duration == pytest.approx(LENGTH + 1.0, abs=0.1)
+    assert driven.duration == pytest.approx(MANOEUVRE_LENGTH + 1.0, abs=0.1)
     before, now = model.standard_errors["N_uu"], after.standard_errors["N_uu"]
     assert promised.error == pytest.approx(before)
     assert now / before == pytest.approx(promised.after / before, abs=0.15)
     assert promised.after < 0.9 * before
 
 
-def made(name: str, seconds: float, manoeuvre: str = "sway pulses") -> Gain:
-    return Gain(name, 1.0, 0.3, manoeuvre, seconds, 0.2)
+def made(name: str, seconds: float, manoeuvre: str = "sway pulses") -> ManoeuvreGain:
+    return ManoeuvreGain(name, 1.0, 0.3, manoeuvre, seconds, 0.2)
 
 
 def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(model):
@@ -165,7 +172,7 @@ def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(mode
      (float("inf"), "no time")],
 )  # fmt: skip
 def test_times_are_rounded_up_to_what_people_drive(seconds, expected):
-    assert seconds_said(seconds) == expected
+    assert drive_time(seconds) == expected
 
 
 def test_direct_thrusters_are_driven_to_the_largest_force_that_was_recorded(mp):

@@ -9,6 +9,7 @@ import pytest
 from test_causal import trial, truth  # noqa: F401
 from test_residuals import changed
 
+from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.console import horizons_text
 from seatrial.evaluation.head_to_head import CELLS, PAIRS, against, against_text
@@ -109,7 +110,8 @@ def test_a_model_that_runs_away_further_on_says_so(truth, trial):  # noqa: F811
     wild = changed(truth, X_u=0.0, X_uu=2.0)
     (found,) = assess(wild, [trial.recording.cut(0.0, 40.0)], 1.0)
     assert 0.1 <= max(horizon for horizon, _, _ in found.ahead) < 5.0
-    assert any("runs away" in note for note in found.notes)
+    (lost,) = of_kinds(found.findings, FindingKind.HORIZON_NOT_PREDICTED)
+    assert "runs away" in lost.values["reason"]
 
 
 def test_models_of_other_commands_are_not_compared(truth, trial, cse1_vehicle):  # noqa: F811

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Recordings of a boat that changed between them are told, and by what; those of one boat are not."""
 
-import re
 from dataclasses import replace
 
 import msgspec
 import pytest
 
+from seatrial.boat.findings import Finding, FindingKind, finding_text
+from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
@@ -14,11 +15,6 @@ from seatrial.simulation.trials import simulate
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
-CAUSES = {
-    "thrust": "did the battery fall",
-    "drag": "did the water change",
-    "thrust and drag": "did the payload change",
-}
 
 
 def plan_of(preset: str, seed: int, force: Unmodelled | None = None) -> PlanFile:
@@ -33,8 +29,8 @@ def recordings(plan, vehicle, names):
     return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), vehicle)]
 
 
-def notes_after(plan, vehicle, what: str, factor: float) -> list[str]:
-    """Notes on S1 to S3 together with S4 to S6 of a boat that has changed by a factor."""
+def findings_after(plan, vehicle, what: str, factor: float) -> tuple[Finding, ...]:
+    """Disagreements of S1 to S3 together with S4 to S6 of a boat that has changed by a factor."""
     changed = {
         name: value * factor if ("thrust" if name in THRUST else "drag") in what else value
         for name, value in plan.plant.coefficients.items()
@@ -44,37 +40,34 @@ def notes_after(plan, vehicle, what: str, factor: float) -> list[str]:
     before = recordings(plan, vehicle, ("S1", "S2", "S3"))
     after = recordings(other, vehicle, ("S4", "S5", "S6"))
     found = output_error([*before, *after], vehicle)
-    return [note for note in found.estimator.notes if "do not agree" in note]
+    return found.findings_of(*DISAGREEMENTS)
 
 
 @pytest.mark.parametrize(
     ("what", "factor"), [("thrust", 0.9), ("thrust and drag", 0.85), ("drag", 0.8)]
 )
 def test_a_boat_that_changed_between_recordings_is_told_with_what_changed(mp, what, factor):
-    (note,) = notes_after(plan_of("hard", 500), mp, what, factor)
-    assert note.startswith(f"the recordings do not agree: {what} in surge ")
-    assert [cause in note for cause in CAUSES.values()] == [what == other for other in CAUSES]
-    said = re.findall(r"((?:in \w+ \d+ %,? )+)less in (S\d)-MP than in (S\d)-MP", note)
-    shares = [each for axes, *_ in said for each in re.findall(r"in (\w+) (\d+) %", axes)]
-    assert sorted(axis for axis, _ in shares) == ["surge", "sway", "yaw"]
-    for _, less in shares:
-        assert float(less) == pytest.approx(100.0 * (1.0 - factor), abs=6.0)
-    for _, weaker, stronger in said:
-        assert weaker in ("S4", "S5", "S6")
-        assert stronger in ("S1", "S2", "S3")
+    found = findings_after(plan_of("hard", 500), mp, what, factor)
+    assert [finding.kind for finding in found] == [FindingKind.HOMOGENEITY] * 3
+    assert [finding.part("axis") for finding in found] == ["surge", "sway", "yaw"]
+    assert {finding.values["quantity"] for finding in found} == {what}
+    for finding in found:
+        assert finding.number("change") == pytest.approx(1.0 - factor, abs=0.06)
+        assert finding.part("lower") in ("S4-MP", "S5-MP", "S6-MP")
+        assert finding.part("higher") in ("S1-MP", "S2-MP", "S3-MP")
 
 
 def test_a_push_does_not_hide_it(mp):
-    (note,) = notes_after(plan_of("hard", 501, Unmodelled(0.04, 2.0)), mp, "thrust", 0.85)
-    assert "thrust in surge" in note
-    assert "payload" not in note
+    first, *others = findings_after(plan_of("hard", 501, Unmodelled(0.04, 2.0)), mp, "thrust", 0.85)
+    assert first.part("axis") == "surge"
+    assert {finding.values["quantity"] for finding in (first, *others)} == {"thrust"}
 
 
 @pytest.mark.parametrize("preset", ["paper-like", "hard"])
 @pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
 def test_recordings_of_one_boat_agree(mp, preset, force):
     for seed in (510, 511):
-        assert notes_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == []
+        assert findings_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == ()
 
 
 def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each():
@@ -84,13 +77,14 @@ def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each(
     vehicle, (light,) = driven(MIDDLE, chain, seed=11, white=2e-3, seconds=150, drives=1)
     _, (loaded,) = driven(heavy, chain, seed=12, white=2e-3, seconds=150, drives=1)
     found = output_error([light, replace(loaded, name="loaded")], vehicle)
-    (note,) = (n for n in found.estimator.notes if "do not agree" in n)
-    assert "thrust and drag" in note
-    assert CAUSES["thrust and drag"] in note
-    shares = {axis: float(share) for axis, share in re.findall(r"in (\w+) (\d+) %", note)}
-    expected = pytest.approx(100.0 * (1.0 - 1.0 / 1.3), abs=4.0)
+    told = found.findings_of(*DISAGREEMENTS)
+    shares = {finding.part("axis"): finding.number("change") for finding in told}
+    expected = pytest.approx(1.0 - 1.0 / 1.3, abs=0.04)
     assert shares == dict.fromkeys(("surge", "sway", "yaw"), expected)
-    assert f"less in loaded than in {light.name}" in note
+    for finding in told:
+        assert finding.values["quantity"] == "thrust and drag"
+        assert finding.subject[1:] == ("loaded", light.name)
+        assert "Possible cause: payload" in finding_text(finding)
 
 
 @pytest.mark.parametrize("hull", [MIDDLE, SMALL])
@@ -103,8 +97,7 @@ def test_a_clock_that_was_set_anew_is_told_with_how_much_and_is_no_payload(hull,
     told = odd.commands
     commands = Signal(told.names, told.stamps + round(late * 1e9), told.values)
     found = output_error([one, replace(odd, commands=commands), other], vehicle)
-    (note,) = (n for n in found.estimator.notes if "do not agree" in n)
-    seconds, later, earlier = re.search(r"act (.*) s later in (\w+) than in (\w+):", note).groups()
-    assert float(seconds) == pytest.approx(abs(late), abs=0.02)
-    assert (earlier if late > 0.0 else later) == odd.name
-    assert "payload" not in note
+    (finding,) = found.findings_of(*DISAGREEMENTS)
+    assert finding.kind is FindingKind.CLOCK_HOMOGENEITY
+    assert finding.number("delay") == pytest.approx(abs(late), abs=0.02)
+    assert finding.part("earlier" if late > 0.0 else "later") == odd.name

@@ -45,7 +45,7 @@ def test_bad_boats_are_one_clear_line(cse1_vehicle):
     falls = boat(square, [ChainGroup(table=[(-1, -1), (0, 0), (0.5, 1.2), (1, 1)])])
     with pytest.raises(AllocationError, match="can't be inverted"):
         seatrial.Allocator(falls)
-    with pytest.raises(VehicleError, match="can't push in surge, sway and yaw independently"):
+    with pytest.raises(VehicleError, match="can't actuate surge, sway and yaw independently"):
         seatrial.Allocator(boat([(x, 0, 0) for x in (-0.2, 0, 0.2)]))
     with pytest.raises(AllocationError, match="give thrusters, or a model"):
         seatrial.Allocator(cse1_vehicle)

@@ -9,10 +9,14 @@ from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
 from seatrial.identification.likelihood import noise_structures as subject
-from seatrial.identification.likelihood.noise_structures import WORTH, anew, exchanged
-from seatrial.identification.likelihood.optimiser import Point, search
-from seatrial.identification.likelihood.start_noise import all_coloured, first_noise
-from seatrial.identification.likelihood.whiteness import white
+from seatrial.identification.likelihood.noise_structures import (
+    NOISE_SWITCH_GAIN,
+    disturbance_for_walk,
+    multi_start,
+)
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.start_noise import gauss_markov_for_white, noise_from_poses
+from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
@@ -67,8 +71,8 @@ def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
     problem = found.problem
     truth = found.theta.copy()
     truth[list(problem.free)] = true_parameters(load_plan("hard"), found.names)
-    best = search(problem, truth, AS_DRIVEN)
-    assert found.passes.cost < best.passes.cost + WORTH
+    best = maximise_likelihood(problem, truth, AS_DRIVEN)
+    assert found.runs.cost < best.runs.cost + NOISE_SWITCH_GAIN
 
 
 def test_a_push_that_comes_and_goes_is_not_taken_for_a_random_walk():
@@ -103,7 +107,10 @@ def test_where_errors_drift_the_search_begins_with_all_of_them_hanging_together(
     driven[[4, 5]] = push
     there = found.theta.copy()
     there[list(found.problem.free)] = truth
-    assert found.passes.cost < search(found.problem, there, driven).passes.cost + WORTH
+    assert (
+        found.runs.cost
+        < maximise_likelihood(found.problem, there, driven).runs.cost + NOISE_SWITCH_GAIN
+    )
     process = found.model().noise.process
     assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(push, rel=0.2)
     assert process.walk_linear < 1e-3
@@ -136,17 +143,17 @@ def test_where_nothing_tells_of_a_corner_only_the_pushes_frame_is_asked(found, m
         raise IdentificationError("not likelier")
 
     monkeypatch.setattr(subject, "descend", note)
-    at = Point(found.theta, found.noise, found.passes)
-    assert white(at)
-    assert not at.passes.problem.earth_fixed
-    assert anew(at, found.theta) is at
+    at = Point(found.theta, found.noise, found.runs)
+    assert is_white(at)
+    assert not at.runs.problem.earth_fixed
+    assert multi_start(at, found.theta) is at
     assert asked == [True]
 
 
 def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():
     """Both added up in small steps, over a time long beside the disturbance's memory."""
     noise = np.array([*NOISE_LEAST[:2], 8e-3, 1e-9, 1e-9, 1e-9, 2.0, *NOISE_LEAST[7:]])
-    other = exchanged(noise, 2, 4)
+    other = disturbance_for_walk(noise, 2, 4)
     assert other[2] == NOISE_LEAST[2]
     dt, n, memory = 0.05, 8000, other[6]
     rng = np.random.default_rng(8)
@@ -162,14 +169,14 @@ def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():
 
 def test_a_walk_that_has_a_disturbance_beside_it_stays_and_so_does_an_idle_one():
     noise = np.array([1e-3, 1e-3, 8e-3, 1e-6, 7e-3, 1e-9, 2.0, *NOISE_LEAST[7:]])
-    assert exchanged(noise, 2, 4) is None
-    assert exchanged(noise, 3, 5) is None
+    assert disturbance_for_walk(noise, 2, 4) is None
+    assert disturbance_for_walk(noise, 3, 5) is None
 
 
 def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found):
     """The poses have no white noise; differences alone take it for a third of its size."""
     recordings = found.problem.recordings
-    assert np.all(first_noise(recordings)[:2] < 0.5 * SIGMA)
-    noise = all_coloured(recordings)
+    assert np.all(noise_from_poses(recordings)[:2] < 0.5 * SIGMA)
+    noise = gauss_markov_for_white(recordings)
     assert noise[[7, 8]] == pytest.approx([SIGMA, SIGMA], rel=0.05)
     assert noise[9] == CORRELATION

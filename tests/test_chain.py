@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import seatrial
 from seatrial import _core
+from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.model import load, save, thrust_trace
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle, vehicle_from
@@ -184,16 +185,17 @@ def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_ve
 def test_a_scales_power_is_taken_as_2_where_the_signal_hardly_changes(cse1, cse1_vehicle):
     open_power = ship(cse1_vehicle)
     assert "scale_power.propellers" in open_power.estimated
-    whole, notes = staged(open_power, [cse1["random_run1"], cse1["random_run3"]])
+    whole, findings = staged(open_power, [cse1["random_run1"], cse1["random_run3"]])
     assert "scale_power.propellers" not in whole.estimated
     constants = dict(zip(whole.constants.names, whole.constants.values, strict=True))
     assert constants["scale_power.propellers"] == 2.0
-    assert any("propeller_speed hardly changes" in note for note in notes)
+    names = "scale_power.propellers", "propeller_speed"
+    assert finding_of(FindingKind.SCALE_POWER_HELD, *names, power=2.0) in findings
     assert np.ptp(cse1["run1"].scales.values) > 0.1  # before there was a command
     assert "scale_power.propellers" not in staged(open_power, [cse1["run1"]])[0].estimated
-    whole, notes = staged(open_power, [cse1["random_run1"], cse1["run1"]])
+    whole, findings = staged(open_power, [cse1["random_run1"], cse1["run1"]])
     assert "scale_power.propellers" in whole.estimated
-    assert not any("propeller_speed" in note for note in notes)
+    assert not of_kinds(findings, FindingKind.SCALE_POWER_HELD)
 
 
 def test_the_real_propellers_bollard_pulls_have_a_pairs_shape():
@@ -288,7 +290,9 @@ def wrenches(axes, *groups):
 )
 def test_what_tells_full_forward_from_reverse_is_not_turned_around_with_the_axes(group, stage):
     """F_v of a forward-right-down file is turned when it is read: its reverse would be taken for forward."""
-    with pytest.raises(VehicleError, match=f"chain: {stage} tells .*F_v count the other way"):
+    with pytest.raises(
+        VehicleError, match=f"chain: {stage} distinguishes .*F_v have the opposite sign"
+    ):
         wrenches("forward-right-down", {"actuators": ["F_v"], **group})
     wrenches("forward-right-down", {"actuators": ["F_u"], **group})
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.inspection.consistency import check_signs
-from seatrial.inspection.consistency.findings import Wrong
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.recording import Signal
 
 
@@ -20,11 +20,11 @@ def late(recording, offset):
 @pytest.mark.parametrize("names", [("S1", "S2", "S3"), ("S7",)])
 def test_another_clock_is_named_and_signs_are_seen_all_the_same(mp, paper_mp, offset, names):
     recordings = [paper_mp[name].recording for name in names]
-    usual = check_signs(recordings, mp)
+    usual = check_consistency(recordings, mp)
     assert usual.findings == ()
-    report = check_signs([late(r, offset) for r in recordings], mp)
+    report = check_consistency([late(r, offset) for r in recordings], mp)
     (finding,) = report.findings
-    assert finding.kind is Wrong.CLOCK
+    assert finding.kind is InconsistencyKind.CLOCK
     said = float(finding.text.split()[3])
     side = "before" if offset > 0 else "after"
     assert (
@@ -38,4 +38,8 @@ def test_another_clock_is_named_and_signs_are_seen_all_the_same(mp, paper_mp, of
 @pytest.mark.parametrize("name", ["random_run1", "random_run3", "run1"])
 def test_a_real_ship_has_one_clock(cse1, cse1_vehicle, name):
     (recording,) = [r for n, r in cse1.items() if n.endswith(name)][:1]
-    assert not [f for f in check_signs([recording], cse1_vehicle).findings if f.kind is Wrong.CLOCK]
+    assert not [
+        f
+        for f in check_consistency([recording], cse1_vehicle).findings
+        if f.kind is InconsistencyKind.CLOCK
+    ]

@@ -11,7 +11,8 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 import seatrial
-from seatrial.boat.model import AT_BOUND, load, save
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.model import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
@@ -210,8 +211,8 @@ def test_a_factor_that_no_mass_makes_is_another_boat(factor):
 
 def test_what_ended_at_a_bound_is_not_tested(mp):
     a, b = estimated(mp, TRUTH), estimated(mp, TRUTH | {"X_uu": 0.0})
-    notes = [f"X_uu: 0 {AT_BOUND}"]
-    b = replace(b, estimator=msgspec.structs.replace(b.estimator, notes=notes))
+    ended = [finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)]
+    b = replace(b, estimator=msgspec.structs.replace(b.estimator, findings=ended))
     found = compare(a, b)
     assert "X_uu" not in [pair.name for pair in found.pairs]
     assert found.joint is not None

@@ -10,7 +10,7 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 from seatrial import _core
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
 from seatrial.evaluation.comparison import compare
 from seatrial.evaluation.comparison.console import comparison_text
@@ -93,7 +93,8 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
 def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
     a = b = estimated(mp, np.random.default_rng(1), 0.02)
     said = np.array([0.0 if name == "X_uu" else 1.0 for name in a.values])
-    entry = EstimatorEntry("output-error", notes=[f"X_uu: 0 {AT_BOUND}"])
+    ended = finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)
+    entry = EstimatorEntry("output-error", findings=[ended])
     a = replace(
         a, coefficients=np.where(said > 0, a.coefficients, 0.0), covariance=a.covariance * np.outer(said, said),
         estimator=entry,
@@ -132,7 +133,7 @@ def test_an_axis_that_both_predict_exactly_is_no_change(mp):
     values = np.zeros((len(begin), 3))
     values[:, 0] = np.sign(np.sin(0.4 * begin)) * (1.0 + (begin > 60.0)) / 2.0
     none = np.zeros((0, 0))
-    trace = _core.Trace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
+    trace = _core.ThrustTrace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
     t = np.arange(0.0, 119.0, 0.1)
     states = np.asarray(_core.simulate(a.boat, trace, np.zeros(6), t)[0])
     commands = Signal(mp.inputs, np.rint(1e9 * begin).astype(np.int64), values)

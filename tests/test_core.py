@@ -159,7 +159,7 @@ def test_sensitivities_equal_finite_differences(mp, scheme):
         trace = thrust_trace(
             vehicle, p[17:], record, initial=True, coefficients=range(11), tangents=range(len(q))
         )
-        return _core.simulate(boat, trace, p[:6], record.t[10:60], tangents=tangents)
+        return _core.simulate(boat, trace, p[:6], record.t[10:60], sensitivities=tangents)
 
     p = np.concatenate([x0, values, q])
     states, slopes = run(p, tangents=True)
@@ -291,7 +291,7 @@ def test_a_plant_refuses_commands_from_the_past(model):
         lambda m, r: _core.regressors(
             m.structure.compiled, np.zeros((2, 3)), np.zeros((3, 3)), np.zeros((2, 3))
         ),
-        lambda m, r: _core.Trace(
+        lambda m, r: _core.ThrustTrace(
             m.vehicle.chain, np.zeros(1), r.t, np.zeros((len(r.t), 3)), r.t, np.zeros((0, 0))
         ),
         lambda m, r: _core.curve(m.vehicle.chain, m.constants, 9, np.zeros(1)),

@@ -14,6 +14,7 @@ from conftest import CSE1, ROOT
 from test_docs import plain
 
 import seatrial
+from seatrial.boat.findings import FindingKind
 from seatrial.commands.cli import main
 from seatrial.demo import bundled_data
 
@@ -104,7 +105,7 @@ def test_the_default_method_finds_propellers_as_pairs_and_predicts_the_run_it_ha
     assert found["pair_dead_zone.propellers"] == pytest.approx(0.25, abs=0.08)
     for group in ("surge", "sway", "bow"):
         assert 0.1 < found[f"latency.{group}"] + found["lag"] < 0.5
-    assert any("not quite right" in note for note in model.estimator.notes)
+    assert model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
 def test_the_simulated_boats_x_uu_are_the_documents(demo):

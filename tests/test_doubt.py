@@ -54,7 +54,7 @@ def spread_by_slopes(known, covariance, scale=None):
     n, k = len(known.coefficients), len(known.constants)
     scales = (np.zeros(0), np.zeros((0, 0))) if scale is None else scale
     args = (*sticks(len(known.vehicle.inputs)), *scales, False, list(range(n)), list(range(k)))
-    trace = _core.Trace(known.vehicle.chain, known.constants, *args)
+    trace = _core.ThrustTrace(known.vehicle.chain, known.constants, *args)
     t = np.arange(0.0, LENGTH, LOOK)
     _, slope = _core.simulate(known.boat, trace, np.zeros(6), t, True)
     s = slope[:, :, -(n + k) :]
@@ -250,7 +250,7 @@ def test_the_doubt_gives_the_velocity_the_error_that_other_parameters_give_it(va
             vague, coefficients=vague.coefficients + off[:n], constants=vague.constants + off[n:]
         )
         args = (np.zeros(0), np.zeros((0, 0)), False, [], [])
-        trace = _core.Trace(other.vehicle.chain, other.constants, stamps, rows, *args)
+        trace = _core.ThrustTrace(other.vehicle.chain, other.constants, stamps, rows, *args)
         return _core.simulate(other.boat, trace, np.zeros(6), t)[0][:, 3:]
 
     own = velocity(0.0 * drawn[0])

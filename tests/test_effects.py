@@ -13,14 +13,16 @@ from test_model import frd
 
 import seatrial
 from seatrial import _core
-from seatrial.boat.model import LEVER_ERRORS, load, save
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.model import load, save
 from seatrial.boat.noise_parameters import folded, noise_entry
 from seatrial.evaluation.comparison import drive_of
 from seatrial.identification.console import plus_minus, summary
+from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
-from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.solution import with_lever
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.recording.recording import Signal, make_recording
@@ -74,7 +76,7 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     first = model.recordings[0]
     assert set(first.effects) == set(first.errors) == {"current_x", "current_y"}
     said = summary(model)
-    assert "standard errors of the lever arm: " in said
+    assert "lever arm: standard errors are " in said
     error = found.errors[f"current_x.{first.name}"]
     assert f"current_x {plus_minus(first.effects['current_x'], error)}, current_y" in said
     assert "(z up, as in the model file: y to the left of x" in said
@@ -85,9 +87,9 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     # a vehicle file without a lever does not put the measured point at the origin
     assert model.with_vehicle(vehicle).vehicle.same_origin(model.vehicle)
     errors = model.lever_errors
-    assert errors == pytest.approx([found.errors["lever_x"], found.errors["lever_y"]], rel=0.05)
-    unsure = [f"{LEVER_ERRORS}: 1.0e-02 m ahead, 1.0e-02 m aside"]
-    unsure = replace(model, estimator=msgspec.structs.replace(model.estimator, notes=unsure))
+    assert errors == pytest.approx([found.errors["lever_x"], found.errors["lever_y"]], rel=1e-9)
+    unsure = [finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=0.01, aside=0.01)]
+    unsure = replace(model, estimator=msgspec.structs.replace(model.estimator, findings=unsure))
     assert unsure.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
     assert not model.same_origin(replace(model, vehicle=with_lever(model.vehicle, 0.02, 0.0)))
     nearly = replace(model, vehicle=with_lever(model.vehicle, 3e-5, 0.0))
@@ -96,7 +98,7 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
     ]
     assert ways[0] == ways[1] == [ways[0][0]] * 2
     assert ways[0][0][0] == pytest.approx(model.vehicle.lever[0] + 1.5e-5, abs=1e-7)
-    given = replace(nearly, estimator=msgspec.structs.replace(model.estimator, notes=[]))
+    given = replace(nearly, estimator=msgspec.structs.replace(model.estimator, findings=[]))
     assert (
         drive_of(model, given)[0].vehicle.lever == nearly.vehicle.lever
     )  # how well it is known counts
@@ -110,7 +112,7 @@ def test_a_file_whose_lever_arm_was_corrected_does_not_bring_it_back(known, axes
     """`validate --vehicle V` with the file that the model was identified with; another sensor's is its own."""
     _, vehicle, recordings = known
     told = (frd(vehicle) if axes is Axes.FRD else vehicle).with_lever((0.15, 0.05))
-    read = [of_origin(r, np.array([0.15, 0.05]) - LEVER) for r in recordings]
+    read = [poses_of_origin(r, np.array([0.15, 0.05]) - LEVER) for r in recordings]
     model = output_error(read, told, settings=OutputErrorSettings(effects=("lever",)))
     np.testing.assert_allclose(model.vehicle.lever, LEVER, atol=0.005)
     save(model, tmp_path / "model.yaml")
@@ -184,7 +186,7 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
     )
     begin = np.arange(len(values)) / 20.0
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     dt = 0.002
@@ -233,7 +235,7 @@ def test_wind_is_found_where_the_boat_turns_between_poses():
         max(process.disturbance_linear, process.walk_linear) < 1e-4
     )  # nothing but the wind pushed it
     # the noise that a filter is to believe is that of a filter that knows of the wind
-    plain = plain_noise(Point(found.theta, found.noise, found.passes), found.noise)
+    plain = likelihood_noise(Point(found.theta, found.noise, found.runs), found.noise)
     assert plain[0] == pytest.approx(2e-3, rel=0.1)
 
 
@@ -248,16 +250,21 @@ def test_errors_that_hang_together_for_less_than_a_pose_are_white():
 def test_a_lever_arms_search_that_begins_far_off_ends_no_elsewhere(known, monkeypatch):
     """The other begins at the solution without one; the likelier is kept."""
     _, vehicle, recordings = known
-    moved = [of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
+    moved = [poses_of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
     settings = OutputErrorSettings(effects=("lever",))
     usual = fit(moved, vehicle, settings=settings)
     module = sys.modules[
         "seatrial.identification.estimator"
     ]  # the package has a function of its name
-    monkeypatch.setattr(module, "first_lever", lambda *_: FAR)
+    monkeypatch.setattr(module, "lever_from_poses", lambda *_: FAR)
     found = fit(moved, vehicle, settings=settings)
     for name in usual.names:
         k, free = usual.names.index(name), found.problem.free
         off = found.theta[free[found.names.index(name)]] - usual.theta[usual.problem.free[k]]
         assert abs(off) < 0.3 * np.sqrt(usual.covariance[k, k]), name
-    assert {n for n in found.notes if "lever" in n} == {n for n in usual.notes if "lever" in n}
+    levers = {"lever_x", "lever_y"}
+    ended, usually = (
+        {f for f in each.findings if set(f.subject) & levers or f.kind in EFFECTS_FOUND}
+        for each in (found, usual)
+    )
+    assert ended == usually

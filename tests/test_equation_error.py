@@ -12,7 +12,7 @@ import seatrial
 from seatrial import _core
 from seatrial.identification.methods import METHODS, EquationErrorSettings, identify
 from seatrial.identification.regression.equation_error import equation_error
-from seatrial.identification.regression.least_squares import solve
+from seatrial.identification.regression.least_squares import solve_least_squares
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.recording.velocity import Motion
@@ -148,7 +148,7 @@ def test_the_covariance_equals_the_spread_over_many_noises():
     B = rng.normal(size=(4000, 3)) @ np.array([[1, 0.5, 0], [0, 1, 0.2], [0, 0, 1]])
     theta, sigma = np.array([1.0, -2.0, 0.5]), 0.3
     fits = [
-        solve(B, B @ theta + sigma * rng.normal(size=4000), ["a", "b", "c"], "x", 10)
+        solve_least_squares(B, B @ theta + sigma * rng.normal(size=4000), ["a", "b", "c"], "x", 10)
         for _ in range(300)
     ]
     spread = np.std([f.theta for f in fits], axis=0)
@@ -164,7 +164,9 @@ def test_correlated_residuals_widen_the_intervals():
     B = np.repeat(rng.normal(size=(n // 30, 1)), 30, axis=0)
     kernel = np.ones(10) / np.sqrt(10)
     fits = [
-        solve(B, B[:, 0] + np.convolve(rng.normal(size=n + 9), kernel, "valid"), ["a"], "x", 20)
+        solve_least_squares(
+            B, B[:, 0] + np.convolve(rng.normal(size=n + 9), kernel, "valid"), ["a"], "x", 20
+        )
         for _ in range(runs)
     ]
     spread = np.std([f.theta[0] for f in fits])
@@ -179,9 +181,9 @@ def test_the_end_of_one_recording_does_not_hang_together_with_the_next_one_s_beg
     rng = np.random.default_rng(2)
     B, noise = np.ones((120, 1)), np.cumsum(rng.normal(size=120))
     swap = np.r_[np.arange(40, 120), np.arange(40)]
-    a = solve(B, noise, ["a"], "x", 30, rows=[40, 80])
-    b = solve(B[swap], noise[swap], ["a"], "x", 30, rows=[80, 40])
-    one = solve(B, noise, ["a"], "x", 30)
+    a = solve_least_squares(B, noise, ["a"], "x", 30, rows=[40, 80])
+    b = solve_least_squares(B[swap], noise[swap], ["a"], "x", 30, rows=[80, 40])
+    one = solve_least_squares(B, noise, ["a"], "x", 30)
     assert a.covariance == pytest.approx(b.covariance, rel=1e-9)
     assert a.covariance != pytest.approx(one.covariance, rel=1e-3)
 
@@ -234,7 +236,7 @@ def test_what_can_not_be_told_apart_is_named():
     rng = np.random.default_rng(0)
     x = rng.normal(size=(500, 1))
     with pytest.raises(IdentificationError, match="X_a, X_b can't be told apart"):
-        solve(
+        solve_least_squares(
             np.hstack([x, 2 * x, rng.normal(size=(500, 1))]),
             x[:, 0],
             ["X_a", "X_b", "X_c"],
@@ -242,9 +244,9 @@ def test_what_can_not_be_told_apart_is_named():
             5,
         )
     with pytest.raises(IdentificationError, match="X_b can't be found"):
-        solve(np.hstack([x, 0 * x]), x[:, 0], ["X_a", "X_b"], "here", 5)
+        solve_least_squares(np.hstack([x, 0 * x]), x[:, 0], ["X_a", "X_b"], "here", 5)
     with pytest.raises(IdentificationError, match="10 usable samples"):
-        solve(x[:10], x[:10, 0], ["X_a"], "here", 5)
+        solve_least_squares(x[:10], x[:10, 0], ["X_a"], "here", 5)
 
 
 def test_one_coefficient_of_two_axes_is_refused(mp, clean_mp):

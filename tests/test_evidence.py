@@ -10,16 +10,17 @@ import pytest
 import survey_boat
 
 import seatrial
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.on_request import evidence, profile_text
+from seatrial.identification.methods import identify_with_fit
+from seatrial.identification.on_request import accuracy_tables, profile_text
 from seatrial.identification.uncertainty import profile as profile_module
 from seatrial.identification.uncertainty import record_length as minutes_module
 from seatrial.identification.uncertainty.bootstrap import bootstrap, intervals
-from seatrial.identification.uncertainty.covariance import at_bounds, sandwich
+from seatrial.identification.uncertainty.covariance import at_bounds, sandwich_covariance
 from seatrial.identification.uncertainty.profile import profile
-from seatrial.identification.uncertainty.record_length import minutes, minutes_text
+from seatrial.identification.uncertainty.record_length import accuracy_by_length, record_length_text
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
@@ -78,11 +79,11 @@ def test_variances_of_a_tied_constant_are_large_and_those_of_others_as_without_i
     def covariance(scores):
         p = scores.shape[1]
         problem = SimpleNamespace(
-            prior=None, free=tuple(range(p)), size=3, bounds=(np.full(p, -9.0), np.full(p, 9.0)),
+            prior=None, free=tuple(range(p)), n_coefficients=3, bounds=(np.full(p, -9.0), np.full(p, 9.0)),
             names=tuple("abcd"[:p]),
         )  # fmt: skip
-        passes = SimpleNamespace(problem=problem, scores=scores, information=scores.T @ scores)
-        return sandwich(SimpleNamespace(theta=np.zeros(p), passes=passes))
+        runs = SimpleNamespace(problem=problem, scores=scores, information=scores.T @ scores)
+        return sandwich_covariance(SimpleNamespace(theta=np.zeros(p), runs=runs))
 
     alone, both = covariance(scores), covariance(tied)
     np.testing.assert_allclose(both[:2, :2], alone[:2, :2], rtol=0.1)  # other shares of the scatter
@@ -97,7 +98,7 @@ def test_minutes_are_not_said_of_what_ended_at_a_bound(whole, monkeypatch):
     names = list(whole.names)
     lag = np.array([name == "lag" for name in names])
     monkeypatch.setattr(minutes_module, "at_bounds", lambda _: lag)
-    found = minutes(replace(whole, covariance=np.where(lag, 0.0, whole.covariance)))
+    found = accuracy_by_length(replace(whole, covariance=np.where(lag, 0.0, whole.covariance)))
     assert found.names == tuple(name for name in names if name != "lag")
     own = np.sqrt(np.diag(whole.covariance))[~lag]
     np.testing.assert_allclose(found.errors[-1], own, rtol=1e-9)
@@ -155,7 +156,7 @@ def without_lag(seed):
 
 
 def at_bound(found):
-    held = at_bounds(Point(found.theta, found.noise, found.passes))
+    held = at_bounds(Point(found.theta, found.noise, found.runs))
     return [name for name, there in zip(found.names, held, strict=True) if there]
 
 
@@ -177,18 +178,18 @@ def test_what_ended_a_rounding_off_its_bound_is_at_it(quick):
         theta = found.theta.copy()
         lag = found.problem.free[found.names.index("lag")]
         theta[lag] = np.nextafter(theta[lag], np.inf)
-        beside = sandwich(Point(theta, found.noise, found.passes))
-        there = sandwich(Point(found.theta, found.noise, found.passes))
+        beside = sandwich_covariance(Point(theta, found.noise, found.runs))
+        there = sandwich_covariance(Point(found.theta, found.noise, found.runs))
         np.testing.assert_allclose(beside, there, rtol=1e-6, atol=1e-15)
 
 
 def test_the_note_of_a_bound_names_the_bound(quick):
     """What ended a ten-thousandth of its range off counts as at it, too."""
     assert quick
-    said = [note for found in quick for note in found.notes if note.endswith(AT_BOUND)]
-    assert f"lag: 0.002 {AT_BOUND}" in said
-    limits = {f"{end:g}" for found in quick for ends in found.problem.bounds for end in ends}
-    assert {note.rpartition(": ")[2].split()[0] for note in said} <= limits
+    ended = [f for found in quick for f in of_kinds(found.findings, FindingKind.AT_BOUND)]
+    assert finding_of(FindingKind.AT_BOUND, "lag", bound=0.002) in ended
+    limits = {end for found in quick for ends in found.problem.bounds for end in ends}
+    assert {finding.number("bound") for finding in ended} <= limits
 
 
 def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):
@@ -202,48 +203,55 @@ def test_a_profile_of_what_ended_at_its_bound_goes_from_there(quick):
 
 def test_accuracy_against_length_is_that_of_a_shorter_recording(boat, whole):
     """After half of it: as the information of that half alone, searched anew, has it."""
-    found = minutes(whole)
+    found = accuracy_by_length(whole)
     half = boat[1].cut(None, boat[1].duration / 2)
     alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, extras=False))
     assert alone.names == found.names
     np.testing.assert_allclose(found.errors[-1], np.sqrt(np.diag(whole.covariance)), rtol=1e-6)
-    excess = found.errors[-1] / np.sqrt(np.diag(np.linalg.inv(whole.passes.information)))
-    shorter = np.sqrt(np.diag(np.linalg.inv(alone.passes.information)))
+    excess = found.errors[-1] / np.sqrt(np.diag(np.linalg.inv(whole.runs.information)))
+    shorter = np.sqrt(np.diag(np.linalg.inv(alone.runs.information)))
     np.testing.assert_allclose(found.errors[1] / excess, shorter, rtol=0.35)
     assert (np.diff(found.errors, axis=0) < 0).all()
 
 
 def test_with_one_recording_half_the_error_takes_three_times_as_long_more(whole):
-    found = minutes(whole)
+    found = accuracy_by_length(whole)
     np.testing.assert_allclose(found.more[0], 3 * found.lengths[-1], rtol=1e-3)
-    text = minutes_text(found)
+    text = record_length_text(found)
     assert all(name in text for name in found.names)
     assert text.count("12.0 min like these") == len(found.names)
 
 
-def test_the_tables_that_identify_shows_on_request(boat, whole):
-    vehicle, recording = boat
-    text = evidence(whole.model(), [recording], vehicle, profiled=["lag"], lengths=True)
+def test_the_tables_that_identify_shows_on_request(whole):
+    text = accuracy_tables(whole, profiled=["lag"], lengths=True)
     assert text.splitlines()[0].split()[:3] == ["standard", "error", "after"]
     assert "profile likelihood" in text
 
 
-def test_the_last_column_of_the_minutes_is_what_the_model_states(boat, whole):
-    vehicle, recording = boat
-    model = whole.model()
-    wider = replace(model, covariance=1.44 * model.covariance)  # as other choices may find it
-    lines = evidence(wider, [recording], vehicle, lengths=True).splitlines()[1:]
+def test_the_last_column_of_the_minutes_is_what_the_model_states(whole):
+    wider = replace(whole, covariance=1.44 * whole.covariance)  # as other choices may find it
+    lines = accuracy_tables(wider, lengths=True).splitlines()[1:]
     shown = {line.split()[0]: float(line.split()[4]) for line in lines}
-    assert shown == {n: pytest.approx(wider.standard_errors[n], rel=0.05) for n in whole.names}
+    assert shown == {n: pytest.approx(wider.errors[n], rel=0.05) for n in whole.names}
 
 
 def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
     vehicle, recording = boat
-    model = whole.model()
-    with pytest.raises(IdentificationError, match="--profile X_q: sought were X_u, "):
-        evidence(model, [recording], vehicle, profiled=["X_q"])
+    with pytest.raises(
+        IdentificationError, match="--profile X_q: not an estimated parameter; estimated are X_u, "
+    ):
+        accuracy_tables(whole, profiled=["X_q"])
     with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 40"):
-        evidence(model, [recording], vehicle, replicates=5)
-    paper = seatrial.identify([recording], vehicle, method="equation-error")
-    with pytest.raises(IdentificationError, match="belong to output-error, not to equation-error"):
-        evidence(paper, [recording], vehicle, lengths=True)
+        accuracy_tables(whole, replicates=5)
+    _, none = identify_with_fit([recording], vehicle, method="equation-error")
+    with pytest.raises(IdentificationError, match="belong to output-error; add --method"):
+        accuracy_tables(none, lengths=True)
+
+
+def test_the_solution_is_the_one_that_the_model_came_from(boat):
+    """Nothing is searched again: its numbers are the model's to the last digit."""
+    vehicle, recording = boat
+    model, solution = identify_with_fit([recording], vehicle)
+    assert solution is not None
+    np.testing.assert_array_equal(solution.model().coefficients, model.coefficients)
+    np.testing.assert_array_equal(solution.model().covariance, model.covariance)

@@ -41,7 +41,7 @@ def test_accelerations_are_the_cores(name):
 
 def one_core_step(model, x, force, dt):
     n = len(force)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(n), np.zeros(0), np.zeros(1), force[None], np.zeros(0), np.zeros((0, 0)), True
     )
     code_of_runge_kutta = 0

@@ -74,7 +74,7 @@ def test_a_boat_built_from_the_json_alone_moves_along_s7_as_the_model_does(tmp_p
     else:
         commands = own.commands
     scale_t = own.t if said["scales"] else np.zeros(0)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         chain, constants, own.t, np.ascontiguousarray(commands), scale_t, own.scales[: len(scale_t)]
     )
     states, _ = _core.simulate(core, trace, np.zeros(6), own.t)

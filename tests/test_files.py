@@ -58,7 +58,7 @@ def test_a_tab_is_called_a_tab(tmp_path):
 
 @pytest.mark.parametrize(
     ("loader", "kind"),
-    [(load_vehicle, "vehicle 1"), (load_plan, "plan 1"), (seatrial.load, "model 2")],
+    [(load_vehicle, "vehicle 1"), (load_plan, "plan 1"), (seatrial.load, "model 3")],
 )
 def test_one_kind_of_file_given_for_another_says_what_it_is(tmp_path, loader, kind):
     (tmp_path / "a.yaml").write_text("seatrial: cake 1\n")

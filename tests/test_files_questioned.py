@@ -52,7 +52,7 @@ def test_angles_in_degrees_are_not(angles):
 )
 def test_a_command_that_passes_full_one_way_only_has_another_neutral(least, most, asked):
     said = beyond_full("F_u", least, most)
-    assert [s for s in said if "is offset the neutral one?" in s] == said
+    assert [s for s in said if "check that offset is the neutral value" in s] == said
     assert bool(said) is asked
 
 

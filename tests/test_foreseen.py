@@ -9,6 +9,7 @@ import pytest
 from conftest import TABLE_II, make_model
 from scipy.linalg import expm
 
+from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.expected_error import pushed, unsure
@@ -19,6 +20,8 @@ from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 
 FORCE = Unmodelled(share=0.04, correlation=2.0)
+
+BEYOND = FindingKind.EXCEEDS_EXPECTED_ERROR
 
 
 def plan_of(force: Unmodelled | None = FORCE, trial: str = "S7", seed: int = 5) -> PlanFile:
@@ -107,7 +110,7 @@ def test_a_model_that_is_right_scores_what_it_foresees(drive):
             assert score.rms == pytest.approx(score.foreseen, rel=0.1), (found.horizon, symbol)
     last = row.horizons[-1].scores
     assert all(score.rms > 1.4 * score.floor for score in last.values())
-    assert not any("foresees" in note for note in row.notes)
+    assert not of_kinds(row.findings, BEYOND)
 
 
 def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
@@ -116,10 +119,11 @@ def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     heavy = {**plan.plant.coefficients, "X_F": 0.7 * plan.plant.coefficients["X_F"]}
     plant = msgspec.structs.replace(plan.plant, coefficients=heavy)
     (trial,) = simulate(msgspec.structs.replace(plan, plant=plant), af)
-    (note,) = [n for n in validate(model, [trial.recording]).recordings[0].notes if "foresees" in n]
-    assert "in surge " in note
-    assert "in yaw" not in note
-    assert "payload" in note
+    found = of_kinds(validate(model, [trial.recording]).recordings[0].findings, BEYOND)
+    axes = [finding.part("axis") for finding in found]
+    assert "surge" in axes
+    assert "yaw" not in axes
+    assert {finding.values["cause"] for finding in found} == {"change"}
 
 
 def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
@@ -127,13 +131,12 @@ def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
     plan = plan_of(Unmodelled(share=0.15, correlation=2.0))
     (trial,) = simulate(plan, af)
     model, recording = believing(plant_model(plan, af), plan, true_process(plan)), trial.recording
-    assert not any("foresees" in n for n in validate(model, [recording]).recordings[0].notes)
+    assert not of_kinds(validate(model, [recording]).recordings[0].findings, BEYOND)
     swing = 0.004 * np.sin(2.0 * np.pi * recording.t[:, None] + np.array([0.0, 1.0, 2.0]))
     shaken = replace(recording, eta=recording.eta + swing * [1.0, 1.0, 0.0])
-    (note,) = [n for n in validate(model, [shaken]).recordings[0].notes if "foresees" in n]
-    assert "their errors are not as stated" in note
-    assert "payload" not in note
-    assert "in yaw" not in note
+    found = of_kinds(validate(model, [shaken]).recordings[0].findings, BEYOND)
+    assert {finding.values["cause"] for finding in found} == {"pose noise"}
+    assert "yaw" not in [finding.part("axis") for finding in found]
 
 
 def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af):
@@ -182,7 +185,7 @@ def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boa
     (trial,) = simulate(plan, af)
     model = believing(plant_model(plan, af), plan, true_process(plan))
     (scores,) = validate(model, [trial.recording]).recordings
-    assert not [note for note in scores.notes if "foresees" in note]
+    assert not of_kinds(scores.findings, BEYOND)
 
 
 @pytest.mark.parametrize(
@@ -196,5 +199,5 @@ def test_of_errors_that_filter_and_reference_share_no_word_is_said(drive, start,
         symbol: replace(score, rms=3.0 * score.rms, rms_interval=(2.9 * score.rms, 3.1 * score.rms))
         for symbol, score in last.scores.items()
     }
-    words = unforeseen([replace(last, start=start, steps=steps, scores=far)], False)
-    assert (words is not None) == said
+    found = unforeseen([replace(last, start=start, steps=steps, scores=far)], False)
+    assert bool(found) == said

@@ -33,7 +33,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
     assert [e.words.split()[0] for e in found] == ["reverse", "power"]
     settings = OutputErrorSettings()
     together = problem_of(found[0].probe, vehicle, recordings, settings)
-    shared = together.passes(parameters(together), NOISE)
+    shared = together.run_filter(parameters(together), NOISE)
     places = {
         together.names[i]: k for k, i in enumerate(together.free) if together.names[i] not in whole.constants.names
     }  # fmt: skip
@@ -41,7 +41,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
         found, ("reverse_ratio", "power"), ("power", "reverse_ratio"), strict=True
     ):
         alone = problem_of(extra.vehicle, vehicle, recordings, settings)
-        own = alone.passes(parameters(alone), NOISE)
+        own = alone.run_filter(parameters(alone), NOISE)
         (place,) = [k for k, i in enumerate(alone.free) if alone.names[i] == name]
         want = score_test(own, [place])
         got = score_test(shared, [places[name]], None, [places[other]])

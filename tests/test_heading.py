@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A heading that is off by a constant is told, by how much and what to write; a right one is not."""
 
-import re
-
 import msgspec
 import numpy as np
 import pytest
 
+from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
@@ -15,12 +14,10 @@ from seatrial.simulation.plan import Unmodelled
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.1}
-NOTE = re.compile(r"heading that is off by (.*) degrees: .* write offset: (\S+) at pose: psi")
 
 
-def said(recordings, vehicle) -> list[str]:
-    notes = output_error(recordings, vehicle).estimator.notes
-    return [note for note in notes if "a heading that is off" in note]
+def offsets(recordings, vehicle) -> tuple[Finding, ...]:
+    return output_error(recordings, vehicle).findings_of(FindingKind.HEADING_OFFSET)
 
 
 @pytest.mark.parametrize(
@@ -30,10 +27,10 @@ def said(recordings, vehicle) -> list[str]:
 def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
     askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]
-    (note,) = said(askew, vehicle)
-    off, offset = (float(value) for value in NOTE.search(note).groups())
-    assert off == pytest.approx(abs(degrees), abs=0.6)
-    assert np.degrees(offset) == pytest.approx(degrees, abs=0.6)
+    (finding,) = offsets(askew, vehicle)
+    assert np.degrees(finding.number("size")) == pytest.approx(abs(degrees), abs=0.6)
+    assert np.degrees(finding.number("psi_offset")) == pytest.approx(degrees, abs=0.6)
+    assert f"offset: {finding.number('psi_offset'):.4g} at pose: psi" in finding_text(finding)
 
 
 def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
@@ -49,7 +46,7 @@ def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
 @pytest.mark.parametrize("seed", [5, 6])
 def test_a_right_heading_is_not_doubted(hull, seed, force):
     vehicle, drives = driven(hull, CHAIN, seed=seed, white=2e-3, seconds=120, drives=2, push=force)
-    assert said(drives, vehicle) == []
+    assert offsets(drives, vehicle) == ()
 
 
 @pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])

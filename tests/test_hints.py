@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from survey_boat import TRUTH, driven
 
-from seatrial.identification.diagnostics.unmodelled_effects import ASKED
+from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.regression.start_lever import first_lever, of_origin
+from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.selection.terms import select, selection_text
 from seatrial.recording.recording import make_recording
 from seatrial.util.errors import IdentificationError
@@ -77,13 +78,13 @@ def pushed(sd, memory):
 def told(recordings, vehicle):
     """What is said of effects, be it in a refusal."""
     try:
-        return " ".join(asked(output_error(recordings, vehicle)))
+        return " ".join(map(finding_text, asked(output_error(recordings, vehicle))))
     except IdentificationError as error:
         return str(error)
 
 
 def asked(model):
-    return [note for note in model.estimator.notes if note.startswith(ASKED)]
+    return model.findings_of(*EFFECTS_FOUND)
 
 
 @pytest.mark.parametrize("lever", [(0.3, 0.0), (-0.05, 0.1), (0.5, 0.2)])
@@ -97,38 +98,39 @@ def test_a_lever_arm_is_named_with_its_length(lever):
 
 def test_a_current_is_named_with_its_speed():
     vehicle, recordings = drives(carried(np.array([0.08, -0.06])))
-    (note,) = asked(output_error(recordings, vehicle))
-    assert float(re.search(r"up to ([\d.]+) m/s", note)[1]) == pytest.approx(0.1, rel=0.1)
-    assert "--effect current" in note
+    (finding,) = asked(output_error(recordings, vehicle))
+    assert finding.kind is FindingKind.UNMODELLED_CURRENT
+    assert finding.number("size") == pytest.approx(0.1, rel=0.1)
+    assert "--effect current" in finding_text(finding)
 
 
 def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():
     vehicle, recordings = drives()
-    assert asked(output_error(recordings, vehicle)) == []
+    assert asked(output_error(recordings, vehicle)) == ()
     vehicle, recordings = drives(pushed(0.03, 3.0))
     model = output_error(recordings, vehicle)
     assert max(model.noise.process.walk_linear, model.noise.process.disturbance_linear) > 1e-3
-    assert asked(model) == []
+    assert asked(model) == ()
 
 
 def test_what_is_sought_is_not_named():
     vehicle, recordings = drives(off_by((0.3, 0.0)))
     model = output_error(recordings, vehicle, settings=OutputErrorSettings(effects=("lever",)))
-    assert asked(model) == []
+    assert asked(model) == ()
     assert model.vehicle.file.pose.lever == pytest.approx((0.3, 0.0), abs=0.01)
 
 
 def test_select_says_it_beside_the_terms_that_stand_for_it():
     vehicle, recordings = drives(off_by((-0.05, 0.1)), seeds=(1, 2, 3, 4))
     found = select(recordings, vehicle, candidates=[])
-    assert len(found.asked) == 1
+    assert [finding.kind for finding in found.asked] == [FindingKind.UNMODELLED_LEVER_ARM]
     assert "--effect lever" in selection_text(found).splitlines()[-1]
 
 
 @pytest.mark.parametrize("lever", [(0.2, -0.1), (1.5, 0.8), (-4.0, 2.0)])
 def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     vehicle, recordings = drives(off_by(lever))
-    assert first_lever(recordings, vehicle) == pytest.approx(
+    assert lever_from_poses(recordings, vehicle) == pytest.approx(
         lever, abs=0.05 + 0.02 * np.hypot(*lever)
     )
 
@@ -148,6 +150,6 @@ def test_poses_of_the_origin_are_less_lever_and_current():
     lever, current = np.array([0.4, -0.2]), np.array([0.05, 0.02])
     moved = off_by(lever)(drive, drive.eta.copy())
     moved[:, :2] += drive.t[:, None] * current
-    back = of_origin(replace(drive, eta=moved), lever, current)
+    back = poses_of_origin(replace(drive, eta=moved), lever, current)
     np.testing.assert_allclose(back.eta, drive.eta, atol=1e-9)
-    assert of_origin(drive, np.zeros(2)) is drive
+    assert poses_of_origin(drive, np.zeros(2)) is drive

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone, EnvelopeEntry
 from seatrial.identification.uncertainty.identifiability import (
-    Verdict,
+    ParameterVerdict,
     condition,
     full_thrust,
     identifiability,
@@ -46,38 +46,51 @@ def with_covariance(model, names, covariance):
 @pytest.mark.parametrize(
     ("name", "error", "verdict"),
     [
-        ("X_u", 0.009, Verdict.SHARP),  # of -0.2
-        ("X_u", 0.03, Verdict.USABLE),
-        ("X_u", 0.06, Verdict.WEAK),
-        ("X_u", 0.11, Verdict.ZERO),
-        ("X_u", 0.6, Verdict.LOST),  # 0.6 * 0.3 m/s is more than full thrust gives, 0.14 m/s^2
-        ("X_u", 0.0, Verdict.GIVEN),
-        ("latency", 0.004, Verdict.SHARP),  # of 0.1 s, although the latency itself is 0.02 s
-        ("latency", 0.03, Verdict.WEAK),
-        ("lag", 0.2, Verdict.LOST),
+        ("X_u", 0.009, ParameterVerdict.SHARP),  # of -0.2
+        ("X_u", 0.03, ParameterVerdict.USABLE),
+        ("X_u", 0.06, ParameterVerdict.WEAK),
+        ("X_u", 0.11, ParameterVerdict.ZERO),
+        (
+            "X_u",
+            0.6,
+            ParameterVerdict.LOST,
+        ),  # 0.6 * 0.3 m/s is more than full thrust gives, 0.14 m/s^2
+        ("X_u", 0.0, ParameterVerdict.GIVEN),
+        (
+            "latency",
+            0.004,
+            ParameterVerdict.SHARP,
+        ),  # of 0.1 s, although the latency itself is 0.02 s
+        ("latency", 0.03, ParameterVerdict.WEAK),
+        ("lag", 0.2, ParameterVerdict.LOST),
     ],
 )
 def test_the_verdict_goes_by_the_relative_error(name, error, verdict, plant):
     found = identifiability(with_covariance(plant, [name], [[error**2]]))[name]
     assert found.verdict is verdict
     assert found.error == pytest.approx(error)
-    assert found.verdict.enough == (verdict in (Verdict.SHARP, Verdict.USABLE, Verdict.GIVEN))
+    assert found.verdict.reliable == (
+        verdict in (ParameterVerdict.SHARP, ParameterVerdict.USABLE, ParameterVerdict.GIVEN)
+    )
 
 
 def test_what_ended_at_a_bound_is_not_called_given(plant):
-    notes = [f"X_uu: 0 {AT_BOUND}"]
-    held = replace(plant, estimator=msgspec.structs.replace(plant.estimator, notes=notes))
+    ended = [finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)]
+    held = replace(plant, estimator=msgspec.structs.replace(plant.estimator, findings=ended))
     found = identifiability(with_covariance(held, ["X_u"], [[1e-4]]))
-    assert found["X_uu"].verdict is Verdict.BOUND
-    assert found["Y_v"].verdict is Verdict.GIVEN
-    assert not Verdict.BOUND.enough
-    assert [v for v in Verdict if not v.estimated] == [Verdict.GIVEN, Verdict.BOUND]
+    assert found["X_uu"].verdict is ParameterVerdict.BOUND
+    assert found["Y_v"].verdict is ParameterVerdict.GIVEN
+    assert not ParameterVerdict.BOUND.enough
+    assert [v for v in ParameterVerdict if not v.estimated] == [
+        ParameterVerdict.GIVEN,
+        ParameterVerdict.BOUND,
+    ]
 
 
 def test_what_is_not_told_from_zero_is_bounded_in_terms_of_full_thrust(plant):
     """X_uu (-1.74 +- 1) at 0.3 m/s: at most 3.74 * 0.09 m/s^2 out of 0.14."""
     found = identifiability(with_covariance(plant, ["X_uu"], [[1.0]]))["X_uu"]
-    assert found.verdict is Verdict.ZERO
+    assert found.verdict is ParameterVerdict.ZERO
     assert full_thrust(plant, 0) == pytest.approx(plant.values["X_F"])
     assert found.reach == pytest.approx((1.74 + 2.0) * 0.09 / plant.values["X_F"])
 
@@ -97,13 +110,13 @@ def test_of_lag_and_latency_the_sum_is_reported(plant):
     same, cross = (sigma**2 + delta**2) / 4, (sigma**2 - delta**2) / 4
     model = with_covariance(plant, ["latency", "lag"], [[same, cross], [cross, same]])
     found = identifiability(model)
-    assert not found["lag"].verdict.enough
+    assert not found["lag"].verdict.reliable
     assert found["lag"].partners[0] == ("latency", pytest.approx(cross / same))
     (only,) = found.combinations
     assert set(only.names) == {"lag", "latency"}
     assert only.text == "their sum"
     assert (only.value, only.error) == pytest.approx((0.1, sigma))
-    assert only.verdict is Verdict.SHARP
+    assert only.verdict is ParameterVerdict.SHARP
     assert only.correlation < -0.99
 
 
@@ -113,14 +126,14 @@ def test_of_drag_driven_at_one_speed_the_drag_at_that_speed_is_reported(plant):
     B, sigma = np.column_stack([u, u * np.abs(u)]), 0.03
     covariance = sigma**2 * np.linalg.inv(B.T @ B)
     found = identifiability(with_covariance(plant, ["X_u", "X_uu"], covariance))
-    assert not found["X_u"].verdict.enough
+    assert not found["X_u"].verdict.reliable
     (only,) = found.combinations
     assert only.names == ("X_u", "X_uu")
     assert only.text == "the drag at 0.25 m/s, X_u + 0.25 X_uu,"
     assert only.value == pytest.approx(-0.2 - 0.25 * 1.74)
     # the mean acceleration of n samples is known to sigma / sqrt(n), the drag is that over speed
     assert only.error == pytest.approx(sigma / np.sqrt(400) / 0.25, rel=0.05)
-    assert only.verdict is Verdict.SHARP
+    assert only.verdict is ParameterVerdict.SHARP
 
 
 def test_three_weak_parameters_of_which_one_sum_is_sharp(plant):
@@ -158,5 +171,5 @@ def test_what_is_sharp_anyway_needs_no_combination(plant):
 
 def test_a_model_whose_coefficients_were_given_has_nothing_to_tell(plant):
     found = identifiability(plant)
-    assert {f.verdict for f in found.findings} == {Verdict.GIVEN}
+    assert {f.verdict for f in found.findings} == {ParameterVerdict.GIVEN}
     assert (found.names, found.condition, found.combinations) == ((), 1.0, ())

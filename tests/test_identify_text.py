@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_of, finding_text
 from seatrial.boat.schema import (
     ChainGroup,
     CorrelatedEntry,
@@ -18,12 +19,12 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.schema import RecordingEntry as Entry
 from seatrial.identification.console import correlation_text, minutes, percent, plus_minus, table
-from seatrial.identification.estimator import METHOD
+from seatrial.identification.estimator import OUTPUT_ERROR
 from seatrial.identification.methods import summary
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-NOTE = "dead zone not sought: every thruster stays on one side of it"
+HIDDEN = finding_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE, "t1", "t2")
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def model():
         plant, vehicle=whole, constants=whole.constants.values, covariance=covariance,
         envelope=EnvelopeEntry({"u": (-0.2, 0.2)}, dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))),
         noise=NoiseEntry(0.004, 0.003, ProcessEntry(1e-6, 1e-6, 0.0068, 0.013, 2.0)),
-        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(METHOD, notes=[NOTE]),
+        recordings=(Entry("S1", 200.0), Entry("S2", 400.0)), estimator=EstimatorEntry(OUTPUT_ERROR, findings=[HIDDEN]),
     )  # fmt: skip
 
 
@@ -65,34 +66,32 @@ def test_the_summary_is_a_screenful_with_a_verdict_on_every_line(model):
     assert (
         "latency and lag can't be told apart (-1.00): their sum is 0.1000 ± 0.0010 s, sharp" in text
     )
-    assert NOTE in text
+    assert finding_text(HIDDEN) in text
     assert len(text.splitlines()) < 24
 
 
 def test_noise_in_words(model):
     """0.0068 of 0.14 and 0.20 m/s^2 are 4.9 and 3.4 %, 0.013 of 1.3 rad/s^2 is 1 %."""
     assert (
-        "Pose noise 4 mm and 3 mrad; unmodelled force: 4.9 % in surge, 3.4 % in sway and 1 % in yaw of "
-        "what the largest commands give, lasting 2 s." in summary(model)
+        "Pose noise 4 mm and 3 mrad; process noise (disturbance force): 4.9 % in surge, 3.4 % in sway and "
+        "1 % in yaw of the largest commanded force, time constant 2 s." in summary(model)
     )
     process = msgspec.structs.replace(model.noise.process, earth_fixed=True)
-    assert "lasting 2 s, its direction fixed in the world." in summary(
+    assert "time constant 2 s, earth-fixed." in summary(
         replace(model, noise=msgspec.structs.replace(model.noise, process=process))
     )
     quiet = replace(
         model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))
     )
-    assert (
-        "no unmodelled force to be seen; besides, the velocity wanders by 2 mm/s and 9 mrad/s in a "
-        "second." in summary(quiet)
-    )
+    quietly = "no significant process noise; velocity random walk 2 mm/s and 9 mrad/s in 1 s."
+    assert quietly in summary(quiet)
     coloured = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(4e-3, 5e-3, 0.3)))
     assert (
-        "Pose noise 1 mm and 2 mrad from pose to pose, 4 mm and 5 mrad that are correlated over 0.3 s."
+        "Pose noise 1 mm and 2 mrad (white), 4 mm and 5 mrad (time-correlated over 0.3 s)."
         in summary(coloured)
     )
     white = replace(model, noise=NoiseEntry(1e-3, 2e-3, None, CorrelatedEntry(1e-9, 5e-3, 0.3)))
-    assert "2 mrad from pose to pose, 5 mrad that are correlated over 0.3 s." in summary(white)
+    assert "2 mrad (white), 5 mrad (time-correlated over 0.3 s)." in summary(white)
 
 
 def test_minutes_until_it_is_known_to_five_per_cent(model):

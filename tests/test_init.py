@@ -15,8 +15,8 @@ import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.identification.methods import DEFAULT_METHOD
-from seatrial.inspection.consistency import check_signs
-from seatrial.inspection.proposal import init
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.propose import init
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.simulation.plan import load_plan
 
@@ -43,7 +43,7 @@ def test_the_file_proposed_identifies_the_model_that_the_right_one_does(
     assert len(record.t) == len(log.pose_t)
     np.testing.assert_allclose(record.commands.values, log.command, atol=1e-6)
     np.testing.assert_allclose(record.eta[:, :2], log.pose[:, :2], atol=1e-6)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     right = seatrial.load_vehicle("mallard-mp")
     reference = seatrial.read(tables(log, tmp_path / "reference"), right)
     expected = seatrial.identify([reference], right, method="equation-error")
@@ -107,7 +107,7 @@ def test_sticks_are_found_wherever_they_are_and_whichever_way_round(tmp_path_fac
     vehicle = vehicle_from(content, "proposed")
     record = seatrial.read(path, vehicle)
     np.testing.assert_allclose(record.commands.values, log.command, atol=1e-6)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
 
 
 def test_what_is_not_used_is_named(log, tmp_path, propose):
@@ -115,7 +115,7 @@ def test_what_is_not_used_is_named(log, tmp_path, propose):
     _, text = propose(path)
     assert "# not used: axes[0], axes[1], axes[5]" in text
     for name, at in (("F_u", 3), ("F_v", 4), ("F_r", 2)):
-        assert re.search(rf'{name}: {{field: "axes\[{at}\]"}} +# seen to move \w+ \(t \d+\)', text)
+        assert re.search(rf'{name}: {{field: "axes\[{at}\]"}} +# moves \w+ \(t \d+\)', text)
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_full_command_is_one(log, tmp_path, propose, case):
     np.testing.assert_allclose(
         record.commands.values, expected, atol=1.1 / column.get("scale", 1e6)
     )
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
 
 
 def test_of_more_channels_than_inputs_those_that_move_most_are_asked(tmp_path, propose):

@@ -14,9 +14,9 @@ from test_model import frd
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.identification.regression.start_lever import of_origin
-from seatrial.inspection.consistency import check_signs
-from seatrial.inspection.proposal.inputs import _evened
+from seatrial.identification.regression.start_lever import poses_of_origin
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.inputs import _equalised
 from seatrial.io.bags.write import BagTopic, write_bag
 from tests.boats.hulls import MIDDLE, driven
 
@@ -70,7 +70,7 @@ def test_thrusters_become_forces_as_they_were_seen_to_push(shape, tmp_path, prop
         np.testing.assert_allclose(weights, expected, atol=1e-12)  # alike, as they seem so
     record = seatrial.read(path, vehicle)
     np.testing.assert_allclose(record.commands.values, f, atol=1e-6)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     content = seatrial.load_vehicle("mallard-mp").to_mapping() | {
         "allocation": {"scheme": "direct"}
     }
@@ -108,7 +108,7 @@ def test_the_model_ships_thrusters_push_where_they_stand(kind, run, propose, tmp
     if kind == "csv":
         assert yaml.safe_load(text)["pose"]["valid"] == "pose_valid"
     record = seatrial.read(path, vehicle)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     if run == "run1":
         return  # alone it does not show enough of sway's drag for a model
     model = seatrial.identify([record], vehicle, method="equation-error")
@@ -126,7 +126,7 @@ def test_degrees_and_millimetres_are_noticed(log, tmp_path, propose):
     assert (pose["x"], pose["y"]) == ({"column": "x", "unit": "mm"}, {"column": "y", "unit": "mm"})
     assert pose["psi"] == {"column": "psi", "unit": "deg"}
     for said in ("x is in mm", "y is in mm", "psi is in deg"):
-        assert f"# {said}, by the way that the boat moves" in text
+        assert f"# {said}, by the motion of the boat" in text
     record = seatrial.read(folder, vehicle)
     np.testing.assert_allclose(record.eta, log.pose, atol=1e-9)
 
@@ -175,7 +175,7 @@ def test_a_recording_in_forward_right_down_axes(tmp_path, propose, sticks):
     )
     record = seatrial.read(path, vehicle)
     np.testing.assert_allclose(record.commands.values, log.command, atol=1e-6)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     right = frd(seatrial.load_vehicle("mallard-mp"))
     left = log.write(tmp_path / "left.bag")
     port, _ = propose(left)
@@ -215,7 +215,7 @@ def test_several_recordings_show_together_what_one_does_not(tmp_path, propose):
     }  # fmt: skip
     vehicle = seatrial.load_vehicle(out)
     records = [seatrial.read(path, vehicle) for path in paths]
-    assert check_signs(records, vehicle).findings == ()
+    assert check_consistency(records, vehicle).findings == ()
     right = seatrial.load_vehicle("mallard-mp")
     expected = seatrial.identify([seatrial.read(path, right) for path in paths], right)
     same_boat(seatrial.identify(records, vehicle), expected)
@@ -244,7 +244,8 @@ def test_axes_that_nothing_drove_are_left_to_be_filled_in(tmp_path, propose, dri
     names = {"surge": "F_u", "sway": "F_v", "yaw": "F_r"}
     for axis in missing:
         assert re.search(
-            rf"# {names[axis]}: {{...}} +# check: what drives {axis}\? Nothing was seen to", text
+            rf"# {names[axis]}: {{...}} +# check: which input drives {axis}\? No channel moves it",
+            text,
         )
         assert f"# {names[axis]}: {{axis: {axis}, of: {{{names[axis]}: 1}}}}" in text
     kept = [names[a] for a in names if a not in missing]
@@ -274,7 +275,7 @@ def test_what_is_filled_in_as_the_comments_say_is_the_whole_boat(tmp_path, propo
     vehicle = vehicle_from(yaml.safe_load(text), "filled in")
     path = drive(180.0, sticks=half).write(tmp_path / "all.bag")
     record = seatrial.read(path, vehicle)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     right = seatrial.load_vehicle("mallard-mp")
     expected = seatrial.identify([seatrial.read(path, right)], right)
     same_boat(seatrial.identify([record], vehicle), expected)
@@ -285,7 +286,7 @@ def test_a_short_look_goes_by_names_or_says_what_is_missing(tmp_path, propose, c
     folder = tables(log, tmp_path / "pool")
     vehicle, text = propose(folder)
     assert vehicle.inputs == NAMES
-    assert text.count("check: by its name; nothing was seen to move") == 3
+    assert text.count("check: chosen by name; no axis moves significantly with it") == 3
     unnamed = tables(log, tmp_path / "unnamed", commands="t,a,b,c")
     line = refused(capsys, unnamed, "-o", tmp_path / "v.yaml")
     assert "8 s do not show which of a, b, c move the boat; record some minutes" in line
@@ -308,7 +309,7 @@ def test_a_sensor_off_the_origin_is_a_lever_not_a_force(lever, axes, tmp_path, p
     assert set(vehicle.inputs) == set(NAMES)
     assert not vehicle.file.forces
     assert vehicle.lever == pytest.approx(lever, abs=0.04)
-    assert "check: where the sensor" in text
+    assert "check: position of the sensor" in text
 
 
 @pytest.mark.parametrize("lever", [(0.4, 0.0), (-0.3, 0.15), (0.0, 0.3)])
@@ -317,7 +318,7 @@ def test_a_lever_of_a_boat_that_is_quick_in_yaw_does_not_hide_the_stick_for_sway
 ):
     """Turning moves such a sensor aside more than any command for sway does."""
     _, recordings = driven(MIDDLE, {"lag": 0.1}, seed=3, white=2e-3, seconds=300.0, drives=1)
-    eta, commands = of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
+    eta, commands = poses_of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
     folder = tmp_path / "quick"
     folder.mkdir()
     for name, stamps, values, head in (
@@ -335,7 +336,7 @@ def test_a_lever_of_a_boat_that_is_quick_in_yaw_does_not_hide_the_stick_for_sway
 def test_the_sensors_place_is_asked_for_where_nothing_is_seen_of_it(tmp_path, propose):
     vehicle, text = propose(tables(drive(120.0), tmp_path / "at"))
     assert vehicle.lever == (0.0, 0.0)
-    assert re.search(r"# lever: \[0, 0\] +# check: where the sensor", text)
+    assert re.search(r"# lever: \[0, 0\] +# check: position of the sensor", text)
 
 
 def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
@@ -348,15 +349,17 @@ def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
     vehicle, text = propose(tables(log, tmp_path / "cat", commands="t,left,right"))
     of = {name: force.of for name, force in vehicle.file.forces.items()}
     assert of == {"F_u": {"left": 0.5, "right": 0.5}, "F_r": {"left": -0.5, "right": 0.5}}
-    assert "what drives sway? Nothing was seen to" in text
+    assert "which input drives sway? No channel moves it" in text
     assert re.search(r"left: .*sway \(t", text)
 
 
 def test_thrusters_that_do_not_push_alike_keep_their_weights():
     gains, errors = np.array([1.0, -0.8, 0.0]), np.array([0.02, 0.02, 1.0])
-    np.testing.assert_allclose(_evened(gains, errors), [1 / 1.8, -0.8 / 1.8, 0.0])
-    np.testing.assert_allclose(_evened(gains, 4 * errors), [0.5, -0.5, 0.0])  # no more than errors
-    np.testing.assert_allclose(_evened(np.array([1.0, 0.95]), np.zeros(2)), [0.5, 0.5])
+    np.testing.assert_allclose(_equalised(gains, errors), [1 / 1.8, -0.8 / 1.8, 0.0])
+    np.testing.assert_allclose(
+        _equalised(gains, 4 * errors), [0.5, -0.5, 0.0]
+    )  # no more than errors
+    np.testing.assert_allclose(_equalised(np.array([1.0, 0.95]), np.zeros(2)), [0.5, 0.5])
 
 
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):

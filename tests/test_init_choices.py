@@ -17,8 +17,9 @@ from logs import AXES_OF_JOY, JOY, POSE, drive, half
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.inspection.consistency import check_signs
-from seatrial.inspection.proposal import Choices, init
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.util.errors import RecordingError
 
@@ -64,7 +65,7 @@ def test_poses_from_tf_with_the_usual_frames(tmp_path, propose, capsys):
     assert yaml.safe_load(text)["pose"] == {"topic": "/tf", "parent": "map", "child": "base_link"}
     record = seatrial.read(path, vehicle)
     np.testing.assert_allclose(record.eta[:, :2], log.pose[:, :2], atol=1e-9)
-    assert check_signs([record], vehicle).findings == ()
+    assert check_consistency([record], vehicle).findings == ()
     odd = ros2(tmp_path / "odd", tf_log(log, (("lake", "dock"), ("dock", "duck"))))
     line = refused(capsys, odd, "-o", tmp_path / "v.yaml")
     assert "name the world's frame with --parent and the boat's with --child" in line
@@ -95,11 +96,15 @@ def two_boats(log, tmp_path):
 def test_of_two_boats_one_must_be_named(two_boats, log, tmp_path, propose, capsys):
     line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml")
     assert (
-        "several could be the poses: /duck/slam/pose, /swan/slam/pose; name one with --pose" in line
+        "several candidates for the poses: /duck/slam/pose, /swan/slam/pose; name one with --pose"
+        in line
     )
-    assert "two robots?" in line
+    assert "of two boats in one recording" in line
     line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml", "--pose", "/swan/slam/pose")
-    assert "several could be the commands: /duck/joy, /swan/joy; name one with --commands" in line
+    assert (
+        "several candidates for the commands: /duck/joy, /swan/joy; name one with --commands"
+        in line
+    )
     line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml", "--pose", "/goose/pose")
     assert "no topic /goose/pose (--pose); the topics are" in line
     vehicle, text = propose(
@@ -111,7 +116,7 @@ def test_of_two_boats_one_must_be_named(two_boats, log, tmp_path, propose, capsy
         "/swan/joy",
     )
     assert content["name"] == "swan"
-    assert "# could also be: /duck/slam/pose (geometry_msgs/PoseStamped)" in text
+    assert "# other candidates: /duck/slam/pose (geometry_msgs/PoseStamped)" in text
     record = seatrial.read(two_boats, vehicle)
     assert record.eta[0, 0] == pytest.approx(log.pose[0, 0] + 3.0)
 
@@ -160,7 +165,10 @@ def test_of_several_tables_that_of_the_commands_is_found_or_named(log, tmp_path,
     assert yaml.safe_load(text)["commands"]["file"] == "commands.csv"
     (folder / "commands.csv").rename(folder / "sent.csv")
     line = refused(capsys, folder, "-o", tmp_path / "v.yaml")
-    assert "several could be the commands: battery.csv, sent.csv; name one with --commands" in line
+    assert (
+        "several candidates for the commands: battery.csv, sent.csv; name one with --commands"
+        in line
+    )
     vehicle, text = propose(folder, "--commands", "sent.csv", "--force")
     assert yaml.safe_load(text)["commands"]["file"] == "sent.csv"
     assert len(seatrial.read(folder, vehicle).commands.stamps) == len(log.command_t)
@@ -177,17 +185,17 @@ def test_columns_with_empty_cells_are_left_out(log, tmp_path, propose):
     ]
     (folder / "commands.csv").write_text("\n".join(lines) + "\n")
     vehicle, text = propose(folder)
-    assert "left out, as cells are empty: battery" in text
+    assert "not used, with empty cells: battery" in text
     assert vehicle.inputs == NAMES
     assert len(seatrial.read(folder, vehicle).commands.stamps) == len(log.command_t)
 
 
 BARE = {
-    "no poses": (lambda log, out: write_bag(out / "a.bag", log.topics()[1:]), "no topic looks like poses; if one is, name it with --pose. The topics are /joy (sensor_msgs/Joy)"),
-    "no commands": (lambda log, out: write_bag(out / "a.mcap", log.topics()[:1]), "no topic looks like commands; if one is, name it with --commands"),
-    "empty": (lambda log, out: write_bag(out / "a.db3", []), "no topic looks like poses; if one is, name it with --pose. The topics are none"),
+    "no poses": (lambda log, out: write_bag(out / "a.bag", log.topics()[1:]), "no topic has a type of poses; name one with --pose. The topics are /joy (sensor_msgs/Joy)"),
+    "no commands": (lambda log, out: write_bag(out / "a.mcap", log.topics()[:1]), "no topic has a type of commands; name one with --commands"),
+    "empty": (lambda log, out: write_bag(out / "a.db3", []), "no topic has a type of poses; name one with --pose. The topics are none"),
     "at rest": (lambda log, out: log.but(command=0 * log.command).write(out / "a.bag"), "no command ever changes; record while the boat is driven"),
-    "still at rest": (lambda log, out: tables(log.but(command=0 * log.command), out / "a"), "no column that changes is left for the commands"),
+    "still at rest": (lambda log, out: tables(log.but(command=0 * log.command), out / "a"), "no column besides poses and stamps changes, so there are no commands"),
     "no headings": (lambda log, out: tables(log, out / "a", pose="t,x,y,foo"), "no table has columns named like x, y and psi"),
     "no time": (lambda log, out: tables(log.but(pose_t=log.pose_t[::-1]), out / "a", pose="back,x,y,psi"), "no column of stamps; it has back, x, y, psi"),
     "nowhere": (lambda log, out: out / "none.bag", "none.bag: no such file or folder"),
@@ -289,7 +297,7 @@ def test_init_is_there_in_python_too(log, tmp_path):
     found = seatrial.init(path)
     assert found.sources.pose == {"topic": POSE}
     assert found.drive.undriven == ()
-    with pytest.raises(RecordingError, match="no topic looks like poses"):
+    with pytest.raises(RecordingError, match="no topic has a type of poses"):
         seatrial.init(write_bag(tmp_path / "joy.bag", log.topics()[1:]))
 
 

@@ -25,7 +25,7 @@ def test_a_good_recording_is_called_good_and_nothing_else(inspected):
     log = drive()
     text, found = inspected(log)
     assert found["verdicts"] == [GOOD]
-    assert said(text) == [GOOD, "nothing against the vehicle file's units, signs and order"]
+    assert said(text) == [GOOD, "consistent with the vehicle file's units, signs and order"]
     assert "fault " not in text
     assert found["faults"] == []
     assert found["poses"] == len(log.pose_t)
@@ -55,7 +55,7 @@ def test_trials_in_the_clean_plan_have_no_complaints_but_what_is_true(clean_af, 
     axes = ["surge", "sway", "yaw"]
     for view, axis in zip(found.recordings, [*axes, *axes, None], strict=True):
         if axis is not None:
-            assert view.verdicts == (f"drives {axis} nearly alone: identifies that axis",)
+            assert view.verdicts == (f"excites almost only {axis}: identifies that axis",)
         else:
             assert view.verdicts == (GOOD,)
         assert view.faults == ()
@@ -85,8 +85,8 @@ def test_an_input_that_moves_in_a_recording_beside_is_not_asked_about(clean_af, 
     still = s1.commands.values * (np.arange(3) != yaw)
     s1 = replace(s1, commands=Signal(s1.commands.names, s1.commands.stamps, still))
     alone, beside = (seatrial.inspect(them, af).recordings[0] for them in ([s1], [s1, s3]))
-    assert "F_r is 0 all the time: is it the right column or field?" in alone.verdicts
-    assert not any("all the time" in verdict for verdict in beside.verdicts)
+    assert "F_r is constant at 0: check its column or field" in alone.verdicts
+    assert not any("constant at" in verdict for verdict in beside.verdicts)
     assert set(beside.verdicts) < set(alone.verdicts)
 
 
@@ -94,11 +94,11 @@ def test_an_input_that_moves_in_a_recording_beside_is_not_asked_about(clean_af, 
     ("sticks", "field", "value", "words"),
     [
         (rounded(0.1), "resolution", 0.1, None),
-        (rounded(0.25), "resolution", 0.25, "F_u moves in coarse steps of 0.25"),
+        (rounded(0.25), "resolution", 0.25, "F_u has a coarse resolution of 0.25"),
         (rounded(1 / 127), "resolution", 1 / 127, None),
         (limited, "at_limit", 0.77, "F_u is at its limit for"),
         (three_sizes, "levels", 3, "F_u has only 3 different values"),
-        (yaw_never, "never_moves", True, "F_r is 0 all the time: is it the right column or field?"),
+        (yaw_never, "never_moves", True, "F_r is constant at 0: check its column or field"),
     ],
     ids=["tenths", "quarters", "8 bits", "saturated", "one size", "never moves"],
 )
@@ -110,7 +110,7 @@ def test_how_sticks_are_used(inspected, sticks, field, value, words):
         own = log.command[:, 0]
         value = np.mean(np.abs(own[np.abs(own) > 0.05]) > 0.998)
         assert f"at its limit for {100 * value:.0f} %" in text
-        assert f"at these ends {100 * value:.0f} % of the time used" in text
+        assert f"at these limits {100 * value:.0f} % of the driven time" in text
     assert use[field] == pytest.approx(value, rel=0.03)
     if words is None:
         assert found["verdicts"] == [GOOD]
@@ -151,7 +151,7 @@ def test_an_axis_driven_to_one_side(inspected, side):
         )
     )
     text, found = inspected(log)
-    assert found["verdicts"] == ["sway is driven mostly to one side: drive both"]
+    assert found["verdicts"] == ["sway is excited mostly in one direction: drive both"]
     sway = found["axes"][1]
     assert not sway["both_directions"]
     minutes = sway["minutes_positive" if side > 0 else "minutes_negative"]
@@ -192,9 +192,9 @@ def test_minutes_by_direction_and_size_are_those_that_were_driven(inspected):
     assert "forward 0.5 min, back 0.3 min; small 0.2, medium 0.2, large 0.4 min" in text
     for axis, view in (("sway", sway), ("yaw", yaw)):
         assert view["rms"] == 0.0
-        assert f"{axis} is not excited: take it from another recording" in found["verdicts"]
-        assert re.search(rf"{axis} +rms 0.000: not driven", text)
-    assert "drives surge nearly alone: identifies that axis" in found["verdicts"]
+        assert f"{axis} is not excited: add a recording that excites it" in found["verdicts"]
+        assert re.search(rf"{axis} +rms 0.000: not excited", text)
+    assert "excites almost only surge: identifies that axis" in found["verdicts"]
 
 
 def test_minutes_count_only_while_there_are_poses(inspected):
@@ -236,7 +236,7 @@ def test_left_and_right_are_where_they_are_in_either_axes(inspected, tmp_path, a
     for i, name in enumerate(("F_u", "F_v", "F_r")):  # as the file's columns have them
         assert by_name[name]["least"] == pytest.approx(log.command[:, i].min(), abs=1e-6)
         assert by_name[name]["most"] == pytest.approx(log.command[:, i].max(), abs=1e-6)
-    assert "nothing against the vehicle file" in text
+    assert "consistent with the vehicle file" in text
 
 
 # Units and signs come through. #
@@ -249,7 +249,7 @@ def test_a_recording_in_degrees_or_with_a_stick_turned_round_is_found_out(inspec
     (tmp_path / "v.yaml").write_text(json.dumps(content))
     text, _ = inspected(log, tmp_path / "v.yaml")
     assert any("F_v" in v and "set sign: 1" in v for v in said(text))
-    assert "nothing against" not in text
+    assert "consistent with" not in text
 
 
 # The JSON. #

@@ -4,7 +4,9 @@
 import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 
 STERN, BOW = ["left", "right"], ["bow"]
 
@@ -25,9 +27,8 @@ def test_a_power_of_its_own(seed):
     ]
     vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
     model = output_error([recording], vehicle)
-    assert (
-        "a power for each of F_u, F_b: estimated, as the data ask for it" in model.estimator.notes
-    )
+    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="power")
+    assert selected in model.estimator.findings
     found = {
         "power.power_F_u": 1.0, "power.power_F_b": 2.0,
         "edge_forward.dead_zone_F_u": 0.06, "edge_forward.dead_zone_F_b": 0.1,
@@ -44,7 +45,8 @@ def test_a_lag_of_its_own(seed):
     ]
     vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True)
     model = output_error([recording], vehicle)
-    assert "a lag for each of F_u, F_b: estimated, as the data ask for it" in model.estimator.notes
+    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="lag")
+    assert selected in model.estimator.findings
     assert (
         as_stated(model, {**TRUTH, "latency": LATENCY, "lag.lag_F_u": LAG, "lag.lag_F_b": 0.5})
         == {}
@@ -64,7 +66,5 @@ def test_reverse_thrust_of_its_own():
 
 def test_one_kind_has_one_curve():
     vehicle, recording = driven({"power": 1.5, **edges(0.1)}, [half] * 3, bow=True)
-    notes = output_error([recording], vehicle).estimator.notes
-    assert [n for n in notes if "as the data ask for it" in n] == [
-        "power of the thrust curve: estimated, as the data ask for it"
-    ]
+    found = output_error([recording], vehicle).findings_of(*STAGES_SELECTED)
+    assert found == (finding_of(FindingKind.CURVE_STAGE_SELECTED, stage="power"),)

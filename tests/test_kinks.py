@@ -9,8 +9,8 @@ import pytest
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.uncertainty import dead_zone as kinks
-from seatrial.identification.uncertainty.covariance import sandwich
-from seatrial.identification.uncertainty.lag import by_squares
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.identification.uncertainty.profile import profile
 from seatrial.util.statistics import NORMAL_95
 from tests.boats.scenes import scenes, true_parameters, vehicle_of
@@ -27,8 +27,8 @@ def found(scene, seed):
 
 def wider(result):
     """Standard errors over those without a look at the edges, by name."""
-    at = Point(result.theta, result.noise, result.passes)
-    plain = by_squares(at, sandwich(at))
+    at = Point(result.theta, result.noise, result.runs)
+    plain = with_lag_by_square(at, sandwich_covariance(at))
     ratio = np.sqrt(np.diag(result.covariance) / np.diag(plain))
     return dict(zip(result.names, ratio, strict=True))
 
@@ -63,7 +63,7 @@ def test_where_the_likelihood_is_a_parabola_nothing_changes(monkeypatch):
 def test_where_nothing_can_be_looked_at_the_sandwich_stands(monkeypatch):
     monkeypatch.setattr(kinks, "SHARP", 0.0)
     nowhere = np.zeros(0), np.zeros(0)
-    monkeypatch.setattr(kinks._Line, "look", lambda *_: nowhere)
+    monkeypatch.setattr(kinks._ProfileLine, "look", lambda *_: nowhere)
     assert all(abs(r - 1.0) < 1e-9 for r in wider(found("hard MP", 1002)).values())
 
 
@@ -77,6 +77,8 @@ def test_groups_whose_edges_hang_together_keep_a_covariance(monkeypatch):
         np.array([[1, 0.95, 0.3], [0.95, 1, 0.3], [0.3, 0.3, 1]]),
     )
     before = together * np.outer(error, error)
-    after = kinks.as_likely(Point(np.zeros(3), np.zeros(11), SimpleNamespace(problem=None)), before)
+    after = kinks.with_dead_zone_profile(
+        Point(np.zeros(3), np.zeros(11), SimpleNamespace(problem=None)), before
+    )
     assert np.linalg.eigvalsh(after)[0] > 0.0
     assert (np.diag(after) <= np.diag(before)).all()

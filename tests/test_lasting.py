@@ -7,10 +7,11 @@ from conftest import make_model
 from survey_boat import driven, pulses
 
 from seatrial import _core
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import fit, output_error
-from seatrial.identification.likelihood.optimiser import search
-from seatrial.identification.likelihood.start_noise import first_noise
+from seatrial.identification.likelihood.optimiser import maximise_likelihood
+from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.recording import Signal, make_recording
 
 SURGE = {
@@ -49,7 +50,7 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     eta = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, :3]
@@ -73,7 +74,7 @@ def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     coloured = model.noise.correlated
     assert coloured is not None
     assert 0.5 * memory < coloured.memory < 4.0 * memory
-    assert not [note for note in model.estimator.notes if "hardly better" in note]
+    assert not model.findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
 
 
 def test_a_strong_push_is_not_taken_for_a_velocity_that_wanders():
@@ -166,7 +167,7 @@ def test_a_start_outside_the_bounds_is_moved_into_them_with_the_others():
     theta = found.theta.copy()
     quadratic, linear = (found.problem.names.index(n) for n in ("X_uu", "X_u"))
     theta[quadratic], theta[linear] = 0.9, -0.6
-    assert found.problem.bounded(theta)[quadratic] == 0.0
-    again = search(found.problem, theta, first_noise([drive]))
-    assert again.passes.cost == pytest.approx(found.passes.cost, abs=0.5)
+    assert found.problem.clipped(theta)[quadratic] == 0.0
+    again = maximise_likelihood(found.problem, theta, noise_from_poses([drive]))
+    assert again.runs.cost == pytest.approx(found.runs.cost, abs=0.5)
     assert again.theta[quadratic] == pytest.approx(found.theta[quadratic], abs=0.1)

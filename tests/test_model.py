@@ -12,7 +12,8 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial import _core
-from seatrial.boat.model import AT_BOUND, load, save
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.model import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.util.errors import FileError, ModelError, SeatrialError
@@ -54,8 +55,8 @@ def test_a_parameter_at_its_bound_is_known_by_any_name(mp):
     """Names of groups are the owner's: a colon in one is not the end of it."""
     lagged = mp.with_chain([ChainGroup(name="fast: 1", lag=0.05)])
     model = make_model(lagged, TABLE_II["AF"])
-    note = f"lag.fast: 1: 0.002 {AT_BOUND}"
-    model = replace(model, estimator=msgspec.structs.replace(model.estimator, notes=[note]))
+    ended = [finding_of(FindingKind.AT_BOUND, "lag.fast: 1", bound=0.002)]
+    model = replace(model, estimator=msgspec.structs.replace(model.estimator, findings=ended))
     assert model.at_bounds == {"lag.fast: 1"}
 
 
@@ -88,7 +89,7 @@ def edit(path, change):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda c: c.update(seatrial="model 3"), "says 'seatrial: model 3'"),
+        (lambda c: c.update(seatrial="model 4"), "says 'seatrial: model 4'"),
         (lambda c: c.update(seatrial="vehicle 1"), "says 'seatrial: vehicle 1'"),
         (lambda c: c.update(colour="red"), "unknown key 'colour'"),
         (lambda c: c["coefficients"].pop("X_u"), "disagree on X_u"),

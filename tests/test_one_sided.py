@@ -6,6 +6,7 @@ import pytest
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
 from seatrial.evaluation.comparison import compare
 from seatrial.identification.estimator import output_error
@@ -30,10 +31,8 @@ def test_thrusters_that_only_push_ahead_show_their_edge():
     assert model.vehicle.constants.names == ("latency", "edge_forward", "lag")
     assert not as_stated(model, {**KNOWN, "edge_forward": EDGE})
     assert model.standard_errors["X_u"] < 0.001
-    assert any(
-        "one edge for both sides, as left, right hardly push astern" in n
-        for n in model.estimator.notes
-    )
+    one_edge = finding_of(FindingKind.DEAD_ZONE_ONE_EDGE, "left", "right", side="astern")
+    assert one_edge in model.estimator.findings
 
 
 @pytest.mark.parametrize("power", [1.6, "estimate"])
@@ -90,7 +89,8 @@ def test_one_thrust_beside_none_says_nothing_of_an_edge():
     vehicle, recording = driven(ZONE, [lambda rng: 0.8] * 2)
     model = output_error([recording], vehicle)
     assert model.vehicle.constants.names == ("latency", "lag")
-    assert any("it always takes the same share of each force" in n for n in model.estimator.notes)
+    (hidden,) = model.findings_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE)
+    assert hidden.subject == ("left", "right")
     share = (0.8 - EDGE) / (1.0 - EDGE) / 0.8  # the coefficients include it
     gains = {n: share * TRUTH[n] for n in ("X_F", "N_F")}
     assert not as_stated(model, {**KNOWN, **gains})
@@ -136,7 +136,8 @@ def test_what_was_one_edge_before_is_two_where_the_new_data_show_both():
     _, new = driven(zone, [lambda rng: rng.uniform(-1, 1)] * 2, seconds=150.0, seed=9)
     model = seatrial.identify([new], vehicle, prior=before)
     assert not as_stated(model, {**KNOWN, "edge_forward": EDGE, "edge_reverse": 2 * EDGE})
-    assert not [note for note in model.estimator.notes if "one edge for both sides" in note]
+    assert before.findings_of(FindingKind.DEAD_ZONE_ONE_EDGE)
+    assert not model.findings_of(FindingKind.DEAD_ZONE_ONE_EDGE)
     assert any(
         "A has one dead-zone edge for both sides" in note for note in compare(before, model).notes
     )

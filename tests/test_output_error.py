@@ -14,6 +14,7 @@ from scipy.linalg import expm
 import seatrial
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
@@ -38,7 +39,7 @@ def straight_cost(t, x, noise, *, use=None, afresh=None, begin=0.0):
     """The filter's cost of positions along a line, of a boat with linear drag and no thrust."""
     rows = [(0, 0, 1.0, -1, [0]), *((axis, 1 + axis, 1.0, -1, []) for axis in range(3))]
     boat = _core.Boat(_core.Structure(rows, 4, 1), np.array([DRAG, 0.0, 0.0, 0.0]), 0, 1 / 240)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(1), np.zeros(0), np.array([-1.0]), np.zeros((1, 1)), np.zeros(0),
         np.zeros((0, 0)), True, [1, 2, 3], [],
     )  # fmt: skip
@@ -169,7 +170,9 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
 
 def test_a_search_that_got_lost_says_so(far, monkeypatch):
     monkeypatch.setattr(
-        import_module("seatrial.identification.likelihood.optimiser"), "astray", lambda _: False
+        import_module("seatrial.identification.likelihood.optimiser"),
+        "far_from_poses",
+        lambda _: False,
     )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True)
@@ -180,9 +183,11 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch):
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
     def nowhere(problem, *begin, hold):
-        return Point(*begin, problem.passes(*begin))
+        return Point(*begin, problem.run_filter(*begin))
 
-    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "search", nowhere)
+    monkeypatch.setattr(
+        import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
+    )
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
@@ -252,7 +257,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     whole = with_free_stages(stated, recordings)
     assert set(whole.constants.names) - set(stated.constants.names) == {"latency"}
     problem = Problem(whole, tuple(recordings), (0,), 1 / 20, 4.0, 10.0)
-    assert problem.names[: problem.size] == vehicle.structure.coefficients
+    assert problem.names[: problem.n_coefficients] == vehicle.structure.coefficients
 
 
 def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_seen(
@@ -282,8 +287,8 @@ def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     with pytest.raises(SeatrialError, match=words):
         output_error([r.cut(20, 35) for r in recordings], vehicle)
     short = output_error([r.cut(20, 50) for r in recordings], vehicle)
-    words = "standard errors: from blocks of 5.0 s, as the recordings are short"
-    assert words in short.estimator.notes
+    (blocks,) = short.findings_of(FindingKind.SHORT_BLOCKS)
+    assert blocks.number("length") == short.estimator.settings["block"]
     assert short.estimator.settings["block"] == pytest.approx(5.0, abs=0.02)
 
 
@@ -300,9 +305,8 @@ def test_commands_of_another_trial_are_not_taken_for_a_boat(trials):
     vehicle, recordings = trials("paper-like", "mallard-mp", 5)
     others = [*recordings[1:], recordings[0]]
     strangers = [replace(a, commands=b.commands) for a, b in zip(recordings, others, strict=True)]
-    notes = output_error(strangers, vehicle).estimator.notes
-    assert any("hardly better than constant or zero velocity" in note for note in notes)
-    assert not output_error(recordings, vehicle).estimator.notes
+    assert output_error(strangers, vehicle).findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert not output_error(recordings, vehicle).estimator.findings
 
 
 def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
@@ -310,5 +314,6 @@ def test_poses_that_go_nowhere_in_particular_are_an_outcome_with_advice(trials):
     rng = np.random.default_rng(1)
     steps = [0.02 * rng.normal(size=r.eta.shape) for r in recordings]
     lost = [replace(r, eta=np.cumsum(s, axis=0)) for r, s in zip(recordings, steps, strict=True)]
-    notes = output_error(lost, vehicle).estimator.notes
-    assert any("Check with inspect" in note for note in notes)
+    advised = (FindingKind.NO_SIGNIFICANT_COEFFICIENT, FindingKind.NO_BETTER_THAN_CONSTANT)
+    assert output_error(lost, vehicle).findings_of(*advised)
+    assert all("Check with 'seatrial inspect'" in kind.advice for kind in advised)

@@ -9,7 +9,7 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.boat.model import AT_BOUND
+from seatrial.boat.findings import FindingKind, finding_of, finding_text, of_kinds
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
@@ -20,7 +20,7 @@ from seatrial.identification.prior import (
     check_prior,
     commons,
     conflicts,
-    shift_notes,
+    shift_findings,
     widened,
 )
 from seatrial.identification.provenance import recording_entry
@@ -30,6 +30,7 @@ from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError
 from tests.boats.hulls import MIDDLE, driven
 
+CONFLICTS = (FindingKind.PRIOR_CONFLICT, FindingKind.PRIOR_FACTOR)
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
 FORCES = {"F_u": (-1.0, 0.9), "F_v": (-1.0, 1.0), "F_r": (-0.5, 0.5)}
 MORE = 1.2  # times the mass
@@ -119,13 +120,15 @@ def test_a_right_prior_is_contradicted_by_chance_in_one_refit_out_of_twenty():
     assert one.name == "X_F"
 
 
-def test_what_became_of_the_prior_is_told_in_words():
-    notes = shift_notes(
+def test_what_became_of_the_prior_is_told():
+    used, conflict, dominated = shift_findings(
         [Shift("X_u", -0.2, 0.04, -0.4, 0.01), Shift("Y_v", -0.2, 0.04, -0.21, 0.039)], 0.2
     )
-    assert notes[0] == "Prior: an older model, widened by 20 % of every parameter."
-    assert "contradict each other in X_u (-0.2 ± 0.04 to -0.4 ± 0.01)" in notes[1]
-    assert notes[2] == "The recording says little of Y_v: mostly the prior's values."
+    assert used == finding_of(FindingKind.PRIOR_USED, spread=0.2)
+    assert "widened by 20 % of every parameter" in finding_text(used)
+    assert conflict.subject == ("X_u",)
+    assert "X_u changed from -0.2 ± 0.04 to -0.4 ± 0.01" in finding_text(conflict)
+    assert dominated == finding_of(FindingKind.PRIOR_DOMINATES, "Y_v")
 
 
 @pytest.mark.parametrize(
@@ -144,8 +147,9 @@ def test_a_change_of_all_axes_is_no_change_of_each(before, what, factor):
     assert best.p < 0.01
     for axis in ("surge", "sway", "yaw"):
         assert best.factors[axis] == pytest.approx(factor, abs=0.15)
-    (note,) = [n for n in shift_notes([], 0.2, [best]) if "contradict" in n]
-    assert f"{what} ({best.factors['surge']:.2f} in surge, " in note
+    _, *told = shift_findings([], 0.2, [best])
+    assert {f.values["quantity"] for f in told} == {what}
+    assert {f.part("axis"): f.number("factor") for f in told} == best.factors
 
 
 def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
@@ -157,7 +161,7 @@ def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
         found = replace(
             before, coefficients=before.coefficients + drawn, covariance=1e-4 * before.covariance
         )
-        alarms += "contradict" in " ".join(shift_notes([], 0.2, commons(wide, found)))
+        alarms += bool(of_kinds(shift_findings([], 0.2, commons(wide, found)), *CONFLICTS))
     assert 3 <= alarms <= 34  # three tests that are correlated at 5 % in all
 
 
@@ -178,16 +182,16 @@ def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, befor
         assert np.sum((error / scale) ** 2) < 0.1 * np.sum((old / scale) ** 2)
         assert [r.name for r in model.recordings] == [record.name, "before"]
         assert model.estimator.settings["prior_spread"] == 0.2
-        assert [n for n in model.estimator.notes if "contradict" in n] == []
+        assert model.findings_of(*CONFLICTS) == ()
     assert np.sum(np.square(errors)) < 0.8 * np.sum(np.square(others))
 
 
 def test_a_prior_that_is_too_sure_is_contradicted(mp, before, after):
     _, (trial, *_) = after
     model = identify([trial.recording], mp, method="output-error", prior=before, prior_spread=0.02)
-    (note,) = [n for n in model.estimator.notes if "contradict each other" in n]
-    assert "X_F (0.14 ± 0.0031 to 0.1" in note
-    assert "larger --prior-spread" in note
+    texts = {f.subject[0]: finding_text(f) for f in model.findings_of(FindingKind.PRIOR_CONFLICT)}
+    assert "X_F changed from 0.14 ± 0.0031 to 0.1" in texts["X_F"]
+    assert "larger --prior-spread" in texts["X_F"]
 
 
 def test_what_always_forward_does_not_show_stays_the_priors(before):
@@ -198,8 +202,8 @@ def test_what_always_forward_does_not_show_stays_the_priors(before):
     model = identify([trial.recording], af, method="output-error", prior=before)
     constants = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
     assert constants["edge_reverse"] == pytest.approx(0.08, abs=1e-6)
-    (note,) = [n for n in model.estimator.notes if "says little of" in n]
-    assert "edge_reverse" in note
+    (dominated,) = model.findings_of(FindingKind.PRIOR_DOMINATES)
+    assert "edge_reverse" in dominated.subject
 
 
 def test_a_prior_of_other_terms_is_refused(mp, before, after):
@@ -298,7 +302,9 @@ def test_a_bound_is_no_knowledge(mp, before, after):
     stuck = with_covariance(before, {"Y_vv": 0.0})
     coefficients = stuck.coefficients.copy()
     coefficients[k] = 0.0
-    estimator = EstimatorEntry("output-error", notes=[f"Y_vv: 0 {AT_BOUND}"])
+    estimator = EstimatorEntry(
+        "output-error", findings=[finding_of(FindingKind.AT_BOUND, "Y_vv", bound=0.0)]
+    )
     stuck = replace(stuck, coefficients=coefficients, estimator=estimator)
     assert stuck.at_bounds == {"Y_vv"}
     assert widened(stuck).standard_errors["Y_vv"] == 0.0
@@ -314,26 +320,27 @@ def test_a_prior_that_has_seen_the_recording_is_said(before, mp, tmp_path):
     (trial,) = simulate(msgspec.structs.replace(plan, trials=trials), mp)
     recording = seatrial.read(write_trial(trial, tmp_path), mp)
     seen = replace(before, recordings=(recording_entry(recording),))
-    said = identify([recording], mp, prior=seen).estimator.notes
-    assert any("counts twice" in note for note in said)
-    said = identify([recording], mp, prior=before).estimator.notes
-    assert not any("counts twice" in note for note in said)
+    twice = FindingKind.PRIOR_COUNTED_TWICE
+    (finding,) = identify([recording], mp, prior=seen).findings_of(twice)
+    assert finding.subject == (recording.name,)
+    assert identify([recording], mp, prior=before).findings_of(twice) == ()
 
 
 def test_what_was_said_of_older_recordings_is_not_said_of_the_new_one(mp, before, after):
     stays = [
-        "reverse over forward of the thrust curve: estimated, as the data ask for it",
-        "dead zone of bow: one edge for both sides, as t1 hardly push astern",
+        finding_of(FindingKind.CURVE_STAGE_SELECTED, stage="reverse_ratio"),
+        finding_of(FindingKind.DEAD_ZONE_ONE_EDGE, "t1", side="astern"),
     ]
+    thrust = {"quantity": "thrust", "change": 0.26, "dead_zone": "modelled"}
     goes = [
-        "the recordings do not agree: thrust in yaw 26 % less in S3 than in S1: did the battery fall?",
-        "Prior: an older model, of 600 s",
-        "3.0 % of the poses are outliers to the model and count less",
-        "lag: 0.002 is the bound of its range",
+        finding_of(FindingKind.HOMOGENEITY, "yaw", "S3", "S1", **thrust),
+        finding_of(FindingKind.PRIOR_USED, spread=0.6),
+        finding_of(FindingKind.OUTLIERS, share=0.03),
+        finding_of(FindingKind.AT_BOUND, "lag", bound=0.002),
+        finding_of(FindingKind.OTHER, text="dead zone of bow: as an older version said"),
     ]
-    entry = EstimatorEntry("output-error", notes=[goes[0], stays[0], *goes[1:], stays[1]])
+    entry = EstimatorEntry("output-error", findings=[goes[0], stays[0], *goes[1:], stays[1]])
     found = identify([after[1][0].recording], mp, prior=replace(before, estimator=entry))
-    notes = found.estimator.notes
-    assert [n for n in notes if n in stays] == stays
-    assert not set(goes) & set(notes)
-    assert sum(note.startswith("Prior:") for note in notes) <= 1
+    assert [f for f in found.estimator.findings if f in stays] == stays
+    assert not [f for f in found.estimator.findings if f in goes]
+    assert len(found.findings_of(FindingKind.PRIOR_USED)) <= 1

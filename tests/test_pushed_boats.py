@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Boats that are quicker, heavier or pushed otherwise than the paper's: what the noise is, and the thrust curve."""
 
-import numpy as np
 import pytest
 from survey_boat import as_stated
 
+from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 from seatrial.simulation.plan import Unmodelled
 from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
@@ -16,7 +17,7 @@ CURVE = {"reverse_ratio": 0.75, "power": 1.4, "latency": 0.1, "lag": 0.12}
 
 
 def misfit(model):
-    return [note for note in model.estimator.notes if "not quite right" in note]
+    return model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -33,7 +34,7 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
     assert process.disturbance_yaw == pytest.approx(0.04 * SMALL.coefficients["N_F"], rel=0.2)
     assert lasting.position == pytest.approx(3e-3, rel=0.2)
     assert lasting.memory == pytest.approx(0.4, rel=0.3)
-    assert misfit(model) == []
+    assert misfit(model) == ()
     assert as_stated(model, SMALL.coefficients) == {}
 
 
@@ -45,7 +46,7 @@ def test_whether_a_push_turns_with_the_boat_is_found(earth):
         vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
         model = output_error(recordings, vehicle)
         assert model.noise.process.earth_fixed == earth
-        assert misfit(model) == []
+        assert misfit(model) == ()
         assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
 
 
@@ -71,7 +72,7 @@ def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
     push = Unmodelled(share, 2.0) if share else None
     vehicle, recordings = driven(MIDDLE, CURVED, seed=seed, push=push, white=4e-3)
     model = output_error(recordings, vehicle)
-    assert misfit(model) == []
+    assert misfit(model) == ()
     assert as_stated(model, {**MIDDLE.coefficients, **CURVE}) == {}
     wide = model.standard_errors["X_F"] / MIDDLE.coefficients["X_F"]
     assert wide < (0.1 if share > 0.02 else 0.03 if share else 0.002)
@@ -81,8 +82,8 @@ def test_a_linear_thruster_gets_no_curve():
     for seed in range(6):
         push = Unmodelled(0.05, 2.0)
         vehicle, recordings = driven(MIDDLE, CHAIN, seed=10 + seed, push=push, white=4e-3)
-        notes = output_error(recordings, vehicle).estimator.notes
-        assert not [n for n in notes if "as the data ask for it" in n], np.array(notes)
+        found = output_error(recordings, vehicle).estimator.findings
+        assert of_kinds(found, *STAGES_SELECTED) == (), found
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -95,6 +96,7 @@ def test_a_bow_thruster_has_a_lag_of_its_own(seed):
     ]
     vehicle, recordings = driven(BOWED, chain, seed=seed, white=4e-3)
     model = output_error(recordings, vehicle)
-    assert "a lag for each of t1+t2, t3: estimated, as the data ask for it" in model.estimator.notes
+    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "t1+t2", "t3", stage="lag")
+    assert selected in model.estimator.findings
     found = {"latency": 0.1, "lag.lag_t1": 0.12, "lag.lag_t3": 0.4}
     assert as_stated(model, {**BOWED.coefficients, **found}) == {}

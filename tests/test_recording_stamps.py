@@ -75,7 +75,7 @@ def test_two_robots_on_one_topic_are_refused(every, apart, rate):
     with pytest.raises(RecordingError, match="are two robots, or two sources of poses") as refused:
         make_recording("two", stamps, mixed, COMMANDS)
     assert "two: " in str(refused.value)
-    assert "Record them apart" in str(refused.value)
+    assert "Record them separately" in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

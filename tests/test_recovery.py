@@ -46,7 +46,7 @@ class Dense:
         vehicle = vehicle_of("MP").with_chain(plan.plant.chain)
         self.problem = bounds.problem_of(vehicle, [self.trial.recording.cut(BEGIN, END)])
         self.theta = true_parameters(
-            plan, self.problem.names[: self.problem.size + self.problem.constants]
+            plan, self.problem.names[: self.problem.n_coefficients + self.problem.n_constants]
         )
         self.t = self.problem.recordings[0].t
         first = int(np.searchsorted(self.trial.truth_t, BEGIN - 1e-6))
@@ -56,7 +56,7 @@ class Dense:
 
     def states(self, theta, x0, push, t=None):
         """The boat under a constant push from x0 at t[0]."""
-        n = self.problem.size
+        n = self.problem.n_coefficients
         boat = _core.Boat(
             self.problem.structure, np.concatenate([theta[:n], push]), 0, self.problem.step
         )

@@ -13,11 +13,11 @@ from conftest import TABLE_II, make_model
 from html_tables import Tables
 
 import seatrial
+from seatrial.boat.schema import EQUATION_ERROR as PAPERS
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import METHODS
-from seatrial.identification.regression.equation_error import METHOD as PAPERS
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.recording.excitation import excitation
 from seatrial.report import report, write_report
@@ -318,7 +318,7 @@ def test_warnings_and_the_sanity_line_are_shown(model, cse1):
     warned = replace(model, warnings=("N_rr < 0 & so on",))
     text = report(warned, [cse1["run1"]])
     assert '<p class="warning"><i>N</i><sub>rr</sub> &lt; 0 &amp; so on</p>' in text
-    assert re.search(r'<p class="sanity">Top speed [\d.]+ m/s in surge', text)
+    assert re.search(r'<p class="sanity">Implied top speed [\d.]+ m/s in surge', text)
 
 
 def test_an_unstable_model_gets_a_report_that_says_so(af, clean_af):

@@ -9,7 +9,7 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.boat.actuators import STARTS
-from seatrial.boat.physics import driven, sanity
+from seatrial.boat.physics import axis_physics, driven
 from seatrial.evaluation.assessment import assess, pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
@@ -156,7 +156,7 @@ def test_how_often_drawn_coefficients_make_no_boat_is_told(mp):
 
 
 def test_start_and_stop_is_what_the_sanity_line_says(model):
-    for one in sanity(model):
+    for one in axis_physics(model):
         t, v = driven(model, one.axis)
         on = t <= 120.0
         assert v[on][-1] == pytest.approx(one.top_speed)

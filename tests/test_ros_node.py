@@ -222,7 +222,7 @@ def other_inputs(known, path):
     ("spoil", "words"),
     [
         (lambda _, path: path.unlink(), "no such file"),
-        (lambda _, path: path.write_text("seatrial: model 1\n"), "expected 'seatrial: model 2'"),
+        (lambda _, path: path.write_text("seatrial: model 1\n"), "expected 'seatrial: model 3'"),
         (other_inputs, "the new model has other inputs"),
     ],
 )

@@ -9,10 +9,11 @@ from conftest import TABLE_II, make_model
 from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
-from seatrial.boat.physics import sanity, sanity_line
+from seatrial.boat.findings import FindingKind, finding_text, of_kinds
+from seatrial.boat.physics import axis_physics, physics_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
-from seatrial.inspection.overview import implausible
+from seatrial.inspection.overview import implausible_values
 from seatrial.recording.recording import Signal
 from seatrial.util.errors import SeatrialError
 
@@ -24,9 +25,9 @@ def both(rng):
 def test_noisy_fast_poses_are_not_in_other_units():
     noise = np.array([0.1, 0.1, 0.05])
     _, recording = driven({}, [both, both], seconds=60.0, stamps=even(50.0), noise=noise)
-    assert not [s for s in implausible(recording) if "mm or cm" in s or "degrees" in s]
+    assert not [s for s in implausible_values(recording) if "mm or cm" in s or "degrees" in s]
     in_mm = replace(recording, eta=recording.eta * [1000.0, 1000.0, 1.0])
-    assert [s for s in implausible(in_mm) if "mm or cm" in s]
+    assert [s for s in implausible_values(in_mm) if "mm or cm" in s]
 
 
 def test_slow_poses_are_said_where_their_velocities_are_used():
@@ -34,10 +35,12 @@ def test_slow_poses_are_said_where_their_velocities_are_used():
     model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)
     model = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 1.0)}, {}))
     (row,) = validate(model, [recording]).recordings
-    assert any("poses are 1 s apart: the stencil's velocities" in note for note in row.notes)
+    (slow,) = of_kinds(row.findings, FindingKind.SLOW_POSES)
+    assert slow.number("period") == pytest.approx(1.0, rel=1e-3)
+    assert "poses are 1 s apart: " in finding_text(slow)
     _, usual = driven({}, [both, both], seconds=100.0)
     (row,) = validate(model, [usual]).recordings
-    assert not [note for note in row.notes if "apart" in note]
+    assert not of_kinds(row.findings, FindingKind.SLOW_POSES)
 
 
 def test_commands_in_other_units_are_named_by_identify():
@@ -60,13 +63,13 @@ def test_a_fast_boat_is_not_unstable(mp):
     values = {**TABLE_II["AF"], "X_F": 3.0, "X_u": -0.1, "X_uu": -0.012, "N_ud": 0.0, "N_uu": 0.0}
     model = make_model(mp, values)
     with pytest.raises(SeatrialError, match="surge passes 10 m/s"):
-        sanity(model)
+        axis_physics(model)
     recorded = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 9.0)}, {}))
-    assert sanity(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
+    assert axis_physics(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
 
 
 def test_the_top_speed_is_said_with_its_command_where_that_is_not_a_full_one(mp):
     model = make_model(mp, TABLE_II["AF"])
-    assert "full command" not in sanity_line(model)
+    assert "full command" not in physics_line(model)
     gentle = replace(model, envelope=EnvelopeEntry({}, {"F_u": (-0.5, 0.4)}))
-    assert "m/s in surge by 50 % of full command, " in sanity_line(gentle)
+    assert "m/s in surge at 50 % of full command, " in physics_line(gentle)

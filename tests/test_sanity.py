@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
 
-from seatrial.boat.physics import doubts, early, sanity, sanity_line
+from seatrial.boat.physics import (
+    axis_physics,
+    implausible_coefficients,
+    negative_latencies,
+    physics_line,
+)
 from seatrial.boat.schema import ChainGroup, NoiseEntry, ProcessEntry
 from seatrial.util.errors import ModelError
 
@@ -26,7 +31,7 @@ def coast(quadratic: float, linear: float, u0: float, share: float) -> float:
 @pytest.mark.parametrize("column", ["MP", "AF"])
 def test_top_speed_and_coast_are_the_closed_forms(mp, column):
     c = TABLE_II[column]
-    surge, sway, yaw = sanity(make_model(mp, c, step=1 / 60))
+    surge, sway, yaw = axis_physics(make_model(mp, c, step=1 / 60))
     for found, names in ((surge, "X_uu X_u X_F"), (sway, "Y_vv Y_v Y_F")):
         q, lin, f = (c[n] for n in names.split())
         top = top_speed(q, lin, f)
@@ -38,34 +43,36 @@ def test_top_speed_and_coast_are_the_closed_forms(mp, column):
 
 
 def test_the_papers_boat_in_words(mp):
-    line = sanity_line(make_model(mp, TABLE_II["AF"]))
-    assert line.startswith("Top speed 0.23 m/s in surge, 0.38 m/s in sway, 1.62 rad/s in yaw;")
-    assert line.endswith("is that your boat?")
+    line = physics_line(make_model(mp, TABLE_II["AF"]))
+    assert line.startswith(
+        "Implied top speed 0.23 m/s in surge, 0.38 m/s in sway, 1.62 rad/s in yaw;"
+    )
+    assert line.endswith("Compare with your boat.")
 
 
 def test_a_latency_that_no_simulation_can_have_is_said(mp):
     for latency, said in ((-0.02, 1), (-1e-4, 0), (0.1, 0)):
         model = make_model(mp.with_chain([ChainGroup(latency=latency)]), TABLE_II["AF"])
-        assert len(early(model)) == said
+        assert len(negative_latencies(model)) == said
     told = make_model(mp.with_chain([ChainGroup(latency=-0.02)]), TABLE_II["AF"])
-    assert early(told)[0].startswith("latency is -0.02 s")
+    assert negative_latencies(told)[0].startswith("latency is -0.02 s")
 
 
 def test_drag_that_drives_the_boat_is_a_doubt(mp):
-    (doubt,) = doubts(make_model(mp, TABLE_II["AF"] | {"X_u": 0.02}))
+    (doubt,) = implausible_coefficients(make_model(mp, TABLE_II["AF"] | {"X_u": 0.02}))
     assert doubt.startswith("X_u = 0.02")
-    assert "linear surge drag that drives the boat" in doubt
-    assert doubts(make_model(mp, TABLE_II["AF"])) == []
+    assert "linear surge drag that accelerates the boat" in doubt
+    assert implausible_coefficients(make_model(mp, TABLE_II["AF"])) == []
 
 
 def test_pose_noise_is_not_blamed_where_the_estimator_knows_of_it(mp):
     model = make_model(mp, TABLE_II["AF"] | {"X_u": 0.02})
-    (doubt,) = doubts(model)
-    assert "Pose noise does that to regressions" in doubt
+    (doubt,) = implausible_coefficients(model)
+    assert "the bias of a regression on noisy velocities" in doubt
     noise = NoiseEntry(1e-3, 2e-3, ProcessEntry(1e-9, 1e-9, 1e-3, 1e-3, 2.0))
-    (doubt,) = doubts(replace(model, noise=noise))
-    assert "Pose noise" not in doubt
-    assert "Drag that grows with speed in another way" in doubt
+    (doubt,) = implausible_coefficients(replace(model, noise=noise))
+    assert "noisy velocities" not in doubt
+    assert "drag that grows with speed in another way" in doubt
 
 
 def test_drag_that_is_positive_within_its_error_is_none(mp):
@@ -74,12 +81,12 @@ def test_drag_that_is_positive_within_its_error_is_none(mp):
     for error, said in ((0.015, 0), (0.005, 1)):
         covariance = np.zeros_like(model.covariance)
         covariance[k, k] = error**2
-        assert len(doubts(replace(model, covariance=covariance))) == said
+        assert len(implausible_coefficients(replace(model, covariance=covariance))) == said
 
 
 def test_a_model_that_runs_away_is_refused_with_the_coefficients_at_fault(mp):
     with pytest.raises(ModelError, match=r"surge passes 10 m/s within \d+ s.*X_u = 0\.5, X_uu = 0"):
-        sanity(make_model(mp, TABLE_II["AF"] | {"X_u": 0.5, "X_uu": 0.0}))
+        axis_physics(make_model(mp, TABLE_II["AF"] | {"X_u": 0.5, "X_uu": 0.0}))
 
 
 def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
@@ -93,19 +100,17 @@ def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
     vehicle = vehicle_from(content, "singular")
     values = {"X_u": -1, "X_F": 1, "X_rd": 2, "Y_v": -1, "Y_F": 1, "N_r": -1, "N_F": 1, "N_ud": 0.5}
     with pytest.raises(ModelError, match="unstable"):
-        sanity(make_model(vehicle, values))
+        axis_physics(make_model(vehicle, values))
 
 
 def test_a_thrust_gain_that_is_negative_or_not_there_is_a_doubt(mp):
     from dataclasses import replace
 
     model = make_model(mp, TABLE_II["AF"] | {"Y_F": -0.2})
-    (doubt,) = doubts(model)
-    assert (
-        "F_v drives sway backwards. Turn the sign round" in doubt and "(inputs: F_v: sign)" in doubt
-    )
+    (doubt,) = implausible_coefficients(model)
+    assert "F_v drives sway backwards. Change the sign" in doubt and "(inputs: F_v: sign)" in doubt
     odd = replace(make_model(mp, TABLE_II["AF"]), covariance=np.eye(11))
-    assert [d.split(":")[1].split(". Are")[0] for d in doubts(odd)] == [
-        " F_u does not visibly drive surge", " F_v does not visibly drive sway",
-        " F_r does not visibly drive yaw",
+    assert [d.split(":")[1].split(". Check")[0] for d in implausible_coefficients(odd)] == [
+        " F_u does not significantly drive surge", " F_v does not significantly drive sway",
+        " F_r does not significantly drive yaw",
     ]  # fmt: skip

@@ -12,7 +12,7 @@ import seatrial
 from seatrial.boat.actuators import ESTIMATE
 from seatrial.boat.schema import ChainGroup
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.likelihood.optimiser import lowest_within
+from seatrial.identification.likelihood.optimiser import box_minimum
 from seatrial.identification.selection.actuator_stages import alike
 
 SIZES = st.floats(-3.0, 3.0, allow_subnormal=False)
@@ -31,7 +31,7 @@ def boxes(draw):
 @given(boxes())
 def test_the_lowest_place_in_a_box_is_where_every_way_down_leads_out_of_it(box):
     matrix, pull, low, high = box
-    x = lowest_within(matrix, pull, low, high)
+    x = box_minimum(matrix, pull, low, high)
     assert np.all((low <= x) & (x <= high))
     slope = pull - matrix @ x
     small = 1e-7 * (1.0 + np.abs(matrix).max() * np.abs(x).max() + np.abs(pull).max())
@@ -42,7 +42,7 @@ def test_the_lowest_place_in_a_box_is_where_every_way_down_leads_out_of_it(box):
 def test_what_another_parameter_drags_to_its_bound_is_let_go_again():
     """Two that are nearly one: the first stops at once, the second is free to go its own way."""
     matrix = np.array([[1.0, 0.9999], [0.9999, 1.0]])
-    x = lowest_within(matrix, np.array([-1.0, 0.2]), np.array([0.0, -1.0]), np.array([9.0, 1.0]))
+    x = box_minimum(matrix, np.array([-1.0, 0.2]), np.array([0.0, -1.0]), np.array([9.0, 1.0]))
     assert x == pytest.approx([0.0, 0.2])
 
 

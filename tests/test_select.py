@@ -23,9 +23,16 @@ from seatrial.identification.selection.terms import (
 from seatrial.identification.selection.terms.aliasing import aliases
 from seatrial.identification.selection.terms.candidates import is_essential, with_terms
 from seatrial.identification.selection.terms.cross_validation import folds
-from seatrial.identification.selection.terms.decisions import Evidence, Verdict, reason_to_go
-from seatrial.identification.selection.terms.held_out import Change, HeldOut, retrained
-from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.decisions import (
+    TermEvidence,
+    TermVerdict,
+    reason_to_go,
+)
+from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange, retrained
+from seatrial.identification.selection.terms.score_information import (
+    ScoreInformation,
+    score_information_of,
+)
 from seatrial.identification.selection.terms.significance import (
     Estimate,
     Repeats,
@@ -33,7 +40,7 @@ from seatrial.identification.selection.terms.significance import (
     repeats,
     t_chance,
 )
-from seatrial.identification.selection.terms.stepwise import Search, looks
+from seatrial.identification.selection.terms.stepwise import TermSearch, candidate_information
 from seatrial.io.write import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -169,7 +176,7 @@ def test_recordings_of_a_kind_are_repeats_and_halves_where_there_is_none(six, mp
 def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, fitted, mp):
     """One Gauss-Newton step without refit, against the likelihood's maximum with the term."""
     term = named(mp, "N_v * v")[0]
-    step = estimate(slopes(fitted, six, [term]), "N_v")
+    step = estimate(score_information_of(fitted, six, [term]), "N_v")
     refit = output_error(six, with_terms(mp, (*mp.structure.terms, term)), start=fitted)
     assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
     assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
@@ -180,11 +187,14 @@ def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(six,
     tried = default_candidates(mp)
     room = min(_core.MAX_TERMS - 13, 40 - 11) - 3
     assert len(tried) > room
-    search = Search(mp, tried, tuple(six), lambda _: None)
-    found = {t.coefficient: estimate(s, t.coefficient) for t, s in looks(search, fitted, tried)}
+    search = TermSearch(mp, tried, tuple(six), lambda _: None)
+    found = {
+        t.coefficient: estimate(s, t.coefficient)
+        for t, s in candidate_information(search, fitted, tried)
+    }
     assert set(found) == {t.coefficient for t in tried}
     for term in (tried[0], tried[-1]):
-        alone = estimate(slopes(fitted, six, [term]), term.coefficient)
+        alone = estimate(score_information_of(fitted, six, [term]), term.coefficient)
         assert found[term.coefficient].value == pytest.approx(alone.value, rel=1e-6)
         assert found[term.coefficient].error == pytest.approx(alone.error, rel=1e-6)
 
@@ -192,7 +202,7 @@ def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(six,
 def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
     """Without common parameters the fold's step is a fit of the fold alone."""
     parts = [[0, 1, 2], [3, 4, 5]]
-    look = slopes(fitted, six)
+    look = score_information_of(fitted, six)
     found = repeats(look, "Y_v", parts)
     whole = fitted.standard_errors["Y_v"]
     weights = found.errors**-2.0
@@ -206,7 +216,7 @@ def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
 
 def test_a_step_that_leads_out_of_bounds_ends_there(six, fitted):
     """A recording left out may take with it what an edge of the dead zone is known from."""
-    look = slopes(fitted, six)
+    look = score_information_of(fitted, six)
     edge = look.place("edge_forward")
     far = replace(look, gradient=look.gradient - 1e7 * (np.arange(len(look.names)) == edge))
     assert retrained(replace(far, bounds=(-np.inf, np.inf)), range(6), None)[edge] < 0.0
@@ -217,7 +227,7 @@ def test_a_step_that_leads_out_of_bounds_ends_there(six, fitted):
 
 def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, fitted):
     parts = [[0, 1, 2], [3, 4, 5]]
-    held = HeldOut(fitted, slopes(fitted, six), parts, six, 1.0)
+    held = HeldOut(fitted, score_information_of(fitted, six), parts, six, 1.0)
     drag, weak = held.without("N_r", 2), held.without("N_ud", 2)
     assert drag.percent > 20
     assert drag.z > 2
@@ -234,28 +244,52 @@ def spread(p, between):
     return Repeats(np.zeros(2), np.ones(2), p, between, 1.0)
 
 
-SAME, FINE = spread(0.5, 0.0), Change(5.0, 6.0, 10.0, 1.0)
+SAME, FINE = spread(0.5, 0.0), PredictionChange(5.0, 6.0, 10.0, 1.0)
 
 
 @pytest.mark.parametrize(
     ("evidence", "own", "said"),
     [
-        (Evidence(told(), SAME, FINE), True, None),
-        (Evidence(told(), spread(1e-6, 0.9), Change(0.0, 0.0, 10.0, 1.0)), True, "not repeatable"),
-        (Evidence(told(), spread(1e-6, 0.2), Change(0.0, 0.0, 10.0, 1.0)), True, None),
-        (Evidence(told(), spread(1e-6, 0.9), FINE), True, None),  # stays, but is said to spread
-        (Evidence(told(), SAME, Change(-4.0, -5.0, 10.0, 1.0)), True, "4 % better without it"),
-        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01, 1.0)), False, "by 0.01 % only"),
-        (Evidence(told(), SAME, Change(0.0, 0.0, 0.01, 1.0)), True, None),
-        (Evidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
+        (TermEvidence(told(), SAME, FINE), True, None),
         (
-            Evidence(told(0.05, 0.6), SAME, Change(-0.2, -1.5, 9.0, 0.05)),
+            TermEvidence(told(), spread(1e-6, 0.9), PredictionChange(0.0, 0.0, 10.0, 1.0)),
+            True,
+            "not repeatable",
+        ),
+        (
+            TermEvidence(told(), spread(1e-6, 0.2), PredictionChange(0.0, 0.0, 10.0, 1.0)),
+            True,
+            None,
+        ),
+        (TermEvidence(told(), spread(1e-6, 0.9), FINE), True, None),  # stays, but is said to spread
+        (
+            TermEvidence(told(), SAME, PredictionChange(-4.0, -5.0, 10.0, 1.0)),
+            True,
+            "4 % better without it",
+        ),
+        (
+            TermEvidence(told(), SAME, PredictionChange(0.0, 0.0, 0.01, 1.0)),
+            False,
+            "by 0.01 % only",
+        ),
+        (TermEvidence(told(), SAME, PredictionChange(0.0, 0.0, 0.01, 1.0)), True, None),
+        (TermEvidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
+        (
+            TermEvidence(told(0.05, 0.6), SAME, PredictionChange(-0.2, -1.5, 9.0, 0.05)),
             True,
             "0.2 % better without it",
         ),
-        (Evidence(told(0.05, 0.6), SAME, Change(0.0, 0.0, 0.1, 0.05)), True, "by 0.5 % at most"),
+        (
+            TermEvidence(told(0.05, 0.6), SAME, PredictionChange(0.0, 0.0, 0.1, 0.05)),
+            True,
+            "by 0.5 % at most",
+        ),
         # all recordings together say 0, where each half says 0.1
-        (Evidence(told(1e-9, 0.6), SAME, Change(0.0, 0.0, 0.4, 0.1)), True, "by 0.8 % at most"),
+        (
+            TermEvidence(told(1e-9, 0.6), SAME, PredictionChange(0.0, 0.0, 0.4, 0.1)),
+            True,
+            "by 0.8 % at most",
+        ),
     ],
 )
 def test_why_a_term_of_the_model_goes(evidence, own, said):
@@ -266,15 +300,15 @@ def test_why_a_term_of_the_model_goes(evidence, own, said):
 
 def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupled):
     rows = {row.coefficient: row for row in coupled.rows}
-    assert rows["Y_r"].verdict is Verdict.COMES
+    assert rows["Y_r"].verdict is TermVerdict.COMES
     assert coupled.model.values["Y_r"] == pytest.approx(COUPLED["Y_r"], rel=0.05)
-    assert [n for n, r in rows.items() if r.verdict is Verdict.COMES] == ["Y_r"]
-    assert not [n for n, r in rows.items() if r.verdict is Verdict.GOES]
-    assert rows["N_ud"].verdict is Verdict.STAYS
+    assert [n for n, r in rows.items() if r.verdict is TermVerdict.COMES] == ["Y_r"]
+    assert not [n for n, r in rows.items() if r.verdict is TermVerdict.GOES]
+    assert rows["N_ud"].verdict is TermVerdict.STAYS
     assert rows["N_ud"].reason.startswith("weak")
     assert [n for n, r in rows.items() if r.reason.startswith("weak")] == ["N_ud"]
     shown = selection_text(coupled)
-    assert "Came: Y_r. Went: none. Weak: N_ud. Aliased: none." in shown
+    assert "Added: Y_r. Removed: none. Weak: N_ud. Aliased: none." in shown
     assert "v_dot = - u r + Y_v v" in shown.replace("= -u", "= - u")
 
 
@@ -283,7 +317,7 @@ def test_a_term_that_changes_sign_between_repeats_goes(mp):
     records += trials(mp, 5, names=SIX[3:], extra={"Y_r": -0.012})
     found = select(records, mp, candidates=named(mp, "Y_r * r"))
     row = next(r for r in found.rows if r.coefficient == "Y_r")
-    assert row.verdict is Verdict.OUT
+    assert row.verdict is TermVerdict.OUT
     assert row.reason.startswith("not repeatable: S1-MP, S2-MP, S3-MP: 0.01")
     values, errors = row.evidence.repeats.values, row.evidence.repeats.errors
     assert values[0] > 5 * errors[0]
@@ -343,7 +377,9 @@ def test_a_strong_term_that_acts_in_few_blocks_does_not_hide_itself():
     total = shares.sum(axis=0)[None]
     limits = (np.full(1, -np.inf), np.full(1, np.inf))
     gradient, recording = scores.sum(axis=0)[None], np.zeros(20, int)
-    whole = Slopes(("N_uv",), np.zeros(1), limits, total, gradient, scores, shares, recording)
+    whole = ScoreInformation(
+        ("N_uv",), np.zeros(1), limits, total, gradient, scores, shares, recording
+    )
     found = estimate(whole, "N_uv")
     assert found.value == pytest.approx(0.3, abs=0.03)
     assert found.error < 0.015 and found.p < 1e-6
@@ -352,7 +388,7 @@ def test_a_strong_term_that_acts_in_few_blocks_does_not_hide_itself():
 def test_blocks_share_the_information_of_their_recording(mp, paper_mp):
     recordings = [paper_mp[name].recording for name in ("S1", "S3")]
     model = output_error(recordings, mp)
-    look = slopes(model, recordings)
+    look = score_information_of(model, recordings)
     for i in range(2):
         own = look.shares[look.recording == i].sum(axis=0)
         np.testing.assert_allclose(own, look.information[i], rtol=1e-9, atol=1e-9 * own.max())

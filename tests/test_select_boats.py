@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -14,10 +15,14 @@ from seatrial.identification.selection.terms import (
     selection_text,
 )
 from seatrial.identification.selection.terms.candidates import with_terms
-from seatrial.identification.selection.terms.decisions import Evidence, Verdict, reason_to_go
-from seatrial.identification.selection.terms.held_out import Change
+from seatrial.identification.selection.terms.decisions import (
+    TermEvidence,
+    TermVerdict,
+    reason_to_go,
+)
+from seatrial.identification.selection.terms.held_out import PredictionChange
 from seatrial.identification.selection.terms.significance import Estimate, Repeats
-from seatrial.identification.selection.terms.stepwise import Search
+from seatrial.identification.selection.terms.stepwise import TermSearch
 from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 
@@ -56,7 +61,7 @@ def test_a_term_that_ends_at_its_bound_goes(mp):
     for name in ("X_uu", "Y_vv", "N_rr"):
         row = rows[name]
         if "at its bound" in row.reason:
-            assert row.verdict in (Verdict.GOES, Verdict.STAYS)
+            assert row.verdict in (TermVerdict.GOES, TermVerdict.STAYS)
             assert row.evidence is not None
             assert abs(row.evidence.estimate.value) < 4 * row.evidence.estimate.error
     assert {"X_u", "Y_v", "N_r"} <= set(found.model.values)
@@ -65,9 +70,9 @@ def test_a_term_that_ends_at_its_bound_goes(mp):
 @pytest.mark.parametrize(("value", "said"), [(0.04, None), (0.3, "0, it moves"), (-0.3, None)])
 def test_what_may_be_large_for_all_its_bound_stays(value, said):
     """Its tests are without the bound: they say how far below 0 it may be."""
-    evidence = Evidence(
+    evidence = TermEvidence(
         Estimate(value, 0.1, 0.5), Repeats([0, 0], [1, 1], 0.5, 0.0, 1.0),
-        Change(0.0, 0.0, 10.0, 1.0), idle=True,
+        PredictionChange(0.0, 0.0, 10.0, 1.0), idle=True,
     )  # fmt: skip
     found = reason_to_go(evidence, 10, (), own=True, one_boat=True)
     assert found == (
@@ -76,7 +81,7 @@ def test_what_may_be_large_for_all_its_bound_stays(value, said):
 
 
 def test_the_last_drag_of_an_axis_is_not_up_for_removal(mp):
-    search = Search(mp, (), (), lambda _: None)
+    search = TermSearch(mp, (), (), lambda _: None)
     terms = mp.structure.terms
     assert {"X_u", "X_uu"} <= set(search.removable(terms))
     fewer = search.removable([t for t in terms if t.coefficient != "X_u"])
@@ -93,9 +98,10 @@ def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
         [*recordings(before, mp, FIRST), *recordings(after, mp, SECOND)], mp, candidates=()
     )
     assert {"X_u", "X_uu"} <= set(found.model.values)
-    (said,) = found.asked
-    assert said.startswith("the recordings do not agree: drag in surge ")
-    assert f"But {said}" in selection_text(found)
+    (finding,) = found.asked
+    assert (finding.kind, finding.part("axis")) == (FindingKind.HOMOGENEITY, "surge")
+    assert finding.values["quantity"] == "drag"
+    assert f"Check first: {finding_text(finding)}" in selection_text(found)
 
 
 def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
@@ -106,7 +112,7 @@ def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
     driven = with_terms(mp, (*mp.structure.terms, *more))
     plant = msgspec.structs.replace(plan.plant, coefficients={**plan.plant.coefficients, **extra})
     found = select(recordings(msgspec.structs.replace(plan, plant=plant), driven), mp)
-    came = [row.term.partition(" * ")[2] for row in found.rows if row.verdict is Verdict.COMES]
+    came = [row.term.partition(" * ")[2] for row in found.rows if row.verdict is TermVerdict.COMES]
     assert came == ["u * u * u", "|v| * r"]
     assert found.asked == ()
 

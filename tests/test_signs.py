@@ -25,8 +25,11 @@ from sign_tables import (
 
 import seatrial
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.consistency import Wrong, assignments, check_signs, mended
+from seatrial.inspection.consistency.channel_assignment import assignments
+from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.gains import gains, read_run
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
+from seatrial.inspection.consistency.repair import apply_repair
 from seatrial.recording.excitation import even_times
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
@@ -65,7 +68,7 @@ def test_every_fault_in_three_trials_together_is_found():
 
 
 def test_every_fault_is_found_in_recordings_so_long_that_fewer_windows_must_do(monkeypatch):
-    monkeypatch.setattr("seatrial.inspection.consistency.check.LONG", 120.0)  # of 600 s
+    monkeypatch.setattr("seatrial.inspection.consistency.check.MOST_WINDOWED", 120.0)  # of 600 s
     test_every_fault_in_three_trials_together_is_found()
 
 
@@ -81,7 +84,7 @@ def test_faults_in_the_ships_recordings_are_found(ship, cse1_vehicle):
         if name != harmless:
             assert_found(ship[1:], cse1_vehicle, name, fault)
     given, _, wrong = put_wrong(ship[1:], cse1_vehicle, faults(cse1_vehicle)[harmless])
-    assert not check_signs(read_all(given, wrong), wrong).findings
+    assert not check_consistency(read_all(given, wrong), wrong).findings
 
 
 def test_signs_in_a_single_run_of_the_ship_are_found(ship, cse1_vehicle):
@@ -97,33 +100,33 @@ def test_signs_in_a_single_run_of_the_ship_are_found(ship, cse1_vehicle):
 def test_a_unit_that_should_not_have_been_stated_is_found(ship, cse1_vehicle, units, stated):
     table, mallard = simulated("hard", "S4", "mallard-mp")
     for tables, vehicle in (([table], mallard), (ship, cse1_vehicle)):
-        wrong = mended(vehicle, replace(untouched(vehicle), units=units))
-        report = check_signs(read_all(tables, wrong), wrong)
+        wrong = apply_repair(vehicle, replace(untouched(vehicle), units=units))
+        report = check_consistency(read_all(tables, wrong), wrong)
         assert [u for u in report.repair.units if u] == [stated for u in units if u]
-        assert not check_signs(read_all(tables, report.mended(wrong)), vehicle).findings
+        assert not check_consistency(read_all(tables, report.repaired(wrong)), vehicle).findings
 
 
 def test_good_trials_of_any_seed_are_not_cried_at(mp, af):
     for plan, vehicle, seed in (("hard", mp, 7), ("paper-like", af, 8)):
         for trial in simulate(with_seed(load_plan(plan), seed), vehicle):
             record = trial.recording
-            assert not check_signs([record], vehicle).findings, trial.name
-            assert not check_signs([record.cut(0.0, 60.0)], vehicle).findings, trial.name
+            assert not check_consistency([record], vehicle).findings, trial.name
+            assert not check_consistency([record.cut(0.0, 60.0)], vehicle).findings, trial.name
 
 
 def test_pieces_of_the_ships_recordings_are_not_cried_at(cse1, cse1_vehicle):
     for record in cse1.values():
-        assert not check_signs([record], cse1_vehicle).findings
+        assert not check_consistency([record], cse1_vehicle).findings
         for length in (60.0, 120.0):
             for start in np.arange(0.0, record.duration - length, length / 2):
                 piece = record.cut(float(start), float(start + length))
-                assert not check_signs([piece], cse1_vehicle).findings, (record.name, start)
+                assert not check_consistency([piece], cse1_vehicle).findings, (record.name, start)
 
 
 def test_units_that_are_stated_rightly_are_not_cried_at():
     table, vehicle = simulated("hard", "S4", "mallard-mp")
-    stated = mended(vehicle, replace(untouched(vehicle), units=("mm", "mm", "deg")))
-    assert not check_signs(
+    stated = apply_repair(vehicle, replace(untouched(vehicle), units=("mm", "mm", "deg")))
+    assert not check_consistency(
         [table.in_units(0.001, 0.001, np.pi / 180).read(stated)], stated
     ).findings
 
@@ -135,7 +138,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     def nothing(*_):
         raise IdentificationError("no solution after 40 steps")
 
-    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_output_error", nothing)
+    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_fit", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
         seatrial.identify(read_all(given, wrong), wrong)
 
@@ -145,35 +148,38 @@ def test_findings_name_the_line_to_change():
     said = {}
     for name, fault in faults(vehicle).items():
         given, _, wrong = put_wrong([table], vehicle, fault)
-        said[name] = check_signs(read_all(given, wrong), wrong).findings
+        said[name] = check_consistency(read_all(given, wrong), wrong).findings
     (found,) = said["-F_v"]
-    assert found.kind is Wrong.NEGATED
+    assert found.kind is InconsistencyKind.NEGATED
     assert found.text.startswith("F_v moves sway to the right (t ")
     assert found.text.endswith("set sign: 1 at commands: inputs: F_v")
     (found,) = said["F_u<>F_v"]
-    assert found.kind is Wrong.PERMUTED
+    assert found.kind is InconsistencyKind.PERMUTED
     assert found.text.startswith("F_u and F_v are swapped: F_u moves sway")
     assert found.text.endswith("(F_u: F_u or axes[1], F_v: F_v or axes[0])")
     assert said["degrees"][0].text.endswith("set unit: deg at pose: psi")
     assert said["millimetres"][0].text.endswith("set unit: mm at pose: x and pose: y")
     assert said["-y"][0].text.endswith("set sign: 1 at pose: y")
     assert "exchange their entries under pose (x: x, y: y)" in said["x<>y"][0].text
-    assert [f.kind for f in said["other hand"]] == [Wrong.HANDED]
-    assert [f.kind for f in said["degrees, negated"]] == [Wrong.ANGLE, Wrong.NEGATED]
+    assert [f.kind for f in said["other hand"]] == [InconsistencyKind.HANDED]
+    assert [f.kind for f in said["degrees, negated"]] == [
+        InconsistencyKind.ANGLE,
+        InconsistencyKind.NEGATED,
+    ]
 
 
 def test_commands_of_the_other_hand_are_one_finding():
     """F_v and F_r reversed is the same as y and psi reversed: one sentence for both."""
     table, vehicle = simulated("hard", "S7", "mallard-mp")
-    wrong = mended(vehicle, inputs_edited(vehicle, negated=(1, 2)))
-    (found,) = check_signs([table.read(wrong)], wrong).findings
-    assert found.kind is Wrong.HANDED
+    wrong = apply_repair(vehicle, inputs_edited(vehicle, negated=(1, 2)))
+    (found,) = check_consistency([table.read(wrong)], wrong).findings
+    assert found.kind is InconsistencyKind.HANDED
     assert "forward-right-down" in found.text
 
 
 def test_gains_are_those_of_the_simulated_plant(af):
     """Independent truth: X_F, Y_F, N_F of the plan, less what the thrusters' dead zone takes."""
-    report = check_signs(
+    report = check_consistency(
         [simulated("clean", n, "mallard-af")[0].recording for n in ("S1", "S2", "S3")], af
     )
     gains = {(g.input, g.axis): g.value for g in report.table}
@@ -195,12 +201,12 @@ def test_what_could_not_be_checked_is_said(mp):
     quiet = make_recording(
         "S1", record.stamps, record.raw, Signal(mp.inputs, record.commands.stamps, values)
     )
-    report = check_signs([quiet], mp)
+    report = check_consistency([quiet], mp)
     assert not report.findings
     for name in ("F_v", "F_r"):
-        assert f"{name}: hardly excited, its sign is not checked" in report.text
+        assert f"{name}: hardly excited; its sign is not checked" in report.text
     short = record.cut(0.0, 8.0)
-    assert check_signs([short], mp).text[0].startswith("too short")
+    assert check_consistency([short], mp).text[0].startswith("too short")
 
 
 def test_an_unlabelled_joypad_is_assigned():
@@ -241,7 +247,7 @@ def test_more_inputs_than_can_be_enumerated_are_searched_edit_by_edit(mp):
     inputs = msgspec.structs.replace(four.file.commands, inputs={n: n for n in thrusters})
     vehicle = Vehicle(msgspec.structs.replace(four.file, thrusters=thrusters, commands=inputs))
     given = replace(table, columns=columns)
-    assert not check_signs([given.read(vehicle)], vehicle).findings
+    assert not check_consistency([given.read(vehicle)], vehicle).findings
     for fault in (inputs_edited(vehicle, negated=(2,)), inputs_edited(vehicle, (1, 3))):
         assert_found([given], vehicle, "six", fault)
 
@@ -252,11 +258,11 @@ def test_a_boat_that_never_moved_or_was_never_driven_is_not_cried_at(mp):
     for raw, values in ((still, record.commands.values), (still, silent), (record.raw, silent)):
         signal = Signal(mp.inputs, record.commands.stamps, values)
         resting = make_recording("S1", record.stamps, raw, signal)
-        report = check_signs([resting], mp)
+        report = check_consistency([resting], mp)
         assert not report.findings
         if not raw.any():
-            stated = mended(mp, replace(untouched(mp), units=("mm", "mm", "deg")))
-            assert not check_signs([resting], stated).findings
+            stated = apply_repair(mp, replace(untouched(mp), units=("mm", "mm", "deg")))
+            assert not check_consistency([resting], stated).findings
         assert sum("not checked" in line for line in report.text) == 3
         assert values.any() or not report.table  # nothing that it moves, by no margin
 
@@ -270,7 +276,7 @@ def test_stamps_in_the_wrong_unit_cost_no_more_memory_than_others():
     assert days.duration > 24 * 3600
     assert len(even_times(days)) <= 1_000_001
     tracemalloc.start()
-    check_signs([days], vehicle)
+    check_consistency([days], vehicle)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 200e6
@@ -280,7 +286,7 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
     """As degrees the boat did not turn; sideways drift by a current fits that as well."""
     table, vehicle = simulated("hard", "S7", "mallard-mp")
     recording = read_all([table], vehicle)[0]
-    poses = import_module("seatrial.inspection.consistency.poses")
+    poses = import_module("seatrial.inspection.consistency.pose_units")
     found = []
     for size, least in ((0.5, poses.RADIANS), (5.0, poses.RADIANS), (5.0, 0.0)):
         raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]
@@ -319,4 +325,4 @@ def test_a_straight_way_shows_no_hand(heading, seed):
     forces = np.column_stack([stick, 0 * stick, 0 * stick])
     commands = Signal(("F_u", "F_v", "F_r"), stamps, forces)
     recording = make_recording("straight", stamps[::4], eta[::4], commands)
-    assert check_signs([recording], MIDDLE.vehicle([])).findings == ()
+    assert check_consistency([recording], MIDDLE.vehicle([])).findings == ()

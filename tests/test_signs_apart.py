@@ -6,7 +6,9 @@ from dataclasses import replace
 import pytest
 
 from seatrial.identification.methods import identify
-from seatrial.inspection.consistency import Wrong, check_apart, check_signs
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.recording import Recording, Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
@@ -40,13 +42,13 @@ def driven(mp) -> dict[str, Recording]:
 @pytest.mark.parametrize(
     ("made", "kinds"),
     [
-        (lambda r: turned(r, -1, -1, -1), {Wrong.NEGATED, Wrong.HANDED}),
-        (exchanged, {Wrong.EXCHANGED, Wrong.MIRRORED}),
+        (lambda r: turned(r, -1, -1, -1), {InconsistencyKind.NEGATED, InconsistencyKind.HANDED}),
+        (exchanged, {InconsistencyKind.EXCHANGED, InconsistencyKind.MIRRORED}),
     ],
 )
 def test_the_odd_one_is_named_and_what_is_wrong_with_it(mp, driven, odd, made, kinds):
     recordings = [made(driven[k]) if k == odd else driven[k] for k in ("S1", "S2", "S3", "S5")]
-    found = check_apart(recordings, mp).findings
+    found = check_each_recording(recordings, mp).findings
     assert found
     for finding in found:
         assert finding.text.startswith(f"{odd}-MP contradicts the vehicle file, ")
@@ -59,27 +61,29 @@ def test_the_one_whose_commands_are_of_another_clock_is_named(mp, driven, names,
     """It fits the file once its stamps are put right, which must not make it right as it is."""
     *right, odd = names
     recordings = [*(driven[k] for k in right), stamped(driven[odd], later)]
-    (finding,) = check_apart(recordings, mp).findings
-    assert finding.kind is Wrong.CLOCK
+    (finding,) = check_each_recording(recordings, mp).findings
+    assert finding.kind is InconsistencyKind.CLOCK
     assert finding.text.startswith(f"{odd}-MP contradicts the vehicle file, ")
 
 
 def test_recordings_of_one_kind_have_no_odd_one(mp, driven):
-    assert check_apart([driven[k] for k in ("S1", "S2", "S3")], mp).findings == ()
+    assert check_each_recording([driven[k] for k in ("S1", "S2", "S3")], mp).findings == ()
 
 
 def test_a_file_that_is_wrong_for_all_is_said_to_be_wrong_once(mp, driven):
     recordings = [turned(driven[k], 1, -1, 1) for k in ("S1", "S2", "S3")]
-    assert check_apart(recordings, mp) == check_signs(recordings, mp)
-    assert [f.kind for f in check_apart(recordings, mp).findings] == [Wrong.NEGATED]
+    assert check_each_recording(recordings, mp) == check_consistency(recordings, mp)
+    assert [f.kind for f in check_each_recording(recordings, mp).findings] == [
+        InconsistencyKind.NEGATED
+    ]
 
 
 def test_what_only_one_recording_tells_is_said_of_the_file(mp, driven):
     """S1 and S2 hardly turn: that the file has yaw reversed is seen in S3 only."""
     still = [turned(driven[k], 1, 1, 0) for k in ("S1", "S2")]
     recordings = [*still, turned(driven["S3"], 1, 1, -1)]
-    report = check_apart(recordings, mp)
-    assert [f.kind for f in report.findings] == [Wrong.NEGATED]
+    report = check_each_recording(recordings, mp)
+    assert [f.kind for f in report.findings] == [InconsistencyKind.NEGATED]
     assert "at odds" not in report.findings[0].text
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.consistency import Wrong, check_apart, check_signs
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.recording.recording import make_recording
 from seatrial.util.frames import Axes
@@ -16,11 +18,11 @@ ORIGIN = (0.0, 0.0)
 LEVERS = [ORIGIN, (0.25, 0.0), (-0.1, 0.2)]  # [m]
 MISTAKES = {
     "none": ((1, 1, 1), [0, 1, 2], set()),
-    "heading in degrees": ((1, 1, 180 / np.pi), [0, 1, 2], {Wrong.ANGLE}),
-    "heading turned": ((1, 1, -1), [0, 1, 2], {Wrong.MIRRORED}),
-    "y turned": ((1, -1, 1), [0, 1, 2], {Wrong.MIRRORED}),
-    "y and heading turned": ((1, -1, -1), [0, 1, 2], {Wrong.HANDED}),
-    "x and y exchanged": ((1, 1, 1), [1, 0, 2], {Wrong.EXCHANGED}),
+    "heading in degrees": ((1, 1, 180 / np.pi), [0, 1, 2], {InconsistencyKind.ANGLE}),
+    "heading turned": ((1, 1, -1), [0, 1, 2], {InconsistencyKind.MIRRORED}),
+    "y turned": ((1, -1, 1), [0, 1, 2], {InconsistencyKind.MIRRORED}),
+    "y and heading turned": ((1, -1, -1), [0, 1, 2], {InconsistencyKind.HANDED}),
+    "x and y exchanged": ((1, 1, 1), [1, 0, 2], {InconsistencyKind.EXCHANGED}),
 }
 
 
@@ -50,7 +52,7 @@ def test_a_wrong_pose_column_is_found_with_a_lever_arm_in_the_file(boat, lever, 
     stated = Vehicle(msgspec.structs.replace(vehicle.file, axes=axes)).with_lever(lever)
     columns = (seen_from(drive, lever, axes) * factors)[:, order]
     recording = make_recording("r", drive.stamps, in_vehicle_terms(columns, stated), drive.commands)
-    assert {f.kind for f in check_signs([recording], stated).findings} == kinds
+    assert {f.kind for f in check_consistency([recording], stated).findings} == kinds
 
 
 def test_with_a_right_file_a_lever_arm_is_taken_off_before_inputs_are_judged(boat):
@@ -58,8 +60,8 @@ def test_with_a_right_file_a_lever_arm_is_taken_off_before_inputs_are_judged(boa
     vehicle, drive = boat
     stated = vehicle.with_lever((0.25, 0.0))
     poses = in_vehicle_terms(seen_from(drive, (0.25, 0.0), Axes.FLU), stated)
-    there = check_signs([make_recording("r", drive.stamps, poses, drive.commands)], stated)
-    for found, right in zip(there.table, check_signs([drive], vehicle).table, strict=True):
+    there = check_consistency([make_recording("r", drive.stamps, poses, drive.commands)], stated)
+    for found, right in zip(there.table, check_consistency([drive], vehicle).table, strict=True):
         assert (found.input, found.axis) == (right.input, right.axis)
         assert found.value == pytest.approx(right.value, abs=1e-9)
 
@@ -68,6 +70,8 @@ def test_a_recording_without_a_stretch_of_poses_costs_the_others_nothing(boat):
     vehicle, drive = boat
     every_other = np.arange(len(drive.t)) % 2 == 0
     poor = make_recording("p", drive.stamps, drive.raw, drive.commands, marked_valid=every_other)
-    assert check_signs([poor], vehicle).text[0].startswith("too short to check signs")
-    assert check_apart([poor, drive], vehicle).findings == ()
-    assert check_signs([poor, drive], vehicle).table == check_signs([drive], vehicle).table
+    assert check_consistency([poor], vehicle).text[0].startswith("too short to check signs")
+    assert check_each_recording([poor, drive], vehicle).findings == ()
+    assert (
+        check_consistency([poor, drive], vehicle).table == check_consistency([drive], vehicle).table
+    )

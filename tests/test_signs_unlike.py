@@ -10,8 +10,9 @@ from survey_boat import pulses
 
 from seatrial import _core
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.inspection.consistency import check_apart, check_signs
-from seatrial.inspection.consistency.findings import Wrong
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.recording import Signal, make_recording
 
 TRUTH = {
@@ -68,7 +69,7 @@ def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):
         force = np.where(np.arange(3) == axis, wanted[:, None], np.column_stack(besides))
         values = force @ np.linalg.pinv(shares(places)).T
         values /= np.abs(values).max()
-        trace = _core.Trace(
+        trace = _core.ThrustTrace(
             truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
         )
         states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])
@@ -83,9 +84,9 @@ def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
 def test_a_right_file_is_right_for_each_axis_driven_alone(places, curve):
     vehicle, recordings = one_by_one(places, curve)
-    assert check_apart(recordings, vehicle).findings == ()
+    assert check_each_recording(recordings, vehicle).findings == ()
     for recording in recordings:
-        assert check_signs([recording], vehicle).findings == ()
+        assert check_consistency([recording], vehicle).findings == ()
 
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
@@ -93,10 +94,10 @@ def test_what_is_wrong_is_found_all_the_same(places):
     vehicle, recordings = one_by_one(places, CURVE)
     for name in vehicle.inputs:
         signs = [-1.0 if name == n else 1.0 for n in vehicle.inputs]
-        found = check_signs([turned(r, signs) for r in recordings], vehicle).findings
+        found = check_consistency([turned(r, signs) for r in recordings], vehicle).findings
         assert any(name in f.text for f in found)
     odd = [recordings[0], turned(recordings[1], -1.0), recordings[2]]
-    found = check_apart(odd, vehicle).findings
+    found = check_each_recording(odd, vehicle).findings
     assert found and all(f.text.startswith("S2 contradicts") for f in found)
 
 
@@ -114,9 +115,9 @@ def test_poses_of_a_point_off_the_origin_are_no_wrong_sign(seed):
     """When it turns the point moves aside; of the one recording that turns it was said that a thruster is wrong."""
     vehicle, recordings = one_by_one(CORNERS, EDGES, seed=seed, seconds=180.0, others=0.08)
     moved = [off(recording, 0.25) for recording in recordings]
-    assert check_apart(moved, vehicle).findings == ()
+    assert check_each_recording(moved, vehicle).findings == ()
     odd = [moved[0], turned(moved[1], -1.0), moved[2]]
-    found = check_apart(odd, vehicle).findings
+    found = check_each_recording(odd, vehicle).findings
     assert found and all(f.text.startswith("S2 contradicts") for f in found)
 
 
@@ -129,7 +130,7 @@ def test_a_boat_that_sways_as_it_turns_is_no_wrong_sign(seed):
     vehicle, recordings = one_by_one(TUG, CURVE, seed=seed, seconds=180.0)
     moved = [off(recording, -0.05) for recording in recordings]
     for recording in moved:
-        assert check_signs([recording], vehicle).findings == ()
+        assert check_consistency([recording], vehicle).findings == ()
 
 
 @pytest.mark.parametrize("seed", range(1, 4))
@@ -140,8 +141,10 @@ def test_one_mistake_in_the_file_is_one_finding_for_recordings_of_one_axis_each(
     signs = [1.0, 1.0, -1.0] if wrong == "turned" else [1.0, 1.0, 1.0]
     order = [1, 0, 2] if wrong == "swapped" else [0, 1, 2]
     odd = [exchanged(turned(off(r, -0.05), signs), order) for r in recordings]
-    found = check_apart(odd, vehicle).findings
-    assert [f.kind for f in found] == [Wrong.PERMUTED if wrong == "swapped" else Wrong.NEGATED]
+    found = check_each_recording(odd, vehicle).findings
+    assert [f.kind for f in found] == [
+        InconsistencyKind.PERMUTED if wrong == "swapped" else InconsistencyKind.NEGATED
+    ]
     assert "contradicts" not in found[0].text
 
 

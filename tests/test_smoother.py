@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from method_trials import driven, truth
 
-from seatrial.identification.regression.smoother import ROUGHNESS, smoothed, smoother
+from seatrial.identification.regression.smoother import ROUGHNESS_GRID, smoothed, smoother
 from seatrial.identification.regression.weak_form import weak_form
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.util.errors import IdentificationError
@@ -58,14 +58,14 @@ def test_the_smoother_is_the_dense_one(mp):
     (track,) = smoothed([r])
     inner = np.isin(r.t, track.t)
     gap = []
-    for roughness in ROUGHNESS:
+    for roughness in ROUGHNESS_GRID:
         found = [dense(r.t, axis, roughness, r.period) for axis in (x, y)]
         velocity, bend = (np.column_stack([f[i] for f in found])[inner] for i in range(2))
         gap.append(
             max(np.abs(velocity - track.nu[:, :2]).max(), np.abs(bend - track.nu_dot[:, :2]).max())
         )
     assert min(gap) < 1e-5
-    rough = ROUGHNESS[int(np.argmin(gap))]
+    rough = ROUGHNESS_GRID[int(np.argmin(gap))]
     # jerk of 0.4 m/s^3 over seconds: (0.4 / 1 mm)^2 times the period to the sixth, or so
     assert 1e-4 < rough < 1e0
 

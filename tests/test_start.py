@@ -12,7 +12,11 @@ from method_trials import changed, driven, pulses_of, truth
 import seatrial
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.identification.estimator import with_free_stages
-from seatrial.identification.regression.start_values import ENOUGH, pieces, start_values
+from seatrial.identification.regression.start_values import (
+    START_DURATION,
+    spread_pieces,
+    start_values,
+)
 from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError
@@ -99,8 +103,8 @@ def test_of_long_recordings_pieces_are_enough(af):
         for name in ("S1", "S2", "S3")
     }
     recordings = pulses_of(msgspec.structs.replace(plan, trials=trials), af)
-    looked_at = pieces(recordings)
-    assert sum(r.duration for r in looked_at) == pytest.approx(ENOUGH, rel=0.1)
+    looked_at = spread_pieces(recordings)
+    assert sum(r.duration for r in looked_at) == pytest.approx(START_DURATION, rel=0.1)
     assert {r.name for r in looked_at} == {r.name for r in recordings}
     theta, constants = started(af, recordings)
     assert_near(theta, truth("paper-like", "mallard-af"))
@@ -160,7 +164,7 @@ def test_recordings_in_shreds_are_refused_in_words():
     kept = np.arange(len(r.t)) % 32 < 12
     shreds = changed(r, r.raw[kept], r.stamps[kept])
     with pytest.raises(
-        IdentificationError, match=r"no stretch of .* without drop-outs; record longer"
+        IdentificationError, match=r"nowhere [\d.]+ s without drop-outs; record longer"
     ):
         start_values([shreds], vehicle)
 

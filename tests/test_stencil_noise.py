@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from test_recording import COMMANDS
 
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
-from seatrial.recording.pose_noise import left_of
+from seatrial.recording.pose_noise import pose_error_correlation
 from seatrial.recording.recording import Recording, make_recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import five_point_stencil
@@ -22,7 +22,7 @@ def noisy(entry: CorrelatedEntry, white: float, seed: int, n: int = 40000) -> Re
     """A boat at rest: white errors of the poses, and such as are correlated as stated (by its spectrum)."""
     rng = np.random.default_rng(seed)
     lags = PERIOD * np.minimum(np.arange(n), n - np.arange(n))
-    gain = np.sqrt(np.maximum(np.fft.rfft(left_of(entry, lags)).real, 0.0))
+    gain = np.sqrt(np.maximum(np.fft.rfft(pose_error_correlation(entry, lags)).real, 0.0))
     size = [entry.position, entry.position, entry.heading]
     together = np.fft.irfft(np.fft.rfft(rng.normal(size=(n, 3)), axis=0) * gain[:, None], n, axis=0)
     eta = together * size + white * rng.normal(size=(n, 3))
@@ -33,16 +33,16 @@ def noisy(entry: CorrelatedEntry, white: float, seed: int, n: int = 40000) -> Re
 def test_what_is_left_of_errors_is_the_oscillators_correlation(entry):
     """By its differential equation: the correlation obeys it, from 1 with slope 0, or fades alone."""
     t = np.linspace(0.0, 3.0, 31)
-    assert np.all(np.isfinite(left_of(entry, np.array([1e3, 1e6]))))
+    assert np.all(np.isfinite(pose_error_correlation(entry, np.array([1e3, 1e6]))))
     if entry.period is None:
-        np.testing.assert_allclose(left_of(entry, t), np.exp(-t / entry.memory))
+        np.testing.assert_allclose(pose_error_correlation(entry, t), np.exp(-t / entry.memory))
         return
     square = (2.0 * np.pi / entry.period) ** 2
     found = solve_ivp(
         lambda _, y: [y[1], -2.0 / entry.memory * y[1] - square * y[0]],
         (0.0, 3.0), [1.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-10,
     )  # fmt: skip
-    np.testing.assert_allclose(left_of(entry, t), found.y[0], atol=1e-6)
+    np.testing.assert_allclose(pose_error_correlation(entry, t), found.y[0], atol=1e-6)
 
 
 @pytest.mark.parametrize("entry", [SHORT, SWINGING, OVERDAMPED])

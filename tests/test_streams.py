@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.recording.timing import Clock, beat, describe, longest_rising, only_changes
+from seatrial.recording.timing import Clock, describe, longest_rising, only_changes, regular_period
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 
@@ -89,7 +89,7 @@ def test_a_joypad_that_writes_only_changes_is_told_from_one_that_writes_all_the_
     moving = (t // 2.0) % 2 == 0
     assert not column(t).on_change
     assert column(np.sort(rng.choice(t[moving], 250, replace=False))).on_change
-    assert beat(np.diff(t[:15])) is None  # too few
+    assert regular_period(np.diff(t[:15])) is None  # too few
     assert not column(np.delete(t, np.arange(1000, 1500))).on_change  # a hole is no habit
     assert column(t * rng.uniform(0.97, 1.0)).on_change is False
 
@@ -149,11 +149,11 @@ def test_of_two_stamps_that_may_stay_the_one_in_rhythm_does(n, data, off, way, e
 def test_bursts_at_even_times_are_a_rhythm():
     """Four thrusters, a topic each, sent one right after the other at 10 Hz."""
     t = np.sort(np.concatenate([np.arange(0, 60, 0.1) + 0.001 * k for k in range(4)]))
-    assert beat(np.diff(t)) == pytest.approx(0.097)
+    assert regular_period(np.diff(t)) == pytest.approx(0.097)
     t = t[(t < 20) | (t > 25)]
     assert not only_changes(t, np.sin(t)[:, None])
     chance = np.cumsum(np.random.default_rng(5).exponential(0.1, 500))
-    assert beat(np.diff(chance)) is None
+    assert regular_period(np.diff(chance)) is None
 
 
 def pulses(t, rng, rest):

@@ -10,11 +10,12 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.commands.cli import main
-from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_said
+from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_found
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.console import summary
-from seatrial.identification.selection.terms import of_files
+from seatrial.identification.selection.terms.select_terms import of_files
 from seatrial.io.write import write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.recording import make_recording
@@ -71,9 +72,15 @@ def test_several_are_found_and_those_side_by_side_are_one():
         squares[(here.t >= begin) & (here.t < end)] *= 6.0
     found = stretches([here], [squares])
     assert [(round(s.start), round(s.end)) for s in found] == [(20, 22), (80, 92), (150, 152)]
-    said = stretches_said([here], found)
-    assert "S1 from 20 s to 22 s, 80 s to 92 s, 150 s to 152 s" in said
-    assert said.endswith("--without S1=20-22 --without S1=80-92 --without S1=150-152")
+    listed = stretches_found([here], found)
+    assert [(f.number("start"), f.number("end")) for f in listed] == [
+        (20, 22),
+        (80, 92),
+        (150, 152),
+    ]
+    said = [finding_text(finding) for finding in listed]
+    assert "S1 from 80 s to 92 s" in said[1]
+    assert said[1].endswith("--without S1=80-92")
 
 
 def test_what_happens_all_the_time_is_no_exception():
@@ -101,11 +108,21 @@ def test_names_for_a_shell_and_ends_of_a_part():
     squares[here.t < 3.0] *= 8.0
     squares[here.t > 193.0] *= 8.0
     here.offset = 0.0
-    said = stretches_said([here], stretches([here], [squares]))
-    assert said.endswith("--without 'S1 morning'=0-4 --without 'S1 morning'=192-199.9")
+    assert options(here, squares) == [
+        "--without 'S1 morning'=0-4",
+        "--without 'S1 morning'=192-199.9",
+    ]
     here.offset = 12.5  # what --start left of it
-    said = stretches_said([here], stretches([here], [squares]))
-    assert said.endswith("--without 'S1 morning'=12.5-16.5 --without 'S1 morning'=204.5-212.4")
+    assert options(here, squares) == [
+        "--without 'S1 morning'=12.5-16.5",
+        "--without 'S1 morning'=204.5-212.4",
+    ]
+
+
+def options(here, squares):
+    """What leaves out the intervals that are found in one recording."""
+    found = stretches_found([here], stretches([here], [squares]))
+    return [finding_text(of_files(f)).partition("exclude it with ")[2] for f in found]
 
 
 def carried(recording, *, begin=0.0, end=HELD, size=0.5):
@@ -133,25 +150,28 @@ def with_hand(handled, mp):
     return seatrial.identify(handled, mp)
 
 
-def notes(model):
-    return [n for n in model.estimator.notes if "elsewhere" in n]
+def disturbed(model):
+    return model.findings_of(FindingKind.DISTURBED_INTERVAL)
 
 
 def test_a_boat_that_is_carried_is_named_with_what_leaves_it_out(handled, with_hand):
-    (note,) = notes(with_hand)
-    assert note in summary(with_hand)
-    name = handled[1].name
-    begin, end = re.search(rf"{name} from ([\d.]+) s to ([\d.]+) s", note).groups()
-    assert float(begin) == pytest.approx(handled[1].duration - HELD, abs=2.5)
-    assert float(end) == pytest.approx(handled[1].duration, abs=0.1)
-    assert f"--without {name}={begin}-{end}." in note
-    assert float(re.search(r"then ([\d.]+) times", note)[1]) < FRUITFUL
+    (finding,) = disturbed(with_hand)
+    said, name = finding_text(finding), handled[1].name
+    assert said in summary(with_hand)
+    assert finding.part("recording") == name
+    begin, end = finding.number("start"), finding.number("end")
+    assert begin == pytest.approx(handled[1].duration - HELD, abs=2.5)
+    assert end == pytest.approx(handled[1].duration, abs=0.1)
+    assert said.endswith(f"--without {name}={begin:g}-{end:g}")
+    (influence,) = with_hand.findings_of(FindingKind.DISTURBANCE_INFLUENCE)
+    assert influence.number("ratio") < FRUITFUL
+    assert influence.part("parameter") in with_hand.parameters
 
 
 def test_without_it_the_model_is_as_good_as_ever(handled, with_hand, paper_mp_model, mp):
     left = [handled[0], handled[1].without(handled[1].duration - HELD - 1.0, 1e9), handled[2]]
     model = seatrial.identify(left, mp)
-    assert notes(model) == []
+    assert disturbed(model) == ()
     assert not any("left out" in w for w in model.warnings)  # it was asked for
     was, now, never = (np.sqrt(np.diag(m.covariance)) for m in (with_hand, model, paper_mp_model))
     assert np.all(now[:9] < FRUITFUL * was[:9])
@@ -171,7 +191,7 @@ def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_no
     own = [paper_mp[name].recording for name in ("S1", "S2", "S3")]
     recordings = [carried(r, begin=10.0, end=15.0, size=size) for r in own]
     try:
-        said = " ".join(seatrial.identify(recordings, mp).estimator.notes)
+        said = " ".join(map(finding_text, seatrial.identify(recordings, mp).estimator.findings))
     except IdentificationError as error:
         said = str(error)
         assert "There is a solution without some of it" in said
@@ -186,20 +206,20 @@ def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_no
 
 
 def test_recordings_without_a_hand_have_no_such_note(paper_mp_model):
-    assert notes(paper_mp_model) == []
+    assert disturbed(paper_mp_model) == ()
 
 
 def test_what_a_poor_structure_does_not_explain_is_no_hand(cse1, cse1_vehicle):
     model = seatrial.identify([cse1["run1"]], cse1_vehicle)
-    assert any("structure is not quite right" in n for n in model.estimator.notes)
-    assert notes(model) == []
+    assert model.findings_of(FindingKind.MODEL_MISMATCH)
+    assert disturbed(model) == ()
 
 
 def test_validation_names_it_too(handled, paper_mp, paper_mp_model):
     found = seatrial.validate(paper_mp_model, [handled[1], paper_mp["S7"].recording])
-    said = [" ".join(r.notes) for r in found.recordings]
-    assert f"--without {handled[1].name}=" in said[0]
-    assert "elsewhere" not in said[1]
+    first, second = (of_kinds(r.findings, FindingKind.DISTURBED_INTERVAL) for r in found.recordings)
+    assert {finding.part("recording") for finding in first} == {handled[1].name}
+    assert second == ()
 
 
 def test_options_for_halves_of_recordings_are_those_of_the_recordings():
@@ -207,11 +227,9 @@ def test_options_for_halves_of_recordings_are_those_of_the_recordings():
     here, squares = made(name="S1 morning second half")
     squares[(here.t >= 60.0) & (here.t < 62.0)] *= 8.0
     here.offset = 100.0
-    said = of_files(stretches_said([here], stretches([here], [squares])))
-    assert said.endswith("leave that out with --without 'S1 morning'=160-162")
+    assert options(here, squares) == ["--without 'S1 morning'=160-162"]
     here.name = "S2 first half"
-    said = of_files(stretches_said([here], stretches([here], [squares])))
-    assert said.endswith("leave that out with --without S2=160-162")
+    assert options(here, squares) == ["--without S2=160-162"]
 
 
 def test_nothing_is_predicted_through_what_is_left_out(paper_mp, mp):
@@ -230,16 +248,16 @@ def test_a_recording_without_a_stretch(paper_mp):
     assert not left.valid[left.t >= 100.0].any()
     kept = (left.t < 50.0) | ((left.t > 60.0) & (left.t < 100.0))
     np.testing.assert_array_equal(left.valid[kept], recording.valid[kept])
-    spans = [(f.start, f.end) for f in left.faults if f.kind is FaultKind.UNWANTED]
+    spans = [(f.start, f.end) for f in left.faults if f.kind is FaultKind.EXCLUDED]
     assert spans == [(50.0, 60.0), (100.0, pytest.approx(recording.duration))]
     assert left.usable == pytest.approx(recording.usable, abs=0.01)
     np.testing.assert_array_equal(left.commands.values, recording.commands.values)
     later = left.cut(40.0, 90.0)
-    assert [round(f.start) for f in later.faults if f.kind is FaultKind.UNWANTED] == [10]
+    assert [round(f.start) for f in later.faults if f.kind is FaultKind.EXCLUDED] == [10]
     for start, end, words in (
         (60.0, 50.0, "from 60 s to 50 s: the end is not after the start"),
-        (500.0, 600.0, "can't leave out from 500 s to 600 s: it lasts"),
-        (-1.0, np.inf, "nothing is left without what is from -1 s to its end"),
+        (500.0, 600.0, "can't exclude from 500 s to 600 s: it lasts"),
+        (-1.0, np.inf, "no poses remain without the time from -1 s to its end"),
         (float("nan"), 5.0, "the end is not after the start"),
     ):
         with pytest.raises(RecordingError, match=words):
@@ -261,7 +279,7 @@ def on_disk(paper_mp, tmp_path_factory):
         ("S1-MP=a-b", "expected NAME=FROM-TO"),
         ("S1-MP=1.2.3-5", "expected NAME=FROM-TO"),
         ("S1-MP=9-5", "from 9 s to 5 s: the end is not after the start"),
-        ("S1-MP=-", "nothing is left without what is from 0 s to its end"),
+        ("S1-MP=-", "no poses remain without the time from 0 s to its end"),
         ("S2-MP=5-9", "--without S2-MP: there is no such recording; S1-MP"),
     ],
 )
@@ -277,7 +295,7 @@ def test_commands_leave_out_what_they_are_told(on_disk, capsys):
     told = ["--without", "S1-MP=-5", "--without", "S1-MP=80.5-90", "--without", "S1-MP=195-"]
     assert main(["inspect", str(on_disk), "--vehicle", "mallard-mp", *told, "--start", "60"]) == 0
     shown = capsys.readouterr().out
-    assert "left out as was asked for" in shown
+    assert "excluded (--without)" in shown
 
 
 def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp_path, capsys):
@@ -287,5 +305,5 @@ def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp
     assert "2 recordings are called so; give its path" in capsys.readouterr().err
     assert main([*both, f"{copy}/=80-90"]) == 0
     first, second = capsys.readouterr().out.split("S1-MP")[1:3]
-    assert "left out as was asked for" not in first
-    assert "left out as was asked for" in second
+    assert "excluded (--without)" not in first
+    assert "excluded (--without)" in second

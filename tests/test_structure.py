@@ -149,7 +149,7 @@ def test_more_than_the_filter_has_room_for_is_one_line(count, words):
 
 
 def test_a_coefficient_shared_by_terms_of_different_parity_is_refused():
-    with pytest.raises(StructureError, match="name them apart"):
+    with pytest.raises(StructureError, match="give them different names"):
         parse("s", {"surge": ["X_a * u", "X_a * v"]}, FORCES)
 
 

@@ -11,12 +11,13 @@ from survey_boat import pulses
 from test_lasting import SURGE, tug
 
 from seatrial import _core
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import causal
 from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
-from seatrial.identification.likelihood.noise_structures import _periods
+from seatrial.identification.likelihood.noise_structures import _wave_periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.recording import Signal, make_recording
 
@@ -47,7 +48,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
         [pulses(rng, seconds, lambda r: r.uniform(-1.0, 1.0), 0.3) for _ in range(3)]
     )
     begin, step = np.arange(len(values)) / 20.0, 0.01
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
     fine = np.arange(0.0, seconds, step)
@@ -93,7 +94,7 @@ def test_swinging_poses_are_no_motion(on_swell):
         error = model.standard_errors[name]
         assert model.values[name] == pytest.approx(value, abs=4.5 * error), name
         assert error < max(0.02 * abs(value), 0.03), name
-    assert not [note for note in model.estimator.notes if "not quite right" in note]
+    assert not model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
 def test_the_swing_is_found_and_said(on_swell, tmp_path):
@@ -102,7 +103,7 @@ def test_the_swing_is_found_and_said(on_swell, tmp_path):
     assert swings.period == pytest.approx(period, rel=0.1)
     assert swings.position == pytest.approx(size, rel=0.5)
     assert swings.memory > period
-    assert f"swinging with a period of {swings.period:.2g} s" in summary(model)
+    assert f"oscillating with a period of {swings.period:.2g} s" in summary(model)
     save(model, tmp_path / "model.yaml")
     assert load(tmp_path / "model.yaml").noise.correlated.period == pytest.approx(swings.period)
 
@@ -147,4 +148,4 @@ def live(model, recording):
 def test_poses_too_rare_for_waves_are_tried_for_none():
     for period, known in ((0.1, True), (4.0, False)):
         each = SimpleNamespace(period=period)
-        assert bool(list(_periods(SimpleNamespace(recordings=[each])))) == known
+        assert bool(list(_wave_periods(SimpleNamespace(recordings=[each])))) == known

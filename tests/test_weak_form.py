@@ -15,8 +15,8 @@ from seatrial.identification.regression.weak_rows import (
     Widths,
     choose_widths,
     make_kernels,
-    weigh,
-    weighed,
+    window_sums,
+    windows_of,
 )
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan
@@ -35,7 +35,7 @@ def along(vehicle, t, x, y, psi):
 def test_weighing_is_a_convolution_seen_now_and_then():
     rng = np.random.default_rng(1)
     values, weights = rng.normal(size=(203, 2)), rng.normal(size=31)
-    found = weigh(values, weights, 7)
+    found = window_sums(values, weights, 7)
     for column in range(2):
         whole = np.convolve(values[:, column], weights[::-1], mode="valid")
         np.testing.assert_allclose(found[:, column], whole[::7][: len(found)], atol=1e-12)
@@ -66,7 +66,7 @@ def test_a_boat_that_turns_steadily_has_no_acceleration_in_its_own_axes(mp):
     rate, radius = 1.5, 0.2  # [rad/s], [m]
     angle = rate * t
     r = along(mp, t, radius * np.sin(angle), -radius * np.cos(angle), angle + 0.3)
-    w = weighed(mp, r, WIDTHS)
+    w = windows_of(mp, r, WIDTHS)
     assert np.abs(w.left).max() < 0.01 * radius * rate**2
     speed = np.hypot(w.nu[200:-200, 0], w.nu[200:-200, 1])
     np.testing.assert_allclose(speed, radius * rate, rtol=0.02)
@@ -76,7 +76,7 @@ def test_the_left_side_is_the_mean_acceleration_wherever_the_boat_heads(mp):
     """x = a t^2 / 2 at a heading of 0.7 rad: a cos in surge, -a sin in sway; psi turns not."""
     t = np.arange(0, 30, 1 / 15)
     r = along(mp, t, 0.03 * t**2 / 2, 0.0 * t, 0.0 * t + 0.7)
-    w = weighed(mp, r, WIDTHS)
+    w = windows_of(mp, r, WIDTHS)
     np.testing.assert_allclose(w.left[:, 0], 0.03 * np.cos(0.7), rtol=2e-3)
     np.testing.assert_allclose(w.left[:, 1], -0.03 * np.sin(0.7), rtol=2e-3)
     np.testing.assert_allclose(w.left[:, 2], 0.0, atol=1e-9)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """A boat that changes while it is recorded is told, and by how much; one that stays what it is, is not."""
 
-import re
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
 
+from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.terms.candidates import with_terms
 from seatrial.recording.recording import Recording, Signal
@@ -15,7 +15,6 @@ from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 
 PUSH = Unmodelled(0.04, 2.0)
-NOTE = re.compile(r"thrust (.*) % less at the (beginning|end) of (a recording like )?(S\d)-MP than")
 
 
 def fading(recording: Recording, begin: float, end: float) -> Recording:
@@ -27,13 +26,13 @@ def fading(recording: Recording, begin: float, end: float) -> Recording:
     return replace(recording, commands=told)
 
 
-def notes_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> list[str]:
+def drift_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> tuple[Finding, ...]:
     chain = [msgspec.structs.replace(group, dead_zone=None) for group in plan.plant.chain]
     plant = msgspec.structs.replace(plan.plant, unmodelled=force, chain=chain)
     trials = {name: plan.trials[name] for name in names}
     driven = simulate(msgspec.structs.replace(plan, plant=plant, trials=trials), vehicle)
     found = output_error([fading(t.recording, *thrust) for t in driven], vehicle)
-    return [note for note in found.estimator.notes if "in the course of a recording" in note]
+    return found.findings_of(FindingKind.PARAMETER_DRIFT)
 
 
 @pytest.mark.parametrize(
@@ -45,22 +44,25 @@ def notes_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> list[str]:
     ],
 )
 def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
-    (note,) = notes_of(mp, with_seed(load_plan("hard"), 700), force, names, thrust)
-    assert "did the battery fall" in note
-    said, where, several, which = NOTE.search(note).groups()
-    assert (where, which in names) == ("end" if thrust[1] < thrust[0] else "beginning", True)
-    assert bool(several) == (len(names) > 1)  # one slope for all of them: none is at fault
-    found = {axis: float(share) for axis, share in re.findall(r"in (\w+) (\d+)", said)}
-    assert set(found) == {"surge", "sway", "yaw"}
-    for share in found.values():
-        assert share == pytest.approx(100.0 * (1.0 - min(thrust) / max(thrust)), abs=off)
+    found = drift_of(mp, with_seed(load_plan("hard"), 700), force, names, thrust)
+    assert [finding.part("axis") for finding in found] == ["surge", "sway", "yaw"]
+    falls = thrust[1] < thrust[0]
+    for finding in found:
+        assert finding.values["quantity"] == "thrust"
+        assert finding.values["lower"] == ("end" if falls else "beginning")
+        assert finding.values["higher"] == ("beginning" if falls else "end")
+        assert finding.part("recording").removesuffix("-MP") in names
+        # one slope for all of them: none is at fault
+        assert finding.values["of"] == ("all recordings" if len(names) > 1 else "one recording")
+        expected = 1.0 - min(thrust) / max(thrust)
+        assert finding.number("change") == pytest.approx(expected, abs=off / 100.0)
 
 
 @pytest.mark.parametrize("force", [None, PUSH])
 @pytest.mark.parametrize("preset", ["paper-like", "hard"])
 @pytest.mark.parametrize("names", [("S1", "S2", "S3"), ("S7",), ("S6",)])
 def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
-    assert notes_of(mp, with_seed(load_plan(preset), 711), force, names) == []
+    assert drift_of(mp, with_seed(load_plan(preset), 711), force, names) == ()
 
 
 def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
@@ -70,4 +72,4 @@ def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
     driven = simulate(msgspec.structs.replace(plan, trials=trials), mp)
     kept = [t for t in mp.structure.terms if t.coefficient not in {"X_uu", "Y_vv", "N_rr"}]
     found = output_error([t.recording for t in driven], with_terms(mp, kept))
-    assert not [note for note in found.estimator.notes if "in the course" in note]
+    assert found.findings_of(FindingKind.PARAMETER_DRIFT) == ()

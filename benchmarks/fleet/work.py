@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.fleet.draw import draw
+from seatrial.boat.findings import finding_text
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_selection import ASKED_FOR, CURVE
+from seatrial.identification.selection.actuator_selection import CURVE, STAGES_SELECTED
 from seatrial.util.errors import SeatrialError
 
 
@@ -40,5 +41,5 @@ def identified(seed: int) -> Row:
         {n: (found[n] - truth[n]) / errors[n] for n in known},
         tuple(n for n in CURVE if n in boat.chain and n not in found),
         tuple(n for n in found if n not in truth or (n in CURVE and n not in boat.chain)),
-        tuple(n for n in model.estimator.notes if not n.endswith(ASKED_FOR)),
+        tuple(finding_text(f) for f in model.estimator.findings if f.kind not in STAGES_SELECTED),
     )

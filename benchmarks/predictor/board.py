@@ -3,6 +3,7 @@
 
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -39,13 +40,21 @@ def run(*arguments: str) -> str:
 
 
 def speed() -> str:
-    """Markdown; then with correlated pose errors. Each line from the quickest of RUNS for it."""
-    blocks = []
-    for more in ((), ("coloured",)):
-        printed = [run("time", *more).splitlines() for _ in range(RUNS)]
-        head, *rows = (min(each, key=_median) for each in zip(*printed, strict=True))
-        blocks.append("\n".join(["```", head, *rows, "```"]))
-    return "\n\n".join(blocks)
+    """Markdown, with correlated pose errors at the right. Each line from the fastest of RUNS for it."""
+    white, correlated = (
+        [min(each, key=_median) for each in zip(*printed, strict=True)]
+        for printed in (
+            [run("time", *more).splitlines() for _ in range(RUNS)] for more in ((), ("coloured",))
+        )
+    )
+    return beside(white, correlated)
+
+
+def beside(white: Sequence[str], correlated: Sequence[str]) -> str:
+    """Times of white and of correlated pose errors in one block."""
+    width = max(map(len, white)) + 2
+    lines = [f"{a:<{width}}{b[LABEL:]}" for a, b in zip(white, correlated, strict=True)]
+    return "\n".join(["```", " " * (width + 3) + "correlated:", *lines, "```"])
 
 
 def _median(line: str) -> float:

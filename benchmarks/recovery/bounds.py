@@ -53,7 +53,7 @@ def true_noise(plan: PlanFile) -> Array:
 
 def whole(problem: Problem, theta: Array, noise: Array) -> Array:
     """Information (p, p) of whole recordings."""
-    return problem.passes(theta, noise).information
+    return problem.run_filter(theta, noise).information
 
 
 def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Problem:
@@ -61,7 +61,7 @@ def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Prob
 
     A filter without process noise must be linearised about such a path.
     """
-    n = problem.size
+    n = problem.n_coefficients
     boat = _core.Boat(
         problem.vehicle.structure.compiled,
         np.ascontiguousarray(theta[:n]),
@@ -80,7 +80,7 @@ def pieces(
     problem: Problem, theta: Array, noise: Array, trials: Sequence[Trial], length: float
 ) -> Array:
     """Information (p, p) of pieces of `length` [s] that each start anywhere at any speed."""
-    n = problem.size
+    n = problem.n_coefficients
     coefficients = np.concatenate([theta[:n], np.zeros(3)])
     boat = _core.Boat(problem.structure, coefficients, 0, problem.step)
     total = np.zeros((len(theta), len(theta)))

@@ -6,15 +6,15 @@ as hard as full thrust does, in every axis; and with S2 at whose end it is carri
 identified, and again without what `identify` advises to leave out.
 """
 
-import shlex
+import re
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 
 from benchmarks.harness import markdown
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
 from seatrial.evaluation.disturbed_intervals import clearest, squared_errors
@@ -93,29 +93,28 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     try:
         solved = fit(recordings, vehicle_of(scene.allocations[0]))
     except IdentificationError as error:
-        return {"errors": {}, "off": np.nan, "advice": advice([str(error)]), "gain": np.nan}
+        return {"errors": {}, "off": np.nan, "advice": refused(str(error)), "gain": np.nan}
     truth = true_parameters(scene.plan, solved.names)
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    gain = clearest(recordings, [squared_errors(p) for p in solved.passes.each]).gain
+    gain = clearest(recordings, [squared_errors(p) for p in solved.runs.by_recording]).gain
     return {
         "errors": solved.errors, "off": float(np.abs(off).max()), "gain": float(gain),
-        "advice": advice(solved.notes),
+        "advice": left_out(solved.findings),
     }  # fmt: skip
 
 
-def advice(notes: Sequence[str]) -> list[tuple[str, float, float]]:
-    """What is to be left out: name, from, to [s]."""
-    out = []
-    for note in notes:
-        words = shlex.split(note) if "--without" in note else []
-        for before, word in pairwise(words):
-            if before == "--without":
-                name, _, span = word.rstrip(".").rpartition("=")
-                begin, _, end = span.partition("-")
-                out.append((name, float(begin), float(end)))
-    return out
+def left_out(findings: Sequence[Finding]) -> list[tuple[str, float, float]]:
+    """The disturbed intervals that are to be left out: name, from, to [s]."""
+    found = of_kinds(findings, FindingKind.DISTURBED_INTERVAL)
+    return [(f.part("recording"), f.number("start"), f.number("end")) for f in found]
+
+
+def refused(message: str) -> list[tuple[str, float, float]]:
+    """The same of a refusal, which has them as options."""
+    options = re.findall(r"--without '?(\S+?)'?=([\d.]+)-(\d+(?:\.\d+)?)", message)
+    return [(name, float(begin), float(end)) for name, begin, end in options]
 
 
 def table(records: Sequence[Row]) -> str:

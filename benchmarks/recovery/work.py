@@ -158,7 +158,7 @@ def causal(model: Model, recording: Recording) -> Motion:
     problem = bounds.problem_of(model.vehicle, [recording])
     problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])
-    state = problem.passes(theta, _noise_of(model)).each[0].state
+    state = problem.run_filter(theta, _noise_of(model)).by_recording[0].state
     valid = recording.valid & (recording.t > SETTLING)
     return Motion(recording.t, state[:, :3], state[:, 3:6], valid)
 

@@ -21,7 +21,7 @@ namespace {
 
 using namespace seatrial;
 
-void check_trace(const Boat& boat, const Trace& trace) {
+void check_trace(const Boat& boat, const ThrustTrace& trace) {
   require(boat.structure.n_forces == trace.chain().n_forces,
           "structure and chain differ in forces");
   for (int i = 0; i < trace.columns().n_coefficients; ++i) {
@@ -86,10 +86,10 @@ Effects make_effects(const Vector& effects) {
   return out;
 }
 
-FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& series, Vector noise,
-                           double outlier, std::optional<Vector> effects,
-                           std::optional<Vector> counts, std::optional<Places> blocks,
-                           bool repeatable, bool shares, bool earth_fixed) {
+FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Series& series,
+                          Vector noise, double outlier, std::optional<Vector> effects,
+                          std::optional<Vector> counts, std::optional<Places> blocks,
+                          bool repeatable, bool shares, bool earth_fixed) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
@@ -114,12 +114,12 @@ FilterPass run_innovations(const Boat& boat, const Trace& trace, const Series& s
                      shares);
 }
 
-std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const Series& series,
+std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
-  require(first.way.size() + 1 == series.time.size(),
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
   const NoiseParameters believed = make_noise(noise);
-  NoisePass pass;
+  NoiseDerivatives pass;
   {
     nb::gil_scoped_release released;
     pass = noise_slopes(first, series.poses, believed, outlier, series.start, active);
@@ -130,8 +130,8 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterPass& first, const S
   return {pass.cost, moved1(slope), moved2(curve, kNoiseParameters)};
 }
 
-double run_repeated(const FilterPass& first, const Series& series, Vector noise, double outlier) {
-  require(first.way.size() + 1 == series.time.size(),
+double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier) {
+  require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first pass that was not forgotten");
   const NoiseParameters believed = make_noise(noise);
   nb::gil_scoped_release released;
@@ -139,8 +139,8 @@ double run_repeated(const FilterPass& first, const Series& series, Vector noise,
 }
 
 /// All that was kept pose by pose; sums stay.
-void forget_poses(FilterPass& p) {
-  std::vector<Transition>().swap(p.way);
+void forget_poses(FilterRun& p) {
+  std::vector<Transition>().swap(p.transition);
   for (auto* own : {&p.spread, &p.deviation, &p.weight}) std::vector<float>().swap(*own);
   for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
@@ -154,47 +154,47 @@ void give_back() {
 
 void bind_filter(nb::module_& m) {
   using namespace nb::literals;
-  nb::class_<FilterPass>(m, "FilterPass")
-      .def_ro("good", &FilterPass::good)
-      .def_ro("cost", &FilterPass::cost)
-      .def_prop_ro("repeatable", [](const FilterPass& p) { return !p.way.empty(); })
-      .def("forget_way", [](FilterPass& p) { std::vector<Transition>().swap(p.way); })
+  nb::class_<FilterRun>(m, "FilterRun")
+      .def_ro("good", &FilterRun::good)
+      .def_ro("cost", &FilterRun::cost)
+      .def_prop_ro("repeatable", [](const FilterRun& p) { return !p.transition.empty(); })
+      .def("forget_transitions", [](FilterRun& p) { std::vector<Transition>().swap(p.transition); })
       .def("forget_poses", &forget_poses)
       .def_prop_ro(
           "information",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.information, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "gradient", [](const FilterPass& p) { return moved1(p.gradient); },
+          "gradient", [](const FilterRun& p) { return moved1(p.gradient); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
           "score",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.score, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
           "share",
-          [](const FilterPass& p) {
+          [](const FilterRun& p) {
             return moved2(p.share, static_cast<std::size_t>(p.parameters));
           },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "innovation", [](const FilterPass& p) { return moved2(p.innovation, kPose); },
+          "innovation", [](const FilterRun& p) { return moved2(p.innovation, kPose); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "spread", [](const FilterPass& p) { return moved2(p.spread, 6); },
+          "spread", [](const FilterRun& p) { return moved2(p.spread, 6); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "state", [](const FilterPass& p) { return moved2(p.state, kFilterStates); },
+          "state", [](const FilterRun& p) { return moved2(p.state, kFilterStates); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "deviation", [](const FilterPass& p) { return moved2(p.deviation, kAxes); },
+          "deviation", [](const FilterRun& p) { return moved2(p.deviation, kAxes); },
           nb::for_getter(nb::rv_policy::move))
       .def_prop_ro(
-          "weight", [](const FilterPass& p) { return moved1(p.weight); },
+          "weight", [](const FilterRun& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
       .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>>(), "time"_a,

@@ -119,20 +119,20 @@ Held make_held(const Vector& time, const Matrix& value) {
   return held;
 }
 
-Trace make_trace(const Chain& chain, Vector q, Vector time, Matrix commands, Vector scale_time,
-                 Matrix scales, bool initial, const std::vector<int>& coefficients,
-                 const std::vector<int>& constants) {
+ThrustTrace make_trace(const Chain& chain, Vector q, Vector time, Matrix commands,
+                       Vector scale_time, Matrix scales, bool initial,
+                       const std::vector<int>& coefficients, const std::vector<int>& constants) {
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   require(time.shape(0) > 0, "at least one command");
   require(static_cast<int>(commands.shape(1)) == chain.allocation.n_commands,
           "one column for each command");
   require(static_cast<int>(scales.shape(1)) == chain.n_scales, "one column for each scale signal");
   for (const int i : constants) require(i >= 0 && i < chain.n_constants, "constant out of range");
-  return Trace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
-               make_columns(initial, coefficients, constants));
+  return ThrustTrace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
+                     make_columns(initial, coefficients, constants));
 }
 
-Out2 trace_forces(const Trace& trace, Vector time) {
+Out2 trace_forces(const ThrustTrace& trace, Vector time) {
   const std::size_t n = time.shape(0);
   const auto width = static_cast<std::size_t>(trace.chain().n_forces);
   double* out = nullptr;
@@ -295,18 +295,18 @@ NB_MODULE(_core, m) {
         new (self) Boat(make_boat(structure, coefficient, integrator, step));
       },
       "structure"_a, "coefficient"_a, "integrator"_a, "longest_step"_a);
-  nb::class_<Trace>(m, "Trace")
+  nb::class_<ThrustTrace>(m, "ThrustTrace")
       .def(
           "__init__",
-          [](Trace* self, const Chain& chain, Vector q, Vector time, Matrix commands,
+          [](ThrustTrace* self, const Chain& chain, Vector q, Vector time, Matrix commands,
              Vector scale_time, Matrix scales, bool initial, std::vector<int> coefficients,
              std::vector<int> constants) {
-            new (self) Trace(make_trace(chain, q, time, commands, scale_time, scales, initial,
-                                        coefficients, constants));
+            new (self) ThrustTrace(make_trace(chain, q, time, commands, scale_time, scales, initial,
+                                              coefficients, constants));
           },
           "chain"_a, "q"_a, "time"_a, "commands"_a, "scale_time"_a, "scales"_a, "initial"_a = false,
           "coefficients"_a = std::vector<int>{}, "constants"_a = std::vector<int>{})
-      .def_prop_ro("breaks", &Trace::breaks)
+      .def_prop_ro("breaks", &ThrustTrace::breaks)
       .def("forces", &trace_forces, "time"_a, "Generalised forces F at time [s]: n x forces.");
   nb::class_<Plant>(m, "Plant")
       .def(
@@ -343,7 +343,7 @@ NB_MODULE(_core, m) {
   bind_filter(m);
   bind_predictor(m);
   bind_odometer(m);
-  bind_doubt(m);
+  bind_parameter_uncertainty(m);
   bind_allocator(m);
   bind_tracking(m);
   bind_simulator(m);

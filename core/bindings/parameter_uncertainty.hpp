@@ -14,8 +14,9 @@ namespace {
 using namespace seatrial;
 
 /// Noise (11,) in the order of NoiseParameters; errors (coefficients and constants, causes).
-std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q, Matrix speeds,
-                                  Matrix covariance, Vector noise, bool explained) {
+std::pair<Out1, Out2> run_onboard_uncertainty(const Boat& boat, const Chain& chain, Vector q,
+                                              Matrix speeds, Matrix covariance, Vector noise,
+                                              bool explained) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   UncertainModel m;
@@ -33,23 +34,23 @@ std::pair<Out1, Out2> run_believe(const Boat& boat, const Chain& chain, Vector q
   const NoiseParameters own = make_noise(noise);
   {
     nb::gil_scoped_release released;
-    believe(m, own, explained, believed);
+    set_uncertainty(m, own, explained, believed);
   }
-  const Considered& found = believed.considered;
+  const PrincipalErrors& found = believed.considered;
   double* out = nullptr;
   auto to = fresh<Out2>({n, static_cast<std::size_t>(found.n)}, &out);
   const int first = boat.structure.n_coefficients;
   for (int i = 0; i < m.n_parameters(); ++i) {
-    const Causes& causes = i < first ? found.coefficient[i] : found.constant[i - first];
+    const Loadings& causes = i < first ? found.coefficient[i] : found.constant[i - first];
     out = std::copy(causes, causes + found.n, out);
   }
   return {noise_row(believed.noise), to};
 }
 
-void bind_doubt(nb::module_& m) {
+void bind_parameter_uncertainty(nb::module_& m) {
   using namespace nb::literals;
-  m.def("believe", &run_believe, "boat"_a, "chain"_a, "q"_a, "speeds"_a, "covariance"_a, "noise"_a,
-        "explained"_a);
+  m.def("onboard_uncertainty", &run_onboard_uncertainty, "boat"_a, "chain"_a, "q"_a, "speeds"_a,
+        "covariance"_a, "noise"_a, "explained"_a);
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ void make_ranges(const Matrix& from, int n, double (*range)[2]) {
 }
 
 /// (coefficients and constants, causes).
-void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, Considered& to) {
+void make_considered(const Matrix& from, const Boat& boat, const Chain& chain,
+                     PrincipalErrors& to) {
   const int own = boat.structure.n_coefficients;
   const int n = own + chain.n_constants;
   require(from.shape(0) == static_cast<std::size_t>(n) &&
@@ -35,7 +36,7 @@ void make_considered(const Matrix& from, const Boat& boat, const Chain& chain, C
           "considered: a row for each coefficient and constant, up to 12 causes");
   to.n = static_cast<int>(from.shape(1));
   for (int i = 0; i < n; ++i) {
-    Causes& row = i < own ? to.coefficient[i] : to.constant[i - own];
+    Loadings& row = i < own ? to.coefficient[i] : to.constant[i - own];
     const double* begin = from.data() + std::ptrdiff_t{i} * to.n;
     std::copy(begin, begin + to.n, row);
   }

@@ -15,26 +15,26 @@ using namespace seatrial;
 
 /// States (rows x 6) and d state / d columns (rows x 6 x columns) for Python, and where to write.
 struct Rollout {
-  Rollout(const Trace& trace, std::size_t rows, bool tangents)
+  Rollout(const ThrustTrace& trace, std::size_t rows, bool sensitivities)
       : states(fresh<Out2>({rows, std::size_t{kStates}}, &out)),
-        jacobian(fresh<Out3>({tangents ? rows : 0, std::size_t{kStates},
-                              tangents ? static_cast<std::size_t>(trace.columns().size()) : 0},
+        jacobian(fresh<Out3>({sensitivities ? rows : 0, std::size_t{kStates},
+                              sensitivities ? static_cast<std::size_t>(trace.columns().size()) : 0},
                              &made)),
-        slopes(tangents ? made : nullptr) {}
+        slopes(sensitivities ? made : nullptr) {}
 
   double* out = nullptr;
   double* made = nullptr;
   Out2 states;
   Out3 jacobian;
-  double* slopes;  // null where tangents are not asked for
+  double* slopes;  // null where sensitivities are not asked for
 };
 
-std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector x0, Vector time,
-                                   bool tangents) {
+std::pair<Out2, Out3> run_simulate(const Boat& boat, const ThrustTrace& trace, Vector x0,
+                                   Vector time, bool sensitivities) {
   check_trace(boat, trace);
   require(x0.shape(0) == kStates, "x0: [x, y, psi, u, v, r]");
   const std::size_t n = time.shape(0);
-  const Rollout to(trace, n, tangents);
+  const Rollout to(trace, n, sensitivities);
   {
     nb::gil_scoped_release released;
     simulate(boat, trace, x0.data(), time.data(), static_cast<int>(n), to.out, to.slopes);
@@ -42,8 +42,9 @@ std::pair<Out2, Out3> run_simulate(const Boat& boat, const Trace& trace, Vector 
   return {to.states, to.jacobian};
 }
 
-std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector time, Indices start,
-                                  Indices stop, Matrix x0, int threads, bool tangents) {
+std::pair<Out2, Out3> run_predict(const Boat& boat, const ThrustTrace& trace, Vector time,
+                                  Indices start, Indices stop, Matrix x0, int threads,
+                                  bool sensitivities) {
   check_trace(boat, trace);
   const std::size_t m = start.shape(0);
   require(x0.shape(0) == m && x0.shape(1) == kStates, "x0: one row of 6 for each start");
@@ -53,7 +54,7 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector t
         start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < time.shape(0),
         "a start's stop is not among the times after it");
   }
-  const Rollout to(trace, m, tangents);
+  const Rollout to(trace, m, sensitivities);
   {
     nb::gil_scoped_release released;
     predict(boat, trace, time.data(), start.data(), stop.data(), x0.data(), static_cast<int>(m),
@@ -64,11 +65,11 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const Trace& trace, Vector t
 
 void bind_rollout(nb::module_& m) {
   using namespace nb::literals;
-  m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "tangents"_a = false,
+  m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "sensitivities"_a = false,
         "States at time (n x 6) from x0 at time[0], and d state / d columns (n x 6 x columns).");
   m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
-        "threads"_a = 1, "tangents"_a = false,
-        "State at the stop of every start (m x 6), and its tangents.");
+        "threads"_a = 1, "sensitivities"_a = false,
+        "State at the stop of every start (m x 6), and its sensitivities.");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Dual numbers with N tangents: the oracle for every derivative that the core writes by hand.
+// Dual numbers with N sensitivities: the oracle for every derivative that the core writes by hand.
 #pragma once
 #include <array>
 #include <cmath>
@@ -24,7 +24,7 @@ struct Dual {
 
 namespace dual_detail {
 
-/// value, with the tangents da a + db b.
+/// value, with the sensitivities da a + db b.
 template <int N>
 Dual<N> chain(double value, double da, const Dual<N>& a, double db, const Dual<N>& b) {
   Dual<N> out(value);

@@ -42,7 +42,7 @@ struct Run {
     return {static_cast<int>(problem.time.size()), problem.time.data(), eta.data(), use.data()};
   }
 
-  FilterPass pass(const NoiseParameters& noise, double outlier = kNever) const {
+  FilterRun pass(const NoiseParameters& noise, double outlier = kNever) const {
     return innovations(problem.boat, problem.trace(), poses(), noise, outlier, start);
   }
 };

@@ -64,8 +64,8 @@ double mimic_without_exceptions() {
   return mimic.at(1.0).velocity[0];
 }
 
-/// The same by the step with tangents; `slope` is d u / d coefficient.
-double drive_with_tangents(double* slope) {
+/// The same by the step with sensitivities; `slope` is d u / d coefficient.
+double drive_with_sensitivities(double* slope) {
   using namespace seatrial;  // NOLINT(google-build-using-namespace)
   const Structure s = drag_and_force();
   const Chain c = one_thruster();
@@ -75,12 +75,12 @@ double drive_with_tangents(double* slope) {
   Thrust f;
   f.target[0] = 1.0;
   f.multiplier[0] = 1.0;
-  ThrustTangent df;
-  StateTangent dx;
+  ThrustSensitivities df;
+  StateSensitivities dx;
   seed(columns, dx);
   double x[kStates] = {0.0};
   const double still[kMaxConstants] = {0.0};
-  if (!advance_tangent(s, &coefficient, c, still, columns, 1.0, still, 0.01, f, df, x, dx)) {
+  if (!advance_sensitivities(s, &coefficient, c, still, columns, 1.0, still, 0.01, f, df, x, dx)) {
     return std::nan("");
   }
   *slope = dx.row[3][0];

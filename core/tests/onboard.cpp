@@ -98,9 +98,9 @@ int timing(const OnboardModel& m) {
     if (!sound(e)) return 1;
   }
   // one step of the filter alone: 10 ms of boat, thrusters and covariance; one pose
-  Instant now;
-  now.alive = true;
-  detail::know_nothing(m, now.belief);
+  PredictorState now;
+  now.initialised = true;
+  detail::reset_to_unknown(m, now.state);
   for (int k = 0; k < m.chain.n_actuators(); ++k) {
     now.thrust.multiplier[k] = 1.0;
     now.thrust.target[k] = 0.3;
@@ -108,12 +108,12 @@ int timing(const OnboardModel& m) {
   PoseSample at_origin;
   for (int i = 0; i < kPose; ++i) at_origin.noise[i][i] = kNoise[i] * kNoise[i];
   const double predict = shortest(10000, [&m, now]() mutable {
-    for (int i = 0; i < 10000; ++i) drift(m, kCommandPeriod, now);
-    if (!plausible(now.belief)) std::abort();
+    for (int i = 0; i < 10000; ++i) propagate(m, kCommandPeriod, now);
+    if (!plausible(now.state)) std::abort();
   });
   const double correct = shortest(10000, [&m, now, &at_origin]() mutable {
-    for (int i = 0; i < 10000; ++i) use_pose(m, at_origin, now);
-    if (!plausible(now.belief)) std::abort();
+    for (int i = 0; i < 10000; ++i) update_by_pose(m, at_origin, now);
+    if (!plausible(now.state)) std::abort();
   });
   // a pose that is half a second late: all after it again
   std::vector<double> replay;

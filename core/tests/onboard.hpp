@@ -35,9 +35,9 @@ inline Chain chain() {
 }
 
 /// Errors of a hundredth of each coefficient, and of 1 ms or 0.001, as many causes as there may be.
-inline void doubt(OnboardModel& m) {
+inline void add_errors(OnboardModel& m) {
   boats::Random random(77);
-  Considered& d = m.boat.considered;
+  PrincipalErrors& d = m.boat.considered;
   d.n = kMostConsidered;
   for (int i = 0; i < m.boat.structure.n_coefficients - kAxes; ++i) {
     const double most = 0.01 * std::abs(m.boat.coefficient[i]);
@@ -57,7 +57,7 @@ inline OnboardModel model() {
   const double q[kConstants] = {0.03, 0.08, 0.08};
   std::copy(q, q + kConstants, m.q);
   m.boat.noise = {kNoise[0], kNoise[2], 1e-3, 3e-3, 5e-3, 2e-2, 2.0};
-  doubt(m);
+  add_errors(m);
   return m;
 }
 

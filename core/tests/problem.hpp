@@ -34,7 +34,7 @@ struct Problem {
     columns = boats::all_columns(s, c);
   }
 
-  Trace trace() const { return {chain, q.data(), commands.held(), scales.held(), columns}; }
+  ThrustTrace trace() const { return {chain, q.data(), commands.held(), scales.held(), columns}; }
 
   /// What column c differentiates to.
   double& parameter(int c) {
@@ -44,14 +44,15 @@ struct Problem {
   }
 };
 
-/// States at all stamps; tangents too where asked.
-inline std::vector<double> simulated(const Problem& p, std::vector<double>* tangent) {
-  const Trace trace = p.trace();
+/// States at all stamps; sensitivities too where asked.
+inline std::vector<double> simulated(const Problem& p, std::vector<double>* sensitivities) {
+  const ThrustTrace trace = p.trace();
   std::vector<double> out(p.time.size() * kStates);
-  if (tangent != nullptr) tangent->resize(out.size() * static_cast<std::size_t>(p.columns.size()));
+  if (sensitivities != nullptr)
+    sensitivities->resize(out.size() * static_cast<std::size_t>(p.columns.size()));
   const int n = static_cast<int>(p.time.size());
   REQUIRE(simulate(p.boat, trace, p.x0.data(), p.time.data(), n, out.data(),
-                   tangent == nullptr ? nullptr : tangent->data()) == n);
+                   sensitivities == nullptr ? nullptr : sensitivities->data()) == n);
   return out;
 }
 

@@ -343,8 +343,8 @@ TEST_CASE("forces are T times the scaled levels") {
 
 TEST_CASE("a lag gives its exact impulse and way over a step, however short it is beside it") {
   for (const double x : {1e-6, 9.9e-3, 1.01e-2, 0.3, 5.0, 400.0}) {
-    Fade slope;
-    const Fade f = fade(x, &slope);
+    LagDecay slope;
+    const LagDecay f = lag_decay(x, &slope);
     const double mean = -std::expm1(-x) / x;
     double moment = 0.0;  // of (1 - s) exp(-x s), by the midpoint rule on a mesh that is fine at 0
     for (int i = 0; i < 200000; ++i) {
@@ -356,15 +356,15 @@ TEST_CASE("a lag gives its exact impulse and way over a step, however short it i
     CHECK((f.begin + 4.0 * f.middle + f.end) / 6.0 == doctest::Approx(mean).epsilon(1e-12));
     CHECK((f.begin + 2.0 * f.middle) / 6.0 == doctest::Approx(moment).epsilon(1e-8));
     const double d = 1e-4 * x;
-    const Fade up = fade(x + d);
-    const Fade down = fade(x - d);
+    const LagDecay up = lag_decay(x + d);
+    const LagDecay down = lag_decay(x - d);
     CHECK(slope.end == doctest::Approx((up.end - down.end) / (2 * d)).epsilon(1e-6));
     CHECK(slope.middle == doctest::Approx((up.middle - down.middle) / (2 * d)).epsilon(1e-5));
     const double w = std::min(0.5 * x, 1e-3);  // wider: it hardly moves where the step is short
-    const double begins = (fade(x + w).begin - fade(x - w).begin) / (2 * w);
+    const double begins = (lag_decay(x + w).begin - lag_decay(x - w).begin) / (2 * w);
     CHECK(std::abs(slope.begin - begins) < 1e-7);
   }
-  const Fade none = fade(0.0);
+  const LagDecay none = lag_decay(0.0);
   CHECK(none.begin == 1.0);
   CHECK(none.middle == 1.0);
   CHECK(none.end == 1.0);

@@ -23,10 +23,10 @@ PoseSample sample(const OnboardModel& m, double x, double y, double psi) {
 }
 
 /// A boat at rest, after its first pose.
-Instant begun(const OnboardModel& m) {
-  Instant now;
-  detail::know_nothing(m, now.belief);
-  use_pose(m, sample(m, 1.0, 2.0, 0.3), now);
+PredictorState begun(const OnboardModel& m) {
+  PredictorState now;
+  detail::reset_to_unknown(m, now.state);
+  update_by_pose(m, sample(m, 1.0, 2.0, 0.3), now);
   return now;
 }
 
@@ -48,10 +48,10 @@ bool colour_is_new(const OnboardModel& m, const StateEstimate& b) {
 
 TEST_CASE("many poses at once tell as much as their white errors; what is correlated is left") {
   const OnboardModel m = coloured_model();
-  Instant now = begun(m);
+  PredictorState now = begun(m);
   constexpr int kPoses = 400;
-  for (int i = 0; i < kPoses; ++i) use_pose(m, sample(m, 1.0, 2.0, 0.3), now);
-  const StateEstimate& b = now.belief;
+  for (int i = 0; i < kPoses; ++i) update_by_pose(m, sample(m, 1.0, 2.0, 0.3), now);
+  const StateEstimate& b = now.state;
   for (int i = 0; i < kPose; ++i) {
     const double white = m.boat.noise.white_variance(i);
     CHECK(b.p[i][i] == doctest::Approx(m.boat.noise.colour_variance(i)).epsilon(1e-3));
@@ -64,7 +64,7 @@ TEST_CASE("many poses at once tell as much as their white errors; what is correl
 
 TEST_CASE("the first pose is believed as far as one pose goes") {
   for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
-    const StateEstimate b = begun(m).belief;
+    const StateEstimate b = begun(m).state;
     CHECK(b.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
     CHECK(colour_is_new(m, b));
     for (int i = 0; i < kPose; ++i) {
@@ -80,41 +80,41 @@ TEST_CASE("the first pose is believed as far as one pose goes") {
 TEST_CASE("where poses overrule the filter, their errors begin anew") {
   for (OnboardModel m : {coloured_model(), swinging_model()}) {
     m.votes = 3;
-    m.agreement = 0.0;
-    Instant now = begun(m);
+    m.votes_for = 0.0;
+    PredictorState now = begun(m);
     Random random(5);
     for (int i = 0; i < 20; ++i) {
-      drift(m, 0.05, now);
-      use_pose(m, sample(m, 1.0 + random(-0.01, 0.01), 2.0, 0.3), now);
+      propagate(m, 0.05, now);
+      update_by_pose(m, sample(m, 1.0 + random(-0.01, 0.01), 2.0, 0.3), now);
     }
-    CHECK_FALSE(colour_is_new(m, now.belief));
+    CHECK_FALSE(colour_is_new(m, now.state));
     const PoseSample far = sample(m, 3.0, 2.0, 0.3);
-    use_pose(m, far, now);
+    update_by_pose(m, far, now);
     CHECK(now.votes == 1);
-    CHECK(colour_is_new(m, now.rival));
-    CHECK(onboard::positive(now.rival.p, now.rival.n));
-    CHECK(now.rival.x[0] == 3.0);
-    use_pose(m, far, now);
-    use_pose(m, far, now);
+    CHECK(colour_is_new(m, now.alternative));
+    CHECK(onboard::positive(now.alternative.p, now.alternative.n));
+    CHECK(now.alternative.x[0] == 3.0);
+    update_by_pose(m, far, now);
+    update_by_pose(m, far, now);
     CHECK(now.reinitialised == now.time);
-    CHECK(now.belief.x[0] == doctest::Approx(3.0));
-    CHECK(onboard::positive(now.belief.p, now.belief.n));
+    CHECK(now.state.x[0] == doctest::Approx(3.0));
+    CHECK(onboard::positive(now.state.p, now.state.n));
   }
 }
 
 TEST_CASE("a heading that is lost, and a model that ran away, begin them anew, too") {
   for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
-    Instant lost = begun(m);
-    use_pose(m, sample(m, 1.01, 2.0, 0.3), lost);
-    lost.belief.p[2][2] = 4.0;
-    use_pose(m, sample(m, 5.0, 2.0, 2.0), lost);
+    PredictorState lost = begun(m);
+    update_by_pose(m, sample(m, 1.01, 2.0, 0.3), lost);
+    lost.state.p[2][2] = 4.0;
+    update_by_pose(m, sample(m, 5.0, 2.0, 2.0), lost);
     CHECK(lost.reinitialised == lost.time);
-    CHECK(colour_is_new(m, lost.belief));
-    Instant gone = begun(m);
-    use_pose(m, sample(m, 1.01, 2.0, 0.3), gone);
-    give_up(m, gone.belief, gone);
-    CHECK(colour_is_new(m, gone.belief));
-    CHECK(gone.belief.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
+    CHECK(colour_is_new(m, lost.state));
+    PredictorState gone = begun(m);
+    update_by_pose(m, sample(m, 1.01, 2.0, 0.3), gone);
+    reset_diverged(m, gone.state, gone);
+    CHECK(colour_is_new(m, gone.state));
+    CHECK(gone.state.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
   }
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("of a pose's own covariance the white part is what the model leaves; c
   double noise[kPose][kPose];
   const auto leave = [&] {
     std::copy(&own[0][0], &own[0][0] + std::ptrdiff_t{kPose} * kPose, &noise[0][0]);
-    detail::leave_white(n, noise);
+    detail::keep_white_part(n, noise);
   };
   leave();  // nothing is correlated: all of it is white
   CHECK(onboard::same_bits(&noise[0][0], &own[0][0], kPose * kPose));

@@ -129,18 +129,18 @@ TEST_CASE("the covariance is carried by the derivatives of the motion") {
       b.noise.disturbance_linear = b.noise.disturbance_yaw = 0.0;
       b.noise.colour_turn = 2.5;
       b.considered = {};
-      StateEstimate belief = under_way(3, n);
+      StateEstimate state = under_way(3, n);
       double f[kOscillatingStates][kOscillatingStates];
       double want[kOscillatingStates][kOscillatingStates];
-      slopes_by_differences(b, belief, f);
-      carried(f, belief, want);
-      REQUIRE(predict(b, kStep, kForce, belief));
+      slopes_by_differences(b, state, f);
+      carried(f, state, want);
+      REQUIRE(predict(b, kStep, kForce, state));
       Worst worst;
       for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) worst.see(belief.p[i][j], want[i][j]);
+        for (int j = 0; j < n; ++j) worst.see(state.p[i][j], want[i][j]);
       }
       CHECK(worst.value() < 1e-9);
-      CHECK(rest_is_untouched(belief));
+      CHECK(rest_is_untouched(state));
     }
   }
 }
@@ -168,7 +168,7 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
   CHECK(added(8, 8) == doctest::Approx(0.07 * 0.07 * (1.0 - std::exp(-2.0 * kStep / 2.0))));
 }
 
-TEST_CASE("correlated errors fade and renew themselves, and no step moves the boat by them") {
+TEST_CASE("correlated errors lag_decay and renew themselves, and no step moves the boat by them") {
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise.colour_position = 0.006;
   b.noise.colour_heading = 0.003;
@@ -200,15 +200,15 @@ TEST_CASE("errors that swing keep their size, are not linked to their other side
   b.noise.colour_heading = 0.03;
   b.noise.colour_memory = memory;
   b.noise.colour_turn = turn;
-  StateEstimate belief = under_way(4, kOscillatingStates);
+  StateEstimate state = under_way(4, kOscillatingStates);
   for (int i = kFilterStates; i < kOscillatingStates; ++i) {
-    belief.x[i] = i < kColouredStates ? 0.01 : 0.0;
-    std::fill(belief.p[i], belief.p[i] + kOscillatingStates, 0.0);
-    for (auto& row : belief.p) row[i] = 0.0;
-    belief.p[i][i] = b.noise.colour_variance((i - kFilterStates) % kPose);
+    state.x[i] = i < kColouredStates ? 0.01 : 0.0;
+    std::fill(state.p[i], state.p[i] + kOscillatingStates, 0.0);
+    for (auto& row : state.p) row[i] = 0.0;
+    state.p[i][i] = b.noise.colour_variance((i - kFilterStates) % kPose);
   }
   constexpr int kSteps = 60;
-  for (int i = 0; i < kSteps; ++i) REQUIRE(predict(b, kStep, kForce, belief));
+  for (int i = 0; i < kSteps; ++i) REQUIRE(predict(b, kStep, kForce, state));
   const double t = kSteps * kStep;
   const double rate = std::sqrt(turn * turn - 1.0 / (memory * memory));
   const double left =  // of e with e' = 0 at the begin
@@ -217,10 +217,10 @@ TEST_CASE("errors that swing keep their size, are not linked to their other side
     const int c = kFilterStates + i;
     const int o = kColouredStates + i;
     const double variance = b.noise.colour_variance(i);
-    CHECK(belief.x[c] == doctest::Approx(0.01 * left).epsilon(1e-9));
-    CHECK(belief.p[c][c] == doctest::Approx(variance).epsilon(1e-9));
-    CHECK(belief.p[o][o] == doctest::Approx(variance).epsilon(1e-9));
-    CHECK(std::abs(belief.p[c][o]) < 1e-12 * variance);
+    CHECK(state.x[c] == doctest::Approx(0.01 * left).epsilon(1e-9));
+    CHECK(state.p[c][c] == doctest::Approx(variance).epsilon(1e-9));
+    CHECK(state.p[o][o] == doctest::Approx(variance).epsilon(1e-9));
+    CHECK(std::abs(state.p[c][o]) < 1e-12 * variance);
   }
 }
 
@@ -283,7 +283,7 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
   }
 }
 
-TEST_CASE("an outlier moves the belief as far as one at the limit, and is worth as much less") {
+TEST_CASE("an outlier moves the state as far as one at the limit, and is worth as much less") {
   for (const int n : kSizes) {
     const StateEstimate before = under_way(7, n);
     const auto moved = [&](double far, StateEstimate& b) {
@@ -318,17 +318,17 @@ TEST_CASE("a covariance stays one through steps and corrections of very differen
     OnboardBoat b = boat(DisturbanceFrame::kEarth);
     b.noise = {1e-4, 1e-4, 1e-6, 1e-6, 1e-5, 1e-5, 0.3, colour, colour, lasts, turn};
     const NoiseParameters& n = b.noise;
-    StateEstimate belief = under_way(6, n.oscillating() ? kOscillatingStates
-                                        : n.coloured()  ? kColouredStates
-                                                        : kFilterStates);
+    StateEstimate state = under_way(6, n.oscillating() ? kOscillatingStates
+                                       : n.coloured()  ? kColouredStates
+                                                       : kFilterStates);
     for (int i = 0; i < 3000; ++i) {
-      REQUIRE(predict(b, kStep, kForce, belief));
+      REQUIRE(predict(b, kStep, kForce, state));
       if (i % 3 == 0 && (i < 1000 || i > 2000)) {
-        double eta[kPose] = {belief.x[0], belief.x[1], belief.x[2]};
-        for (int k = 0; k < kPose && n.coloured(); ++k) eta[k] += belief.x[kFilterStates + k];
-        update(innovation(belief, eta, tight), tight, belief);
+        double eta[kPose] = {state.x[0], state.x[1], state.x[2]};
+        for (int k = 0; k < kPose && n.coloured(); ++k) eta[k] += state.x[kFilterStates + k];
+        update(innovation(state, eta, tight), tight, state);
       }
-      REQUIRE(onboard::positive(belief.p, belief.n));
+      REQUIRE(onboard::positive(state.p, state.n));
     }
   }
 }
@@ -338,13 +338,13 @@ TEST_CASE("an earth-fixed disturbance keeps its direction while the boat turns")
   b.current[0] = b.current[1] = 0.0;
   std::fill(b.coefficient, b.coefficient + kMaxCoefficients, 0.0);  // no drag, no thrust
   b.noise.memory = 1e9;
-  StateEstimate belief;
-  belief.x[5] = 2.0;  // [rad/s]
-  belief.x[6] = 0.1;  // [m/s^2]
-  for (int i = 0; i < kFilterStates; ++i) belief.p[i][i] = 1e-4;
-  for (int i = 0; i < 200; ++i) REQUIRE(predict(b, kStep, kForce, belief));
-  CHECK(belief.x[0] == doctest::Approx(0.5 * 0.1 * 4.0 * 4.0).epsilon(1e-4));
-  CHECK(belief.x[1] == doctest::Approx(0.0).epsilon(1e-4).scale(0.8));
+  StateEstimate state;
+  state.x[5] = 2.0;  // [rad/s]
+  state.x[6] = 0.1;  // [m/s^2]
+  for (int i = 0; i < kFilterStates; ++i) state.p[i][i] = 1e-4;
+  for (int i = 0; i < 200; ++i) REQUIRE(predict(b, kStep, kForce, state));
+  CHECK(state.x[0] == doctest::Approx(0.5 * 0.1 * 4.0 * 4.0).epsilon(1e-4));
+  CHECK(state.x[1] == doctest::Approx(0.0).epsilon(1e-4).scale(0.8));
   b.frame = DisturbanceFrame::kBody;
   StateEstimate turned;
   turned.x[5] = 2.0;

@@ -37,7 +37,7 @@ Effects all_effects() {
 void estimate(const Run& run, const NoiseParameters& noise, const Effects& effects, bool slopes,
               std::vector<double>& out) {
   const problems::Problem& p = run.problem;
-  const FilterPass pass =
+  const FilterRun pass =
       innovations(p.boat, p.trace(), run.poses(), noise, kOutlier, run.start, effects, slopes);
   REQUIRE(pass.good);
   const auto n = static_cast<std::size_t>(pass.parameters);
@@ -48,7 +48,7 @@ void estimate(const Run& run, const NoiseParameters& noise, const Effects& effec
   NoiseParameters other = noise;
   other.walk_linear *= 2.0;
   out.push_back(repeated(pass, run.poses(), other, kOutlier, run.start));
-  const NoisePass noises = noise_slopes(pass, run.poses(), noise, kOutlier, run.start);
+  const NoiseDerivatives noises = noise_slopes(pass, run.poses(), noise, kOutlier, run.start);
   out.insert(out.end(), {noises.cost, noises.gradient[0], noises.gradient[3], noises.gradient[6],
                          noises.gradient[7], noises.information[0][0], noises.information[4][2],
                          noises.information[9][9]});

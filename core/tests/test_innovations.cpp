@@ -56,7 +56,7 @@ TEST_CASE("where all is linear the cost is the parabola that gradient and inform
   for (const NoiseParameters& noise : {kStraight, kStraightColoured}) {
     Run run = linear_run();
     run.problem.boat.coefficient[1] = 0.45;
-    const FilterPass at = run.pass(noise);
+    const FilterRun at = run.pass(noise);
     REQUIRE(at.good);
     for (const double step : {-0.1, 0.03, 0.2}) {
       run.problem.boat.coefficient[1] = 0.45 + step;
@@ -78,7 +78,7 @@ TEST_CASE("errors that are correlated by next to nothing cost what none do") {
 
 TEST_CASE("the gradient is the sum of its terms, pose by pose") {
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
-    const FilterPass pass = mallard_run().pass(noise);
+    const FilterRun pass = mallard_run().pass(noise);
     const auto p = static_cast<std::size_t>(pass.parameters);
     std::vector<double> sum(p, 0.0);
     for (std::size_t i = 0; i < pass.score.size(); ++i) sum[i % p] += pass.score[i];
@@ -93,10 +93,10 @@ TEST_CASE("the score of a block is the sum of its poses'") {
   const Problem& p = run.problem;
   std::vector<int> block;
   for (std::size_t k = 0; k < p.time.size(); ++k) block.push_back(static_cast<int>(k / 20));
-  const FilterPass each = run.pass(kWhite);
-  const FilterPass sums = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
-                                      false, nullptr, block.data(), false);
-  CHECK(sums.way.empty());
+  const FilterRun each = run.pass(kWhite);
+  const FilterRun sums = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
+                                     false, nullptr, block.data(), false);
+  CHECK(sums.transition.empty());
   const auto wide = static_cast<std::size_t>(each.parameters);
   REQUIRE(sums.score.size() == (static_cast<std::size_t>(block.back()) + 1) * wide);
   std::vector<double> want(sums.score.size(), 0.0);
@@ -111,7 +111,7 @@ TEST_CASE("the score of a block is the sum of its poses'") {
 TEST_CASE("a pass that is repeated with the same noise is the same") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
-    const FilterPass first = run.pass(noise);
+    const FilterRun first = run.pass(noise);
     const double again = repeated(first, run.poses(), noise, kNever, run.start);
     CHECK(again == doctest::Approx(first.cost).epsilon(1e-9));  // its slopes are stored short
   }
@@ -119,7 +119,7 @@ TEST_CASE("a pass that is repeated with the same noise is the same") {
 
 TEST_CASE("with other noise the repeated pass is a full one's where all is linear") {
   const Run run = linear_run();
-  const FilterPass first = run.pass(kStraight);
+  const FilterRun first = run.pass(kStraight);
   for (const int i : {0, 2, 4, 6, 7, 9}) {  // the others are of the heading
     NoiseParameters other = i < 7 ? kStraight : kStraightColoured;
     other.parameter(i) *= 3.0;
@@ -132,8 +132,8 @@ TEST_CASE("with other noise the repeated pass is a full one's where all is linea
 TEST_CASE("slopes to the noise are the cost's differences") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
-    const FilterPass first = run.pass(noise);
-    const NoisePass slopes = noise_slopes(first, run.poses(), noise, kNever, run.start);
+    const FilterRun first = run.pass(noise);
+    const NoiseDerivatives slopes = noise_slopes(first, run.poses(), noise, kNever, run.start);
     const auto cost = [&](int i, double logarithm) {
       NoiseParameters moved = noise;
       moved.parameter(i) *= std::exp(logarithm);
@@ -157,7 +157,7 @@ TEST_CASE("a pose that is far off is believed less, and costs less than its squa
   Run run = mallard_run();
   const double plain = run.pass(kWhite, 4.0).cost;
   run.eta[120] += 1.0;  // [m] x of pose 40
-  const FilterPass robust = run.pass(kWhite, 4.0);
+  const FilterRun robust = run.pass(kWhite, 4.0);
   CHECK(robust.weight[40] < 0.05);
   CHECK(robust.weight[39] == 1.0);
   CHECK(robust.cost - plain < 0.05 * (run.pass(kWhite).cost - plain));
@@ -167,7 +167,7 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
   Run run = mallard_run();
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
   run.use[50] = kJumped;
-  const FilterPass pass = run.pass(kWhite);
+  const FilterRun pass = run.pass(kWhite);
   REQUIRE(pass.good);
   CHECK(pass.weight[50] == 1.0);
   CHECK(std::abs(pass.state[450] - run.eta[150]) < 1e-4);
@@ -185,7 +185,7 @@ TEST_CASE("after a gap the filter starts anew only where the poses jumped in it"
   run.use[50] = kJumped;
   CHECK(allowed == run.pass(kWhite).cost);
   CHECK(allowed < whole + 50.0);
-  const FilterPass first = run.pass(kWhite);
+  const FilterRun first = run.pass(kWhite);
   run.use[50] = kGapped;
   CHECK(repeated(first, run.poses(), kWhite, kNever, run.start) ==
         doctest::Approx(first.cost).epsilon(1e-6));
@@ -235,7 +235,7 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
   double* const moved[kEffects] = {&at.lever[0],   &at.lever[1], &at.current[0],
                                    &at.current[1], &at.bias[0],  &at.bias[1],
                                    &at.bias[2],    &at.wind[0],  &at.wind[1]};
-  const FilterPass here = pass(at);
+  const FilterRun here = pass(at);
   REQUIRE(here.good);
   const int own = here.parameters - kEffects;
   const double step = 1e-5;
@@ -269,9 +269,9 @@ TEST_CASE("a pose that counts twice counts twice") {
   const Run run = mallard_run();
   const Problem& p = run.problem;
   const std::vector<double> twice(p.time.size(), 2.0);
-  const FilterPass once = run.pass(kWhite);
-  const FilterPass both = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
-                                      false, twice.data());
+  const FilterRun once = run.pass(kWhite);
+  const FilterRun both = innovations(p.boat, p.trace(), run.poses(), kWhite, kNever, run.start, {},
+                                     false, twice.data());
   CHECK(both.cost == doctest::Approx(2.0 * once.cost));
   CHECK(both.gradient[0] == doctest::Approx(2.0 * once.gradient[0]));
   CHECK(both.information[0] == doctest::Approx(2.0 * once.information[0]));

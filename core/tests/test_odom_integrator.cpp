@@ -28,7 +28,7 @@ TEST_CASE("a way and its inverse lead nowhere") {
 }
 
 TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
-  Way way;
+  OdomIntegrator way;
   const double nu[kAxes] = {0.4, 0.1, 0.8};
   const double spread[kAxes][kAxes] = {{1e-8, 0, 0}, {0, 1e-8, 0}, {0, 0, 1e-8}};
   constexpr int kSteps = 400;
@@ -44,7 +44,7 @@ TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
 }
 
 TEST_CASE("a velocity without a covariance is not used") {
-  Way way;
+  OdomIntegrator way;
   const double nu[kAxes] = {1.0, 0.0, 0.0};
   way.advance(0.1, nu, kNothing, kSecond);
   CHECK(way.pose()[0] == 0.0);
@@ -56,8 +56,8 @@ TEST_CASE("errors that last for ever grow as the time, short ones as its root") 
   const double spread[kAxes][kAxes] = {{sd * sd, 0, 0}, {0, sd * sd, 0}, {0, 0, 1e-20}};
   const double h = 0.02;
   const int n = 500;
-  Way lasting;
-  Way brief;
+  OdomIntegrator lasting;
+  OdomIntegrator brief;
   const double memory = 0.1;
   const double each[kAxes] = {memory, memory, memory};
   const double ever[kAxes] = {1e12, 1e12, 1e12};
@@ -93,7 +93,7 @@ TEST_CASE("the covariance is that of many drives with such errors") {
     nu[2] = 0.5 * std::sin(0.7 * t);
   };
   boats::Random random(7);
-  Way exact;
+  OdomIntegrator exact;
   for (int i = 0; i < kSteps; ++i) {
     double nu[kAxes];
     truth(h * i, nu);
@@ -103,7 +103,7 @@ TEST_CASE("the covariance is that of many drives with such errors") {
   for (int k = 0; k < kAxes; ++k) stays[k] = std::exp(-h / memory[k]);
   double sum[kPose][kPose] = {};
   for (int drive = 0; drive < kDrives; ++drive) {
-    Way way;
+    OdomIntegrator way;
     double w[kAxes];
     for (double& value : w) value = onboard::normal(random);
     for (int i = 0; i < kSteps; ++i) {

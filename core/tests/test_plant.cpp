@@ -34,7 +34,7 @@ struct Twin {
 
 /// Drives the plant along the script, looking at it at the stamps; compares with simulate().
 double worst_against_recording(Twin& twin, const Script& script, const std::vector<double>& time) {
-  const Trace trace(twin.chain, twin.q.data(), script.held(), Held{}, Columns{});
+  const ThrustTrace trace(twin.chain, twin.q.data(), script.held(), Held{}, Columns{});
   const int n = static_cast<int>(time.size());
   std::vector<double> want(time.size() * kStates);
   const double x0[kStates] = {0.0};
@@ -122,7 +122,7 @@ TEST_CASE("a queue of commands wraps around without a slip") {
     script.add(0.01 * i, {random(-1.0, 1.0), random(-1.0, 1.0), random(-1.0, 1.0)});
   }
   const std::vector<double> time = {0.0, 10.004, 20.004, 29.996};
-  const Trace trace(twin.chain, twin.q.data(), script.held(), Held{}, Columns{});
+  const ThrustTrace trace(twin.chain, twin.q.data(), script.held(), Held{}, Columns{});
   std::vector<double> want(24);
   const double x0[kStates] = {0.0};
   REQUIRE(simulate(twin.boat, trace, x0, time.data(), 4, want.data(), nullptr) == 4);
@@ -230,7 +230,7 @@ TEST_CASE("a plant that runs away, or is told what is no number, says so and doe
   CHECK_FALSE(twin.plant->advance_to(1.0));
 }
 
-TEST_CASE("a plant allocates nothing, nor does a step with tangents") {
+TEST_CASE("a plant allocates nothing, nor does a step with sensitivities") {
   Twin twin(boats::full_chain(Scheme::kAlwaysForward), boats::full_constants());
   const Columns columns = boats::all_columns(twin.boat.structure, twin.chain);
   const double full[3] = {1.0, 0.5, -0.5};
@@ -239,10 +239,10 @@ TEST_CASE("a plant allocates nothing, nor does a step with tangents") {
   double x[kStates] = {0.0};
   double f[kMaxActuators];
   Thrust thrust;
-  ThrustTangent dthrust;
-  StateTangent dx;
+  ThrustSensitivities dthrust;
+  StateSensitivities dx;
   seed(columns, dx);
-  detail::ForceTangent dforce = {};
+  detail::ForceSensitivities dforce = {};
 
   Twin paired(boats::paired_chain(), boats::paired_constants());
   const double four[4] = {1.0, 0.5, -0.5, 0.2};
@@ -257,10 +257,11 @@ TEST_CASE("a plant allocates nothing, nor does a step with tangents") {
   paired.plant->reset(0.0, still);
   good = good && paired.plant->command(0.0, four) && paired.plant->advance_to(2.0);
   allocate(twin.chain.allocation, full, f);
-  good = good && euler_step_tangent(twin.boat.structure, twin.boat.coefficient, columns, 0.1, force,
-                                    dforce, x, dx);
-  good = good && advance_tangent(twin.boat.structure, twin.boat.coefficient, twin.chain,
-                                 twin.q.data(), columns, 0.1, still, 0.01, thrust, dthrust, x, dx);
+  good = good && euler_step_sensitivities(twin.boat.structure, twin.boat.coefficient, columns, 0.1,
+                                          force, dforce, x, dx);
+  good = good &&
+         advance_sensitivities(twin.boat.structure, twin.boat.coefficient, twin.chain,
+                               twin.q.data(), columns, 0.1, still, 0.01, thrust, dthrust, x, dx);
   const long after = allocations;
   CHECK(good);
   CHECK(after == before);

@@ -72,7 +72,7 @@ TEST_CASE("a simulation agrees with Eq. (12) integrated by hand in fine steps") 
 TEST_CASE("a simulation may be stopped and taken up anywhere, at a break or between") {
   Problem p = driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, true);
   p.boat.longest_step = 1.0 / 500.0;
-  const Trace trace = p.trace();
+  const ThrustTrace trace = p.trace();
   const double end = 5.0;
   const double whole_time[2] = {0.0, end};
   double whole[2 * kStates];
@@ -96,7 +96,7 @@ TEST_CASE("a simulation may be stopped and taken up anywhere, at a break or betw
 TEST_CASE("a prediction is a simulation from its own start") {
   const Problem p =
       driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kAlwaysForward, true);
-  const Trace trace = p.trace();
+  const ThrustTrace trace = p.trace();
   const int start[2] = {7, 40};
   std::vector<double> x0(p.x0);
   x0.insert(x0.end(), {1.0, 2.0, -0.4, 0.1, 0.2, -0.3});
@@ -113,7 +113,7 @@ TEST_CASE("a prediction is a simulation from its own start") {
 
 TEST_CASE("one thread and more predict the same bits") {
   Problem p = driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, true);
-  const Trace trace = p.trace();
+  const ThrustTrace trace = p.trace();
   Random random(63);
   const int m = 300;
   std::vector<int> start(m);
@@ -126,16 +126,16 @@ TEST_CASE("one thread and more predict the same bits") {
   random.fill(x0.data(), m * kStates, -0.5, 0.5);
   const auto width = static_cast<std::size_t>(p.columns.size());
   std::vector<double> one(x0.size());
-  std::vector<double> one_tangent(x0.size() * width);
+  std::vector<double> one_sensitivities(x0.size() * width);
   predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(), m, 1, one.data(),
-          one_tangent.data());
+          one_sensitivities.data());
   for (const int threads : {2, 3, 4}) {
     std::vector<double> more(x0.size(), std::nan(""));
-    std::vector<double> more_tangent(one_tangent.size(), std::nan(""));
+    std::vector<double> more_sensitivities(one_sensitivities.size(), std::nan(""));
     predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(), m, threads,
-            more.data(), more_tangent.data());
+            more.data(), more_sensitivities.data());
     CHECK(more == one);
-    CHECK(more_tangent == one_tangent);
+    CHECK(more_sensitivities == one_sensitivities);
   }
 }
 
@@ -144,40 +144,41 @@ TEST_CASE("rows at equal stamps are equal") {
   p.time = {0.0, 0.5, 0.5, 1.0};
   for (const bool euler : {false, true}) {
     p.boat.integrator = euler ? Integrator::kForwardEuler : Integrator::kRungeKutta;
-    std::vector<double> tangent;
-    const auto out = simulated(p, &tangent);
+    std::vector<double> sensitivities;
+    const auto out = simulated(p, &sensitivities);
     for (std::size_t i = 0; i < 6; ++i) CHECK(out[6 + i] == out[12 + i]);
     CHECK(out[6] != out[0]);
     const auto width = 6 * static_cast<std::size_t>(p.columns.size());
-    for (std::size_t i = 0; i < width; ++i) CHECK(tangent[width + i] == tangent[2 * width + i]);
+    for (std::size_t i = 0; i < width; ++i)
+      CHECK(sensitivities[width + i] == sensitivities[2 * width + i]);
   }
 }
 
-TEST_CASE("a boat that runs away ends in rows of NaN, tangents too, and is counted so") {
+TEST_CASE("a boat that runs away ends in rows of NaN, sensitivities too, and is counted so") {
   Problem p = driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, true);
   p.boat.coefficient[boats::kXuu] = 40.0;  // quadratic drag of the wrong sign
   p.boat.coefficient[boats::kXu] = 5.0;
   p.x0[3] = 0.5;
-  const Trace trace = p.trace();
+  const ThrustTrace trace = p.trace();
   const int n = static_cast<int>(p.time.size());
   const auto width = static_cast<std::size_t>(p.columns.size());
   for (const bool euler : {false, true}) {
     p.boat.integrator = euler ? Integrator::kForwardEuler : Integrator::kRungeKutta;
     std::vector<double> plain(p.time.size() * kStates);
     std::vector<double> with(plain.size());
-    std::vector<double> tangent(plain.size() * width);
+    std::vector<double> sensitivities(plain.size() * width);
     const int reached =
         simulate(p.boat, trace, p.x0.data(), p.time.data(), n, plain.data(), nullptr);
     CHECK(reached > 0);
     CHECK(reached < n);
-    CHECK(simulate(p.boat, trace, p.x0.data(), p.time.data(), n, with.data(), tangent.data()) ==
-          reached);
+    CHECK(simulate(p.boat, trace, p.x0.data(), p.time.data(), n, with.data(),
+                   sensitivities.data()) == reached);
     for (int i = 0; i < n * kStates; ++i) {
       const bool good = i < reached * kStates;
       REQUIRE(std::isfinite(plain[static_cast<std::size_t>(i)]) == good);
       REQUIRE(std::isfinite(with[static_cast<std::size_t>(i)]) == good);
       for (std::size_t c = 0; c < width && !good; ++c) {
-        REQUIRE(std::isnan(tangent[static_cast<std::size_t>(i) * width + c]));
+        REQUIRE(std::isnan(sensitivities[static_cast<std::size_t>(i) * width + c]));
       }
     }
     const int start[1] = {0};
@@ -199,13 +200,13 @@ TEST_CASE("a boat whose accelerations hold each other up stops at its first row"
   auto c = boats::mallard_coefficients();
   c[boats::kNud] = 1.0;
   Problem p = driven(s, c, Scheme::kMoorePenrose, true);
-  const Trace trace = p.trace();
+  const ThrustTrace trace = p.trace();
   std::vector<double> out(p.time.size() * kStates);
-  std::vector<double> tangent(out.size() * static_cast<std::size_t>(p.columns.size()));
+  std::vector<double> sensitivities(out.size() * static_cast<std::size_t>(p.columns.size()));
   const int n = static_cast<int>(p.time.size());
   for (const bool euler : {false, true}) {
     p.boat.integrator = euler ? Integrator::kForwardEuler : Integrator::kRungeKutta;
-    for (double* slopes : {static_cast<double*>(nullptr), tangent.data()}) {
+    for (double* slopes : {static_cast<double*>(nullptr), sensitivities.data()}) {
       CHECK(simulate(p.boat, trace, p.x0.data(), p.time.data(), n, out.data(), slopes) == 1);
       CHECK(out[3] == p.x0[3]);
       CHECK(std::isnan(out[6]));

@@ -15,8 +15,8 @@ namespace {
 using Rollout = std::vector<double> (*)(const Problem&, std::vector<double>*);
 
 /// Predictions of 15 steps from every fifth stamp, all from x0.
-std::vector<double> predicted(const Problem& p, std::vector<double>* tangent) {
-  const Trace trace = p.trace();
+std::vector<double> predicted(const Problem& p, std::vector<double>* sensitivities) {
+  const ThrustTrace trace = p.trace();
   std::vector<int> start;
   std::vector<int> stop;
   std::vector<double> x0;
@@ -26,24 +26,25 @@ std::vector<double> predicted(const Problem& p, std::vector<double>* tangent) {
     x0.insert(x0.end(), p.x0.begin(), p.x0.end());
   }
   std::vector<double> out(x0.size());
-  if (tangent != nullptr) tangent->resize(out.size() * static_cast<std::size_t>(p.columns.size()));
+  if (sensitivities != nullptr)
+    sensitivities->resize(out.size() * static_cast<std::size_t>(p.columns.size()));
   predict(p.boat, trace, p.time.data(), start.data(), stop.data(), x0.data(),
           static_cast<int>(start.size()), 1, out.data(),
-          tangent == nullptr ? nullptr : tangent->data());
+          sensitivities == nullptr ? nullptr : sensitivities->data());
   return out;
 }
 
 struct Compared {
-  double value = 0.0;     // tangent path against plain path
-  double relative = 0.0;  // tangents against differences, relative to the column's largest
+  double value = 0.0;     // sensitivities path against plain path
+  double relative = 0.0;  // sensitivities against differences, relative to the column's largest
   std::vector<double> largest;
 };
 
 enum class Side { kCentral, kLeft };
 
 Compared compare(Problem p, Rollout rollout, double step = 1e-5, Side side = Side::kCentral) {
-  std::vector<double> tangent;
-  const auto with = rollout(p, &tangent);
+  std::vector<double> sensitivities;
+  const auto with = rollout(p, &sensitivities);
   const auto without = rollout(p, nullptr);
   Worst value;
   for (std::size_t i = 0; i < with.size(); ++i) value.see(with[i], without[i]);
@@ -69,7 +70,7 @@ Compared compare(Problem p, Rollout rollout, double step = 1e-5, Side side = Sid
     // a column of zeros is compared absolutely
     const double scale = std::max(largest, 1e-3);
     for (std::size_t i = 0; i < want.size(); ++i)
-      relative.see(tangent[i * width + c], want[i], scale);
+      relative.see(sensitivities[i * width + c], want[i], scale);
     result.largest.push_back(largest);
   }
   result.value = value.value();
@@ -95,7 +96,7 @@ Problem coincident(bool lag) {
 
 }  // namespace
 
-TEST_CASE("tangents of simulate equal central differences, for every parameter there is") {
+TEST_CASE("sensitivities of simulate equal central differences, for every parameter there is") {
   for (const Scheme scheme : {Scheme::kMoorePenrose, Scheme::kAlwaysForward}) {
     const auto got =
         compare(driven(boats::mallard(), boats::mallard_coefficients(), scheme, true), simulated);
@@ -124,7 +125,7 @@ TEST_CASE("without a lag the latency's derivative comes from the moving breaks a
   CHECK(got.largest[first + boats::kLag] == 0.0);
 }
 
-TEST_CASE("tangents of the rich boat equal central differences") {
+TEST_CASE("sensitivities of the rich boat equal central differences") {
   for (const bool lag : {true, false}) {
     const auto got = compare(
         driven(boats::rich(), boats::rich_coefficients(), Scheme::kMoorePenrose, lag), simulated);
@@ -133,7 +134,7 @@ TEST_CASE("tangents of the rich boat equal central differences") {
   }
 }
 
-TEST_CASE("tangents of predict equal central differences") {
+TEST_CASE("sensitivities of predict equal central differences") {
   for (const bool lag : {true, false}) {
     const auto got =
         compare(driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, lag),
@@ -143,7 +144,7 @@ TEST_CASE("tangents of predict equal central differences") {
   }
 }
 
-TEST_CASE("tangents of the paper's Euler integrator equal central differences") {
+TEST_CASE("sensitivities of the paper's Euler integrator equal central differences") {
   for (const Structure& s : {boats::mallard(), boats::rich()}) {
     const bool rich = s.n_coefficients == boats::kRichSize;
     Problem p = driven(s, rich ? boats::rich_coefficients() : boats::mallard_coefficients(),
@@ -157,7 +158,7 @@ TEST_CASE("tangents of the paper's Euler integrator equal central differences") 
   }
 }
 
-TEST_CASE("tangents of five direct actuators with a table equal central differences") {
+TEST_CASE("sensitivities of five direct actuators with a table equal central differences") {
   Problem p(boats::mallard(), boats::mallard_coefficients(), boats::direct_chain(),
             boats::direct_constants());
   p.commands = boats::random_script(61, 40, 5, 0.02, -1.0, 1.0);
@@ -168,7 +169,7 @@ TEST_CASE("tangents of five direct actuators with a table equal central differen
   for (const double largest : got.largest) CHECK(largest > 1e-3);
 }
 
-TEST_CASE("tangents hold where latencies are negative and the groups overtake each other") {
+TEST_CASE("sensitivities hold where latencies are negative and the groups overtake each other") {
   Problem p = driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, true);
   p.q[boats::kLatencyA] = -0.2117;
   p.q[boats::kLatencyB] = 0.3319;
@@ -177,7 +178,7 @@ TEST_CASE("tangents hold where latencies are negative and the groups overtake ea
   CHECK(got.relative < 1e-6);
 }
 
-TEST_CASE("tangents hold where breaks fall on stamps and on each other, with a lag") {
+TEST_CASE("sensitivities hold where breaks fall on stamps and on each other, with a lag") {
   // the state is smooth in the latencies there, but only once: hence the small step
   const auto got = compare(coincident(true), simulated, 1e-7);
   CHECK(got.value < 1e-12);
@@ -187,7 +188,7 @@ TEST_CASE("tangents hold where breaks fall on stamps and on each other, with a l
   CHECK(ahead.relative < 1e-5);
 }
 
-TEST_CASE("tangents hold where two latencies are equal, without a lag") {
+TEST_CASE("sensitivities hold where two latencies are equal, without a lag") {
   Problem p = coincident(false);
   for (double& t : p.time) t += 0.0211;
   const auto got = compare(p, simulated, 1e-6);

@@ -43,16 +43,16 @@ TEST_CASE("what a cause does is what boats of other coefficients do") {
   constexpr double kOff = 1e-3;
   for (const auto frame : {DisturbanceFrame::kEarth, DisturbanceFrame::kBody}) {
     const OnboardBoat boat = only_doubted(frame);
-    StateEstimate belief;
-    belief.x[2] = 0.7;
-    belief.x[3] = 0.2;
-    belief.x[kStates] = 0.02;
+    StateEstimate state;
+    state.x[2] = 0.7;
+    state.x[3] = 0.2;
+    state.x[kStates] = 0.02;
     StateEstimate ahead[kMostConsidered];
     StateEstimate back[kMostConsidered];
-    std::fill(ahead, ahead + kMostConsidered, belief);
-    std::fill(back, back + kMostConsidered, belief);
+    std::fill(ahead, ahead + kMostConsidered, state);
+    std::fill(back, back + kMostConsidered, state);
     for (int step = 0; step < 200; ++step) {
-      predict(boat, kStep, kForce, belief);
+      predict(boat, kStep, kForce, state);
       for (int k = 0; k < kMostConsidered; ++k) {
         predict(other(boat, k, kOff), kStep, kForce, ahead[k]);
         predict(other(boat, k, -kOff), kStep, kForce, back[k]);
@@ -61,12 +61,12 @@ TEST_CASE("what a cause does is what boats of other coefficients do") {
     for (int i = 0; i < kStates; ++i) {
       double largest = 0.0;
       for (int k = 0; k < kMostConsidered; ++k) {
-        largest = std::max(largest, std::abs(belief.d[i][k]));
+        largest = std::max(largest, std::abs(state.d[i][k]));
       }
       REQUIRE(largest > 0.0);
       for (int k = 0; k < kMostConsidered; ++k) {
         const double want = (ahead[k].x[i] - back[k].x[i]) / (2.0 * kOff);
-        CHECK(std::abs(belief.d[i][k] - want) < 0.01 * largest);
+        CHECK(std::abs(state.d[i][k] - want) < 0.01 * largest);
       }
     }
   }
@@ -74,13 +74,13 @@ TEST_CASE("what a cause does is what boats of other coefficients do") {
 
 TEST_CASE("the covariance is what the causes make, where nothing else is unknown") {
   const OnboardBoat boat = only_doubted(DisturbanceFrame::kEarth);
-  StateEstimate belief;
-  for (int i = 0; i < 6; ++i) belief.p[i][i] = 1e-30;
-  for (int step = 0; step < 200; ++step) predict(boat, kStep, kForce, belief);
+  StateEstimate state;
+  for (int i = 0; i < 6; ++i) state.p[i][i] = 1e-30;
+  for (int step = 0; step < 200; ++step) predict(boat, kStep, kForce, state);
   for (int i = 0; i < kStates; ++i) {
     for (int j = 0; j < kStates; ++j) {
-      const double size = std::sqrt(belief.p[i][i] * belief.p[j][j]);
-      CHECK(std::abs(belief.p[i][j] - product(belief, i, j)) < 1e-9 * size);
+      const double size = std::sqrt(state.p[i][i] * state.p[j][j]);
+      CHECK(std::abs(state.p[i][j] - product(state, i, j)) < 1e-9 * size);
     }
   }
 }
@@ -90,18 +90,18 @@ TEST_CASE(
   for (const OnboardModel& m :
        {onboard::model(), onboard::coloured_model(), onboard::swinging_model()}) {
     const bool coloured = m.boat.noise.coloured();
-    StateEstimate belief;
-    detail::know_nothing(m, belief);
+    StateEstimate state;
+    detail::reset_to_unknown(m, state);
     PoseSample at;
     for (int i = 0; i < kPose; ++i) std::copy(kNoise[i], kNoise[i] + kPose, at.noise[i]);
-    detail::place(m.boat.noise, at, belief);
+    detail::reset_pose(m.boat.noise, at, state);
     for (int step = 0; step < 200; ++step) {
-      REQUIRE(predict(m.boat, kStep, kForce, belief));
+      REQUIRE(predict(m.boat, kStep, kForce, state));
     }
-    const double eta[kPose] = {belief.x[0] + 0.01, belief.x[1], belief.x[2]};
-    const StateEstimate before = belief;
+    const double eta[kPose] = {state.x[0] + 0.01, state.x[1], state.x[2]};
+    const StateEstimate before = state;
     const Innovation found = innovation(before, eta, kNoise);
-    update(found, kNoise, belief);
+    update(found, kNoise, state);
     Worst worst;
     for (int i = 0; i < before.n; ++i) {
       double gain[kPose] = {};  // row of P H' S^-1
@@ -114,24 +114,24 @@ TEST_CASE(
         for (int k = 0; k < kPose; ++k) {
           want -= gain[k] * (before.d[k][c] + (coloured ? before.d[kFilterStates + k][c] : 0.0));
         }
-        worst.see(belief.d[i][c], want);
+        worst.see(state.d[i][c], want);
       }
     }
     CHECK(worst.value() < 1e-12);
-    for (int i = 0; i < kStates; ++i) CHECK(product(belief, i, i) < belief.p[i][i]);
+    for (int i = 0; i < kStates; ++i) CHECK(product(state, i, i) < state.p[i][i]);
   }
 }
 
 TEST_CASE("where the boat is placed anew the causes have no part in the pose") {
   const OnboardModel m = onboard::model();
-  StateEstimate belief;
-  detail::know_nothing(m, belief);
-  for (int step = 0; step < 50; ++step) REQUIRE(predict(m.boat, kStep, kForce, belief));
+  StateEstimate state;
+  detail::reset_to_unknown(m, state);
+  for (int step = 0; step < 50; ++step) REQUIRE(predict(m.boat, kStep, kForce, state));
   PoseSample at;
   for (int i = 0; i < kPose; ++i) at.noise[i][i] = 1e-4;
-  detail::place(m.boat.noise, at, belief);
+  detail::reset_pose(m.boat.noise, at, state);
   for (int k = 0; k < kMostConsidered; ++k) {
-    for (int i = 0; i < kPose; ++i) CHECK(belief.d[i][k] == 0.0);
+    for (int i = 0; i < kPose; ++i) CHECK(state.d[i][k] == 0.0);
   }
-  CHECK(product(belief, 3, 3) > 0.0);
+  CHECK(product(state, 3, 3) > 0.0);
 }

@@ -10,7 +10,7 @@ using boats::Random;
 using boats::Worst;
 
 double drive_without_exceptions();
-double drive_with_tangents(double* slope);
+double drive_with_sensitivities(double* slope);
 
 namespace {
 
@@ -28,9 +28,9 @@ struct Case {
   double h = 0.0;
   double dh[kMaxConstants] = {};
   double force[3][kMaxForces] = {};
-  detail::ForceTangent dforce[3] = {};
+  detail::ForceSensitivities dforce[3] = {};
   double x[kStates] = {};
-  StateTangent dx{};
+  StateSensitivities dx{};
   D dual_coefficient[kSize];
   D dual_h;
   D dual_force[3][kMaxForces];
@@ -63,7 +63,7 @@ struct Case {
         }
       }
     }
-    // tangents that came from earlier steps: full, not the identity
+    // sensitivities that came from earlier steps: full, not the identity
     for (int i = 0; i < kStates; ++i) {
       x[i] = random(-1.2, 1.2);
       dual_x[i] = D(x[i]);
@@ -89,8 +89,8 @@ double worst_euler(const Structure& s, const std::vector<double>& nominal) {
   for (int n = 0; n < 200; ++n) {
     Case<kSize> c(s, nominal, random, false);
     REQUIRE(euler_step(s, c.dual_coefficient, c.dual_h, c.dual_force[0], c.dual_x));
-    REQUIRE(
-        euler_step_tangent(s, c.coefficient, c.columns, c.h, c.force[0], c.dforce[0], c.x, c.dx));
+    REQUIRE(euler_step_sensitivities(s, c.coefficient, c.columns, c.h, c.force[0], c.dforce[0], c.x,
+                                     c.dx));
     c.compare(worst);
   }
   return worst.value();
@@ -103,8 +103,8 @@ double worst_runge_kutta(const Structure& s, const std::vector<double>& nominal)
   for (int n = 0; n < 200; ++n) {
     Case<kSize> c(s, nominal, random, true);
     REQUIRE(runge_kutta_step(s, c.dual_coefficient, c.dual_h, c.dual_force, c.dual_x));
-    REQUIRE(runge_kutta_step_tangent(s, c.coefficient, c.columns, c.h, c.dh, c.force, c.dforce, c.x,
-                                     c.dx));
+    REQUIRE(runge_kutta_step_sensitivities(s, c.coefficient, c.columns, c.h, c.dh, c.force,
+                                           c.dforce, c.x, c.dx));
     c.compare(worst);
   }
   return worst.value();
@@ -112,23 +112,23 @@ double worst_runge_kutta(const Structure& s, const std::vector<double>& nominal)
 
 }  // namespace
 
-TEST_CASE("an Euler step's tangents equal dual numbers") {
+TEST_CASE("an Euler step's sensitivities equal dual numbers") {
   CHECK(worst_euler<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients()) < 1e-11);
   CHECK(worst_euler<boats::kRichSize>(boats::rich(), boats::rich_coefficients()) < 1e-11);
 }
 
-TEST_CASE("a Runge-Kutta step's tangents equal dual numbers, also to the step's length") {
+TEST_CASE("a Runge-Kutta step's sensitivities equal dual numbers, also to the step's length") {
   CHECK(worst_runge_kutta<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients()) <
         1e-11);
   CHECK(worst_runge_kutta<boats::kRichSize>(boats::rich(), boats::rich_coefficients()) < 1e-11);
 }
 
-TEST_CASE("tangents start as the identity in the initial state, if that is asked for") {
+TEST_CASE("sensitivities start as the identity in the initial state, if that is asked for") {
   Columns columns;
   columns.n_initial = kStates;
   columns.n_coefficients = 2;
   columns.n_constants = 1;
-  StateTangent dx;
+  StateSensitivities dx;
   seed(columns, dx);
   CHECK(columns.size() == 9);
   CHECK(columns.first_constant() == 8);
@@ -151,14 +151,14 @@ TEST_CASE("only the columns that are chosen are computed, in the order chosen") 
   few.n_coefficients = 2;
   few.coefficient[0] = boats::kNF;
   few.coefficient[1] = boats::kXuu;
-  StateTangent dx;
+  StateSensitivities dx;
   seed(few, dx);
   double x[kStates];
   std::copy(all.x, all.x + kStates, x);
-  REQUIRE(runge_kutta_step_tangent(boats::mallard(), all.coefficient, few, all.h, all.dh, all.force,
-                                   all.dforce, x, dx));
-  REQUIRE(runge_kutta_step_tangent(boats::mallard(), all.coefficient, all.columns, all.h, all.dh,
-                                   all.force, all.dforce, all.x, all.dx));
+  REQUIRE(runge_kutta_step_sensitivities(boats::mallard(), all.coefficient, few, all.h, all.dh,
+                                         all.force, all.dforce, x, dx));
+  REQUIRE(runge_kutta_step_sensitivities(boats::mallard(), all.coefficient, all.columns, all.h,
+                                         all.dh, all.force, all.dforce, all.x, all.dx));
   for (int i = 0; i < kStates; ++i) {
     CHECK(x[i] == all.x[i]);
     CHECK(dx.row[i][0] == all.dx.row[i][kStates + boats::kNF]);
@@ -166,20 +166,20 @@ TEST_CASE("only the columns that are chosen are computed, in the order chosen") 
   }
 }
 
-TEST_CASE("an interval's tangents equal central differences of the interval") {
+TEST_CASE("an interval's sensitivities equal central differences of the interval") {
   // level, target, multiplier, lag and the length move with one constant each
   Chain c = boats::plain_chain(Scheme::kMoorePenrose);
   c.n_constants = 5;
   for (int k = 0; k < 4; ++k) c.actuators[k].lag = 4;
   const auto coefficient = boats::rich_coefficients();
   const double direction[4] = {0.3, -0.7, 1.1, 0.4};
-  const auto run = [&](const double* p, double* x, bool tangents, StateTangent* dx) {
+  const auto run = [&](const double* p, double* x, bool sensitivities, StateSensitivities* dx) {
     const double q[5] = {0.0, 0.0, 0.0, 0.0, 0.08 + p[4]};
     Columns columns;
     columns.n_constants = 5;
     for (int i = 0; i < 5; ++i) columns.constant[i] = i;
     Thrust f;
-    ThrustTangent df;
+    ThrustSensitivities df;
     for (int k = 0; k < 4; ++k) {
       f.level[k] = 0.2 * k - 0.3 + p[0] * direction[k];
       f.target[k] = 0.5 - 0.3 * k + p[1] * direction[k];
@@ -191,20 +191,20 @@ TEST_CASE("an interval's tangents equal central differences of the interval") {
     const double start[kStates] = {0.0, 0.0, 0.3, 0.4, 0.3, 0.5};
     std::copy(start, start + kStates, x);
     const double length = 0.21 + p[3];
-    if (!tangents) {
+    if (!sensitivities) {
       REQUIRE(advance(boats::rich(), coefficient.data(), c, q, length, 0.016, f, x));
       return;
     }
     double dlength[kMaxConstants] = {0.0};
     dlength[3] = 1.0;
     seed(columns, *dx);
-    REQUIRE(advance_tangent(boats::rich(), coefficient.data(), c, q, columns, length, dlength,
-                            0.016, f, df, x, *dx));
+    REQUIRE(advance_sensitivities(boats::rich(), coefficient.data(), c, q, columns, length, dlength,
+                                  0.016, f, df, x, *dx));
   };
   double p[5] = {0.0};
   double x[kStates];
   double plain[kStates];
-  StateTangent dx;
+  StateSensitivities dx;
   run(p, x, true, &dx);
   run(p, plain, false, nullptr);
   Worst value;
@@ -230,7 +230,7 @@ TEST_CASE("an interval's tangents equal central differences of the interval") {
   CHECK(worst.value() < 1e-9);
 }
 
-TEST_CASE("a shortest of lags moves the boat alike with and without tangents") {
+TEST_CASE("a shortest of lags moves the boat alike with and without sensitivities") {
   // exp(-h / lag) is below the smallest double, yet the lag counts
   Chain c = boats::plain_chain(Scheme::kMoorePenrose);
   c.n_constants = 1;
@@ -243,17 +243,17 @@ TEST_CASE("a shortest of lags moves the boat alike with and without tangents") {
     f.multiplier[k] = 1.0;
   }
   Thrust g = f;
-  ThrustTangent dg;
+  ThrustSensitivities dg;
   Columns columns;
   columns.n_constants = 1;
-  StateTangent dx;
+  StateSensitivities dx;
   seed(columns, dx);
   const double still[kMaxConstants] = {0.0};
   double x[kStates] = {0.0};
   double y[kStates] = {0.0};
   REQUIRE(advance(boats::mallard(), coefficient.data(), c, q, 0.5, 1.0 / 60.0, f, x));
-  REQUIRE(advance_tangent(boats::mallard(), coefficient.data(), c, q, columns, 0.5, still,
-                          1.0 / 60.0, g, dg, y, dx));
+  REQUIRE(advance_sensitivities(boats::mallard(), coefficient.data(), c, q, columns, 0.5, still,
+                                1.0 / 60.0, g, dg, y, dx));
   Worst worst;
   for (int i = 0; i < kStates; ++i) worst.see(y[i], x[i]);
   CHECK(worst.value() < 1e-14);
@@ -262,7 +262,7 @@ TEST_CASE("a shortest of lags moves the boat alike with and without tangents") {
 TEST_CASE("what runs on board also runs where there are no exceptions") {
   CHECK(drive_without_exceptions() == doctest::Approx(1.0 - std::exp(-1.0)).epsilon(1e-9));
   double slope = 0.0;
-  CHECK(drive_with_tangents(&slope) == doctest::Approx(1.0 - std::exp(-1.0)).epsilon(1e-9));
+  CHECK(drive_with_sensitivities(&slope) == doctest::Approx(1.0 - std::exp(-1.0)).epsilon(1e-9));
   // u = (exp(c t) - 1) / c, so du/dc = (t exp(c t) c - exp(c t) + 1) / c^2 at c = -1, t = 1
   CHECK(slope == doctest::Approx(1.0 - 2.0 * std::exp(-1.0)).epsilon(1e-8));
 }

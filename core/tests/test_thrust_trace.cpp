@@ -14,7 +14,7 @@ namespace {
 
 const Columns kNone;
 
-double output_at(const Trace& trace, int k, double t) {
+double output_at(const ThrustTrace& trace, int k, double t) {
   Thrust f;
   trace.at(trace.find(t), t, f);
   return f.multiplier[k] * f.level[k];
@@ -23,7 +23,7 @@ double output_at(const Trace& trace, int k, double t) {
 /// Largest deviation of the trace's outputs from the sum of step responses at random times.
 double worst_output(const Chain& c, const std::vector<double>& q, const Script& commands,
                     const Script& scales) {
-  const Trace trace(c, q.data(), commands.held(), scales.held(), kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), scales.held(), kNone);
   Random random(50);
   Worst worst;
   for (int n = 0; n < 400; ++n) {
@@ -68,7 +68,7 @@ TEST_CASE("thrust with a negative latency comes before its command") {
   step.width = 3;
   step.add(0.0, {0.0, 0.0, 0.0});
   step.add(1.0, {1.0, 0.0, 0.0});
-  const Trace trace(c, q.data(), step.held(), Held{}, kNone);
+  const ThrustTrace trace(c, q.data(), step.held(), Held{}, kNone);
   CHECK(output_at(trace, 2, 0.78) == 0.0);
   CHECK(output_at(trace, 2, 0.80) > 0.3);  // thruster 3: group A, 0.21 s early
   CHECK(output_at(trace, 3, 1.12) == 0.0);
@@ -88,7 +88,7 @@ TEST_CASE("thrust agrees with a simulation in fine steps") {
   commands.add(0.35, {-0.8, -0.6, 0.3});
   commands.add(0.36, {-0.8, 0.9, 0.0});
   commands.add(0.9, {0.0, 0.0, -0.2});
-  const Trace trace(c, q.data(), commands.held(), Held{}, kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), Held{}, kNone);
   Worst worst;
   for (int k = 0; k < 4; ++k) {
     const double latency = q[k % 2 == 0 ? boats::kLatencyA : boats::kLatencyB];
@@ -111,7 +111,7 @@ TEST_CASE("five direct actuators with a table, limits and latency for two of the
   const Script commands = boats::random_script(53, 40, 5, 0.0, -1.0, 1.0);
   const Chain c = boats::direct_chain();
   const auto q = boats::direct_constants();
-  const Trace trace(c, q.data(), commands.held(), Held{}, kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), Held{}, kNone);
   // breaks where the table has its corners in time: at the commands, plus those of the latency
   int changes = 0;
   for (int i = 1; i < commands.size(); ++i) {
@@ -141,7 +141,7 @@ TEST_CASE("a command that repeats the last one makes no break") {
   Script s;
   s.width = 3;
   for (int i = 0; i < 100; ++i) s.add(0.01 * i, {i < 40 ? 0.0 : 0.5, 0.0, 0.0});
-  const Trace trace(c, q.data(), s.held(), Held{}, kNone);
+  const ThrustTrace trace(c, q.data(), s.held(), Held{}, kNone);
   CHECK(trace.breaks() == 3);  // for ever, and one change for two latencies
   CHECK(trace.time(0) == -std::numeric_limits<double>::infinity());
   CHECK(trace.time(1) == doctest::Approx(0.4831).epsilon(1e-14));
@@ -149,7 +149,7 @@ TEST_CASE("a command that repeats the last one makes no break") {
   Script volts;
   volts.width = 1;
   for (int i = 0; i < 50; ++i) volts.add(0.02 * i, {i < 30 ? 12.0 : 11.0});
-  CHECK(Trace(c, q.data(), s.held(), volts.held(), kNone).breaks() == 4);
+  CHECK(ThrustTrace(c, q.data(), s.held(), volts.held(), kNone).breaks() == 4);
 }
 
 TEST_CASE("a change of scale acts at once on all thrusters, whatever the latency and the lag") {
@@ -162,7 +162,7 @@ TEST_CASE("a change of scale acts at once on all thrusters, whatever the latency
   volts.width = 1;
   volts.add(0.0, {12.0});
   volts.add(1.0, {14.4});
-  const Trace trace(c, q.data(), s.held(), volts.held(), kNone);
+  const ThrustTrace trace(c, q.data(), s.held(), volts.held(), kNone);
   CHECK(trace.breaks() == 2);
   for (int k = 0; k < 4; ++k) {
     const double ratio = output_at(trace, k, 1.0) / output_at(trace, k, 0.999);
@@ -177,7 +177,7 @@ TEST_CASE("the first rows have held for ever") {
   Script volts;
   volts.width = 1;
   volts.add(20.0, {13.0});
-  const Trace trace(c, q.data(), commands.held(), volts.held(), kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), volts.held(), kNone);
   double thruster[kMaxActuators];
   allocate(c.allocation, commands.row(0), thruster);
   for (int k = 0; k < 4; ++k) {
@@ -191,7 +191,7 @@ TEST_CASE("without scale signals the multiplier is that of the reference: 1") {
   const Chain c = boats::full_chain(Scheme::kMoorePenrose);
   const auto q = boats::full_constants();
   const Script commands = boats::random_script(56, 5, 3, 0.0, -1.0, 1.0);
-  const Trace trace(c, q.data(), commands.held(), Held{}, kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), Held{}, kNone);
   Thrust f;
   trace.at(2, trace.time(2), f);
   for (int k = 0; k < 4; ++k) CHECK(f.multiplier[k] == 1.0);
@@ -201,7 +201,7 @@ TEST_CASE("find gives the last break that is not after t") {
   const Chain c = boats::full_chain(Scheme::kMoorePenrose);
   const auto q = boats::full_constants();
   const Script commands = boats::random_script(57, 20, 3, 0.0, -1.0, 1.0);
-  const Trace trace(c, q.data(), commands.held(), battery().held(), kNone);
+  const ThrustTrace trace(c, q.data(), commands.held(), battery().held(), kNone);
   CHECK(trace.find(-1e9) == 0);
   CHECK(trace.find(1e9) == trace.breaks() - 1);
   for (int i = 1; i < trace.breaks(); ++i) {
@@ -220,21 +220,21 @@ TEST_CASE("derivatives of level, target and multiplier equal central differences
     const Script commands = boats::random_script(58, 30, width, 0.0, -1.0, 1.0);
     const Columns columns = boats::all_columns(boats::mallard(), c);
     const Script volts = kind == 2 ? Script{} : battery();
-    const Trace trace(c, q.data(), commands.held(), volts.held(), columns);
+    const ThrustTrace trace(c, q.data(), commands.held(), volts.held(), columns);
     Random random(59);
     Worst worst;
     for (int n = 0; n < 40; ++n) {
       const double t = random(-0.5, 6.0);
       Thrust f;
-      ThrustTangent df;
+      ThrustSensitivities df;
       trace.at(trace.find(t), t, nullptr, f, df);
       for (int i = 0; i < c.n_constants; ++i) {
         auto up = q;
         auto down = q;
         up[static_cast<std::size_t>(i)] += 1e-6;
         down[static_cast<std::size_t>(i)] -= 1e-6;
-        const Trace above(c, up.data(), commands.held(), volts.held(), columns);
-        const Trace below(c, down.data(), commands.held(), volts.held(), columns);
+        const ThrustTrace above(c, up.data(), commands.held(), volts.held(), columns);
+        const ThrustTrace below(c, down.data(), commands.held(), volts.held(), columns);
         Thrust a;
         Thrust b;
         above.at(above.find(t), t, a);

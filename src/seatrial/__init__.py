@@ -10,7 +10,7 @@ from seatrial.evaluation.scores import Scores
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import EquationErrorSettings, identify
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal import init
+from seatrial.inspection.proposal.propose import init
 from seatrial.io import read
 from seatrial.onboard.odometer import Odometer, Odometry
 from seatrial.onboard.predictor import Estimate, Health, Predictor, Taken

@@ -5,15 +5,17 @@ from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
-from seatrial.boat.physics import concerns, sanity_line
+from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.evaluation.scores import Scores, scores_json
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal import Choices, init
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.write import write_setting, write_trial
 from seatrial.recording.recording import Recording
@@ -91,7 +93,7 @@ def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Sa
     found = inspect([read(bag, vehicle) for bag in bags.values()], vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")
     wrong = [finding.text for finding in found.signs.findings]
-    for sentence in wrong or ["nothing against the vehicle file's units, signs and order"]:
+    for sentence in wrong or ["consistent with the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
     note("CSE1, init")
     proposal = init(
@@ -166,7 +168,8 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
 
 def _told(model: Model, out: Path, say: Say) -> None:
     """What is to be said of a model."""
-    for sentence in [*model.estimator.notes, *(f"doubt: {doubt}" for doubt in concerns(model))]:
+    findings = map(finding_text, model.estimator.findings)
+    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in model_concerns(model))]:
         say(f"  {sentence}")
-    say(f"  {sanity_line(model)}")
+    say(f"  {physics_line(model)}")
     say(f"  -> {out / 'report.html'}\n")

@@ -24,7 +24,8 @@ Channel channel(const char* topic, const char* field, int index, double gain, do
   return c;
 }
 
-/// On a circle of 2 m at 0.5 rad/s, forward along the tangent; a frame, and a stamp from 100 s on.
+/// On a circle of 2 m at 0.5 rad/s, forward along the sensitivities; a frame, and a stamp from 100
+/// s on.
 ros::MotionMessage on_circle(double t) {
   ros::MotionMessage m;
   const double s = 0.5 * t;

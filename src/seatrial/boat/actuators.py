@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The actuator chain of a vehicle file: which constants there are, and which actuator uses which."""
+"""The actuator models of a vehicle file: their constants, and which actuator uses which."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ STAGES = (
     "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
     "pair_offset_along", "pair_offset_across", "pair_dead_zone",
 )  # in the order of the core's Actuator  # fmt: skip
-SHORTEST_LAG = 1e-6  # [s] a smaller one counts as none, as in the core
+SHORTEST_LAG = 1e-6  # [s] a smaller lag is none, as in the core
 USES = ("scale", "tabulated", "partner", "across", "mirrored")  # the core's after these
 CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
 CONSTANT_UNITS = {"latency": "s", "lag": "s"}  # all others have none
-STARTS = {  # of constants that are to be estimated
+STARTS = {  # start values of estimated constants
     "latency": 0.0,  # [s]
     "lag": 0.05,  # [s]
     "edge_forward": 0.05,
@@ -39,10 +39,10 @@ STARTS = {  # of constants that are to be estimated
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the actuator chain: names, values, and where each actuator finds its own."""
+    """Constants of the actuator chain: names, values, and the index from each actuator to its own."""
 
     names: tuple[str, ...]
-    values: Array  # (n,) start values of those that are to be estimated
+    values: Array  # (n,) given values; start values of those to be estimated
     index: NDArray[np.int32]  # (actuators, 11): STAGES -> place in `values`, -1: stage absent
     estimated: tuple[str, ...]  # names of those that the file leaves to the estimator
 
@@ -58,7 +58,7 @@ class Constants:
 
 @dataclass(frozen=True)
 class ChainReader:
-    """The groups of a chain beside the actuators that they are about."""
+    """The groups of a chain, with the actuators of the vehicle."""
 
     groups: Sequence[ChainGroup]
     actuators: Sequence[str]
@@ -73,7 +73,7 @@ class ChainReader:
         return self.actuators.index(name)
 
     def members(self, group: ChainGroup) -> list[int]:
-        """Actuators that a group is about."""
+        """Numbers of the actuators in a group."""
         names = group.actuators or self.actuators
         if len(set(names)) != len(names):
             raise VehicleError(
@@ -100,16 +100,14 @@ class ChainReader:
                 values.append(STARTS[stage] if isinstance(given, str) else given)
                 estimated += [name] if isinstance(given, str) else []
         if len(set(names)) != len(names):
-            raise VehicleError(
-                f"{self.source}: chain: two groups with the same name; name them apart"
-            )
+            raise VehicleError(f"{self.source}: chain: two groups have the same name; rename one")
         self._check_pairs(index)
         return Constants(tuple(names), np.array(values, dtype=float), index, tuple(estimated))
 
     def rows(self, constants: Constants, scales: Sequence[str], signs: Array) -> NDArray[np.int32]:
         """Rows (actuators, 16) as the core takes them: STAGES, then USES, -1 where absent.
 
-        `signs` (actuators,): -1 where the recorded command was turned when it was read; its edges are
+        `signs` (actuators,): -1 where the reader negates the recorded command; its edges are
         exchanged.
         """
         rows = np.full((len(self.actuators), len(USES)), -1, dtype=np.int32)
@@ -137,13 +135,13 @@ class ChainReader:
         return np.ascontiguousarray(np.column_stack([index, rows]))
 
     def _refuse_turned(self, places: Sequence[int], stage: str) -> None:
-        """Full reverse of a command that was turned when it was read would be taken for full forward."""
+        """Refuse a one-sided stage of a negated command: full reverse would be read as full forward."""
         if places:
             names = " and ".join(self.actuators[k] for k in places)
             raise VehicleError(
-                f"{self.source}: chain: {stage} tells full forward from full reverse, but in "
-                f"forward-right-down axes {names} count the other way; give the inputs other names, and "
-                "forces: that say what they move"
+                f"{self.source}: chain: {stage} distinguishes full forward from full reverse, but in "
+                f"forward-right-down axes {names} have the opposite sign; give the inputs other names, and "
+                "define forces: for them"
             )
 
     def _place_pairs(self, rows: NDArray[np.int32], pair: PairEntry, signs: Array) -> None:
@@ -156,7 +154,7 @@ class ChainReader:
                 rows[k, USES.index("partner") :] = (partner, across, turned)
 
     def _stages(self, group: ChainGroup) -> Iterator[tuple[str, str, float | str, list[int]]]:
-        """Stage, the constant's name, value or 'estimate', and whose it is."""
+        """Stage, the constant's name, value or 'estimate', and its actuators."""
         suffix = f".{group.name}" if group.name else ""
         members = self.members(group)
         if group.table is not None:
@@ -171,7 +169,7 @@ class ChainReader:
         if gains and not np.isclose(np.mean(list(gains.values())), 1.0):
             raise VehicleError(
                 f"{self.source}: chain: the gains' mean is {np.mean(list(gains.values())):.4g}; "
-                "it must be 1, the coefficients carry the rest"
+                "it must be 1: the coefficients contain the rest"
             )
         for name, gain in gains.items():
             yield "gain", f"gain.{name}", gain, [self.place(name, "gains")]
@@ -206,13 +204,13 @@ class ChainReader:
 
 
 def _odd(table: Sequence[Sequence[float]]) -> bool:
-    """Whether a table (rows of command and thrust) is the same both ways."""
+    """Whether a table (rows of command and thrust) is odd-symmetric."""
     rows = np.array(table, dtype=float)
     return bool(np.allclose(rows, -rows[::-1], atol=1e-9))
 
 
 def stated(groups: Sequence[ChainGroup], values: Mapping[str, float]) -> list[ChainGroup]:
-    """The groups with other numbers, by constant."""
+    """The groups with these values of constants, by name."""
     return [_stated(group, values) for group in groups]
 
 

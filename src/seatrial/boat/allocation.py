@@ -10,9 +10,11 @@ import numpy as np
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
+ROUNDING = 1e-12  # of geometry and inverse, below which an entry is 0
+
 
 class Scheme(str, Enum):
-    """How a wrench command becomes thruster commands."""
+    """Method from a wrench command to thruster commands."""
 
     DIRECT = "direct"  # the commands are the actuators' own
     MP = "moore-penrose"  # f = T+ F, Eq. (10)
@@ -26,7 +28,7 @@ class Scheme(str, Enum):
 
 @dataclass(frozen=True)
 class Thruster:
-    """Position [m] and direction of push [rad] in forward-left-up body axes."""
+    """Position [m] and direction of thrust [rad] in forward-left-up body axes."""
 
     name: str
     x: float
@@ -44,28 +46,28 @@ def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
     x = np.array([t.x for t in thrusters])  # [m]
     y = np.array([t.y for t in thrusters])  # [m]
     geometry = np.vstack([np.cos(angle), np.sin(angle), x * np.sin(angle) - y * np.cos(angle)])
-    geometry[np.abs(geometry) < 1e-12] = 0.0
+    geometry[np.abs(geometry) < ROUNDING] = 0.0
     scale = np.linalg.norm(geometry, axis=1)
     if np.linalg.matrix_rank(geometry, tol=1e-9) < 3:
         raise VehicleError(
-            f"thrusters: these {len(thrusters)} can't push in surge, sway and yaw independently "
-            "(rank of the geometry below 3); check their positions and angles, or, where the boat can't be "
-            "pushed sideways, write forces: (docs/vehicle.md)"
+            f"thrusters: these {len(thrusters)} can't actuate surge, sway and yaw independently "
+            "(rank of the geometry below 3); check their positions and angles, or, for a boat without sway "
+            "thrust, write forces: (docs/vehicle.md)"
         )
     return geometry / scale[:, None], scale
 
 
 def inverse_for(scheme: Scheme, T: Array) -> Array:
-    """T+ (n, 3); refuses a geometry for which the scheme would not give the wrench asked."""
+    """T+ (n, 3); refuses a geometry for which the scheme does not give the commanded wrench."""
     inverse = np.linalg.pinv(T)
-    inverse[np.abs(inverse) < 1e-12] = 0.0
+    inverse[np.abs(inverse) < ROUNDING] = 0.0
     if scheme is Scheme.AF:
         for sign in (1.0, -1.0):  # T max(0, +-2 T+_j) must be +-e_j
             given = T @ np.maximum(0.0, 2.0 * sign * inverse)
             if not np.allclose(given, sign * np.eye(3), atol=1e-9):
                 raise VehicleError(
-                    "allocation: always-forward needs thrusters whose pushes cancel when all run "
-                    "alike, as MallARD's four do; these don't: use moore-penrose"
+                    "allocation: always-forward needs thrusters whose forces cancel at equal "
+                    "commands, as MallARD's four do; these do not: use moore-penrose"
                 )
         if not np.allclose(T.sum(axis=1), 0.0, atol=1e-9):
             raise VehicleError(

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The identified model: coefficients with covariance, thrusters, provenance; its file."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,6 +12,8 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
+from seatrial.boat.old_notes import with_findings
 from seatrial.boat.schema import (
     ChainGroup,
     CoefficientEntry,
@@ -29,14 +30,11 @@ from seatrial.util.errors import ModelError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
 from seatrial.util.frames import SYMBOLS, Array, Axes, Stamps, frozen_array
 
-MODEL_FORMAT: Final = "model 2"
+MODEL_FORMAT: Final = "model 3"
+NOTES_FORMAT: Final = "model 2"  # the same with sentences in place of findings; read, not written
 ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
-LEVER_ERRORS = (
-    "standard errors of the lever arm"  # a note that begins so has them: 1e-3 m ahead, 2e-3 m aside
-)
 LEVER_TOLD = "lever_stated"  # a setting: what the vehicle file had, where another was found
 SURELY = 3.0  # standard errors from which on two lever arms are two
-AT_BOUND = "is the bound of its range"  # notes that end so begin with a parameter's name
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
 
@@ -117,19 +115,21 @@ class Model:
         errors = np.sqrt(np.diag(self.covariance)).tolist()
         return dict(zip(self.parameters, errors, strict=True))
 
+    def findings_of(self, *kinds: FindingKind) -> tuple[Finding, ...]:
+        """The estimator's findings of some kinds."""
+        return of_kinds(self.estimator.findings, *kinds)
+
     @cached_property
     def at_bounds(self) -> frozenset[str]:
         """Names of parameters that ended at the bound of their range: the data say no more of them."""
-        said = [note.rpartition(":")[0] for note in self.estimator.notes if note.endswith(AT_BOUND)]
-        return frozenset(name for name in said if self.standard_errors.get(name) == 0.0)
+        names = [finding.part("parameter") for finding in self.findings_of(FindingKind.AT_BOUND)]
+        return frozenset(name for name in names if self.standard_errors.get(name) == 0.0)
 
     @cached_property
     def lever_errors(self) -> tuple[float, float]:
         """Standard errors [m] of the lever arm, ahead and aside, where it was found; 0 where it was given."""
-        for note in self.estimator.notes:
-            if note.startswith(LEVER_ERRORS):
-                found = [float(error) for error in re.findall(r"([\d.e+-]+) m\b", note)]
-                return (found[0], found[1]) if len(found) == 2 else (0.0, 0.0)
+        for finding in self.findings_of(FindingKind.LEVER_ARM_ERRORS):
+            return finding.number("ahead"), finding.number("aside")
         return 0.0, 0.0
 
     def about_origin(self, vehicle: Vehicle) -> Vehicle:
@@ -167,7 +167,7 @@ class Model:
         initial: bool = False,
         coefficients: Sequence[int] = (),
         tangents: Sequence[int] = (),
-    ) -> _core.Trace:
+    ) -> _core.ThrustTrace:
         """`thrust_trace` with the model's own constants."""
         return thrust_trace(
             self.vehicle, self.constants, recording,
@@ -216,14 +216,14 @@ def thrust_trace(
     initial: bool = False,
     coefficients: Sequence[int] = (),
     tangents: Sequence[int] = (),
-) -> _core.Trace:
+) -> _core.ThrustTrace:
     """What the thrusters did along a recording, in its seconds.
 
     The tangents' columns: initial state (6), chosen coefficients, chosen chain constants.
     """
     commands, scales = recording.commands, recording.scales
     empty = np.zeros((0, len(vehicle.scales)))
-    return _core.Trace(
+    return _core.ThrustTrace(
         vehicle.chain,
         constants,
         recording.seconds(commands.stamps),
@@ -243,7 +243,10 @@ def save(model: Model, path: str | Path) -> None:
 
 def load(path: str | Path) -> Model:
     """A model from its file, in forward-left-up axes. Raises SeatrialError."""
-    content = expect_format(read_yaml(Path(path)), MODEL_FORMAT, path)
+    content = expect_format(read_yaml(Path(path)), MODEL_FORMAT, path, earlier=(NOTES_FORMAT,))
+    if content["seatrial"] == NOTES_FORMAT:
+        content = {**content, "seatrial": MODEL_FORMAT}
+        content["estimator"] = with_findings(content.get("estimator"), f"{path}: estimator")
     return _from_file(convert(content, ModelFile, path), str(path))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a model's filter believes of noise, and under which noise its errors are most likely."""
+"""Noise parameters of the filter: packing, bounds, model file, and maximum likelihood by Fisher scoring."""
 
 from collections.abc import Sequence
 
@@ -10,31 +10,40 @@ from seatrial.boat.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
-# position [m], heading [rad], walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory
-# [s]; correlated errors of the poses [m], [rad], their memory [s], how fast they swing [rad/s]
+# white pose noise: position [m], heading [rad]; process noise: random walks of velocity
+# [m/s, rad/s per sqrt(s)], Gauss-Markov disturbances [m/s^2, rad/s^2], their memory [s];
+# Gauss-Markov pose noise: position [m], heading [rad], memory [s], angular frequency [rad/s]
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3, 1e-9])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9])
-NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] the least that a search starts from
+NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] least start values of a search
 NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0, 1e-9])
-MORE = 3.0  # times what a search begins with pose noise may come to, where that is larger
-LONGEST = 60.0  # [s] memory of errors of the poses where they last for more than a second: GNSS
-PERIODS = (0.4, 20.0)  # [s] of errors of the poses that swing: waves
-# where what was at its least is tried
+POSE_NOISE_GROWTH = (
+    3.0  # times the start value, bound of pose noise where that is above `NOISE_MOST`
+)
+LONGEST = 60.0  # [s] longest memory of Gauss-Markov pose noise that starts above a second (GNSS)
+WAVE_PERIODS = (0.4, 20.0)  # [s] of oscillating pose noise
+# start values for noise that is at its lower bound
 RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
-PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places among the noise
-WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of the same motion
-COLOUR, COLOUR_MEMORY, COLOUR_TURN = [7, 8], 9, 10
-NOISE_STEP = 2.5  # the largest of a logarithm
-TURN_STEP = 0.15  # the same of how fast errors swing: a resonance is sharp
-FALLING = 0.3  # a step of a logarithm that may be one of an endless way down
-CREEPING, LITTLE = 0.01, 100.0  # the same where a step gains less of the cost: slow ways down
-CURVATURE = 0.3  # at the least, of a logarithm: what the data do not speak of stays where it is
-NOISE_SETTLED = 0.1  # of the cost: other noise that gains less is not worth another step
-NOISE_TRIALS = 6
-LATE = 10.0  # of the cost: when less is gained, the search is near its end
-UNCONNECTED = 0.05  # correlation from pose to pose up to which errors count as white
-OUTLIER = 4.0  # [sigma] from which on a pose's error counts linearly
-# walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
+PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places in the vector
+WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of surge and sway, of yaw
+COLOUR, COLOUR_MEMORY, COLOUR_TURN = [7, 8], 9, 10  # Gauss-Markov pose noise
+NOISE_STEP = 2.5  # largest step of a logarithm
+TURN_STEP = 0.15  # the same of the angular frequency: a resonance is narrow
+FALLING_STEP = 0.3  # of a logarithm; after a larger fall the lower bound is tried
+SLOW_FALL, SLOW_GAIN = 0.01, 100.0  # the same step, where the whole step gains less of the cost
+LEAST_CURVATURE = 0.3  # of a logarithm: keeps noise without information in place
+NOISE_SETTLED = 0.1  # of the cost; a smaller gain ends the search
+NOISE_TRIALS = 6  # damped steps until one gains
+NOISE_ROUNDS = 6  # scoring steps of `fitted_noise`
+DAMPING, MORE_DAMPING, REJECTED_DAMPING = (
+    1e-3,
+    10.0,
+    1e-2,
+)  # first; factor and least after a rejected step
+NEARLY_SETTLED = 10.0  # of the cost; below it correlated noise may be dropped
+WHITE_CORRELATION = 0.05  # from pose to pose, below which correlated noise is white
+OUTLIER = 4.0  # [sigma] of an innovation, above which its cost is linear (Huber)
+# random walks [m/s, rad/s per sqrt(s)], disturbances [m/s^2, rad/s^2], memory [s]
 PROCESS_START = np.array([5e-3, 2e-2, 3e-3, 1e-2, 2.0])
 
 
@@ -50,23 +59,23 @@ def noise_vector(entry: NoiseEntry) -> Array | None:
 
 
 def earth_fixed(entry: NoiseEntry) -> bool:
-    """Whether what pushes the boat comes from one side of the world."""
+    """Whether the disturbance of the process noise is earth-fixed."""
     return entry.process is not None and entry.process.earth_fixed
 
 
 def correlated_vector(entry: CorrelatedEntry) -> list[float]:
-    """Errors of the poses that are correlated as they stand in the noise."""
+    """Gauss-Markov pose noise in the order of the noise vector."""
     turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)
     return [entry.position, entry.heading, entry.memory, turn]
 
 
 def swings(noise: Array) -> bool:
-    """Whether errors of the poses are believed to swing while they are correlated."""
+    """Whether the Gauss-Markov pose noise oscillates."""
     return bool(noise[COLOUR_TURN] > _core.NO_TURN)
 
 
 def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
-    """The filter's noise (11,) as a model file has it; whether the disturbance is earth-fixed."""
+    """The noise vector (11,) as the entry of a model file; earth: the disturbance is earth-fixed."""
     position, heading, *rest = noise.tolist()
     process, colour = rest[:5], rest[5:]
     coloured = max(colour[:2]) > _core.NO_COLOUR
@@ -77,27 +86,27 @@ def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
 
 
 def most_noise(noise: Array) -> Array:
-    """The most that noise may come to from here (11,).
+    """Upper bounds (11,) of a search from this noise.
 
-    Errors of the poses that last look like motion as long as parameters are far off; so what begins
-    with short ones keeps to them. And positions may be metres off, but only where a search begins so.
+    Far from the optimum, long correlation of pose noise absorbs motion: a search that starts with a
+    short memory keeps it short. Metres of position noise are allowed only from such a start.
     """
     most = NOISE_MOST.copy()
-    most[0] = most[COLOUR[0]] = max(most[0], MORE * noise[0])
+    most[0] = most[COLOUR[0]] = max(most[0], POSE_NOISE_GROWTH * noise[0])
     if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9):
         most[COLOUR_MEMORY] = LONGEST
     if swings(noise):
-        most[COLOUR_TURN] = 2.0 * np.pi / PERIODS[0]
+        most[COLOUR_TURN] = 2.0 * np.pi / WAVE_PERIODS[0]
         most[COLOUR_MEMORY] = LONGEST
     return most
 
 
 def folded(noise: Array, period: float) -> Array:
-    """The noise (11,), errors that are correlated for less than `period` [s] counted as the white ones they are.
+    """The noise (11,), with Gauss-Markov pose noise of negligible correlation counted as white.
 
-    From one pose to the next exp(-period / memory) is left of them.
+    The correlation from one pose to the next is exp(-period / memory).
     """
-    if np.exp(-period / noise[COLOUR_MEMORY]) > UNCONNECTED:
+    if np.exp(-period / noise[COLOUR_MEMORY]) > WHITE_CORRELATION:
         return noise
     out = noise.copy()
     out[:2] = np.hypot(noise[:2], noise[COLOUR])
@@ -107,16 +116,16 @@ def folded(noise: Array, period: float) -> Array:
 
 
 def fitted_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     settled: float = NOISE_SETTLED,
 ) -> tuple[Array, float]:
-    """The noise (11,) under which the errors are most likely, the model as it is; -2 log likelihood.
+    """Maximum-likelihood noise (11,) for a fixed model, and -2 log likelihood without its constant.
 
-    No constant in the likelihood. A step that gains less than `settled` of it is the last.
+    A step that gains less than `settled` is the last.
     """
-    for _ in range(6):
+    for _ in range(NOISE_ROUNDS):
         noise, gain = likelier_noise(passes, poses, noise)
         if gain < settled:
             break
@@ -124,18 +133,18 @@ def fitted_noise(
 
 
 def repeated_cost(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float,
 ) -> float:
-    """-2 log likelihood, but for a constant, of passes that are repeated with other noise (11,)."""
+    """-2 log likelihood, without its constant, of linearised passes with other noise (11,)."""
     pairs = list(zip(passes, poses, strict=True))
     return sum(spread(lambda pair: _core.repeated(*pair, noise, outlier), pairs))
 
 
 def likelier_noise(
-    passes: Sequence[_core.FilterPass],
+    passes: Sequence[_core.FilterRun],
     poses: Sequence[_core.Series],
     noise: Array,
     outlier: float = OUTLIER,
@@ -143,11 +152,11 @@ def likelier_noise(
     least: Array = NOISE_LEAST,
     most: Array | None = None,
 ) -> tuple[Array, float]:
-    """Noise (11,) under which the errors are more likely, the model as it is; the fall of the cost.
+    """One step of Fisher scoring on the logarithms of the noise (11,), and the fall of the cost.
 
-    One step of Fisher's scoring on the logarithms, over linearised repetitions of the passes. What
-    falls is tried at its least, too: there the way down is endless and ever flatter; what is at its
-    least is tried higher up again. Not beyond `most` (11,), by default `most_noise`.
+    On linearised passes, the model fixed. Noise that falls is also tried at its lower bound, where
+    the cost approaches its limit ever more slowly; noise at its bound is tried above it again. Upper
+    bounds: `most` (11,), by default `most_noise`.
     """
     pairs = list(zip(passes, poses, strict=True))
     low, high = np.log(least), np.log(most_noise(noise) if most is None else most)
@@ -161,44 +170,51 @@ def likelier_noise(
         found = cost(trial)
         return (trial, found) if found < here else (phi, here)
 
+    # 1. Free logarithms: a memory counts only with its amplitudes.
     phi = np.log(np.maximum(noise, least))
     active = phi > low
     active[MEMORY] = active[DISTURBANCES].any()
     active[COLOUR_MEMORY] = active[COLOUR].any()
     active[COLOUR_TURN] = active[COLOUR].any() and swings(noise)
     if active[COLOUR_TURN]:
-        low[COLOUR_TURN] = np.log(2.0 * np.pi / PERIODS[1])
+        low[COLOUR_TURN] = np.log(2.0 * np.pi / WAVE_PERIODS[1])
+    # 2. Gradient and Fisher information of the linearised passes.
     mask = int(np.sum(active.astype(int) << np.arange(len(phi))))
     parts = spread(lambda pair: _core.noise_slopes(*pair, np.exp(phi), outlier, mask), pairs)
     first = here = sum(p[0] for p in parts)
     gradient, information = sum(p[1] for p in parts), sum(p[2] for p in parts)
     reach = np.full(len(phi), NOISE_STEP)
     reach[COLOUR_TURN] = TURN_STEP
-    damping = 1e-3
+    # 3. A damped step (Levenberg-Marquardt).
+    damping = DAMPING
     for _ in range(NOISE_TRIALS):
-        matrix = information + np.diag(damping * np.diag(information) + CURVATURE)
+        matrix = information + np.diag(damping * np.diag(information) + LEAST_CURVATURE)
         move = np.clip(np.linalg.solve(matrix, gradient), -reach, reach)
         trial = np.clip(phi - move, low, high)
         found = cost(trial)
         if found < here:
             phi, here = trial, found
             break
-        damping = max(10.0 * damping, 1e-2)
+        damping = max(MORE_DAMPING * damping, REJECTED_DAMPING)
+    # 4. Process noise: falling to its bound, or up from it.
     for i in range(*PROCESS.indices(len(phi))):
-        fell = active[i] and move[i] > (CREEPING if first - here < LITTLE else FALLING)
+        fell = active[i] and move[i] > (SLOW_FALL if first - here < SLOW_GAIN else FALLING_STEP)
         raised = not active[i] and first - here < NOISE_SETTLED
         if fell or raised:
             phi, here = likelier(i, low[i] if fell else np.log(RAISED[i]), phi, here)
     explained = (phi[PROCESS] <= low[PROCESS]).all()
-    for i in COLOUR:  # as long as parameters are far off, what is correlated looks like motion
-        if active[i] and (explained or first - here < LATE):
+    # 5. Gauss-Markov pose noise to its bound, once the parameters are near: before, it absorbs motion.
+    for i in COLOUR:
+        if active[i] and (explained or first - here < NEARLY_SETTLED):
             phi, here = likelier(i, low[i], phi, here)
     return np.exp(phi), first - here
 
 
 def loosened(noise: Array, times: float) -> Array:
-    """The noise with so many times the process noise of a first one, at least: the model is believed
-    for a short while only, and so its errors tell where to go though it is far off."""
+    """The noise with at least `times` the start values of the process noise.
+
+    The filter then trusts the model over a short time only, and far from the optimum its innovations
+    still show the direction."""
     other = noise.copy()
     other[PROCESS] = np.maximum(noise[PROCESS], times * PROCESS_START[:-1])
     other[MEMORY] = PROCESS_START[-1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the on-board filter believes: the model's own noise, and its parameters' errors.
+"""Noise of the on-board filter, and the principal parameter errors of the model.
 
 Both are computed in the core (`core/include/seatrial/onboard/parameter_uncertainty.hpp`), which derives them.
 """
@@ -23,19 +23,19 @@ from seatrial.util.frames import SYMBOLS, Array
 
 @dataclass(frozen=True)
 class Believed:
-    """What is believed of a model on board."""
+    """Noise and principal parameter errors for the on-board filter."""
 
-    noise: Array  # (11,) of poses and motion, in the order of the filter's noise
-    errors: Array  # (n + m, k) of coefficients and constants by each of k causes of variance 1
+    noise: Array  # (11,) of poses and process, in the filter's order
+    errors: Array  # (n + m, k) of coefficients and constants: k principal errors of unit variance
 
 
 def believed_on_board(model: Model) -> Believed:
-    """Noise, and the errors of the parameters.
+    """Noise, and the principal parameter errors (Schmidt-Kalman states of the filter).
 
-    Where structure and noise explain what was recorded the errors are constants: the principal causes of
-    them by what they do to the boat. Else, or where no one has asked (the paper's method), they are in the
-    noise. Neither where the model does not state how fast it was identified.
-    A model without process noise gets what the estimator starts from.
+    Where structure and noise explain the recordings, parameter errors are constant states, ranked by
+    their effect on the boat. Under model mismatch, or for a method without that test (the paper's),
+    they are added to the process noise. Neither applies without the envelope of identified speeds.
+    A model without process noise gets the estimator's start values.
     """
     speeds = model.envelope.speeds
     known = set(SYMBOLS) <= set(speeds)
@@ -45,7 +45,7 @@ def believed_on_board(model: Model) -> Believed:
     chain, constants = model.vehicle.chain, model.constants
     own = _own(model.noise)
     return Believed(
-        *_core.believe(model.boat, chain, constants, ranges, covariance, own, explained)
+        *_core.onboard_uncertainty(model.boat, chain, constants, ranges, covariance, own, explained)
     )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a model means for the boat: top speed, coasting distance; and whether it is a boat at all."""
+"""Physical meaning of a model: top speed, rise time, coasting distance; stability and plausibility."""
 
 from dataclasses import dataclass
 
@@ -13,18 +13,20 @@ from seatrial.boat.vehicle import WRENCH
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-RUN = 120.0  # [s] long enough for a small boat to reach its top speed, and to coast
-STILL = 0.02  # share of the top speed at which a boat counts as stopped
-TOLD_APART = 2.0  # standard errors that a value must be away from 0 to count as not 0
-ABSURD_SPEED = 10.0  # [m/s], [rad/s] boats are not faster, but those that were recorded so
-FASTER = 3.0  # times the recorded speed from which on a model runs away
-EARLY = -1e-3  # [s] a latency below this is said where it can't be simulated
-PART = 0.75  # of full command: what was driven with less is said with its command
+RUN = 120.0  # [s] of constant command, then of coasting: long for a small boat
+STOPPED_SHARE = 0.02  # of the top speed, at which a boat has stopped
+SIGNIFICANT = 2.0  # standard errors by which a coefficient differs significantly from 0 (95 %)
+ABSURD_SPEED = 10.0  # [m/s], [rad/s] faster than a small boat, unless recorded so
+RUNAWAY = 3.0  # times the recorded speed, above which a model is unstable
+NEGATIVE_LATENCY = -1e-3  # [s] a latency below it gets a message where it can't be simulated
+WELL_ABOVE = 1.2  # times the recorded speed; a larger top speed is extrapolated
+TIME_CONSTANT = 0.632  # of the top speed, reached after one time constant
+PARTIAL_COMMAND = 0.75  # of full command; a smaller recorded command is stated with the top speed
 
 
 @dataclass(frozen=True)
-class AxisSanity:
-    """One axis driven by its first force with the others held still, then left to coast."""
+class AxisPhysics:
+    """Response of one axis to its first force with the others at rest, then coasting."""
 
     axis: int
     command: float  # of that force: 1, or the largest recorded if that is smaller
@@ -33,92 +35,94 @@ class AxisSanity:
     coast: float  # [m] or [rad] until 2 % of the top speed is left
 
 
-def sanity(model: Model) -> list[AxisSanity]:
-    """Each driven axis in physical terms. Raises ModelError where the model is unstable."""
+def axis_physics(model: Model) -> list[AxisPhysics]:
+    """Top speed, rise time and coasting of each driven axis. Raises ModelError if unstable."""
     return [_drive(model, axis) for axis in range(3) if _first_force(model, axis) is not None]
 
 
-def sanity_line(model: Model) -> str:
-    """One line in plain words."""
-    found = sanity(model)
+def physics_line(model: Model) -> str:
+    """Top speeds and coasting distances in one sentence."""
+    found = axis_physics(model)
     if not found:
         return "No command drives any axis of this structure."
     speeds = ", ".join(
         f"{round(s.top_speed, 2) + 0.0:.2f} {'rad/s' if s.axis == 2 else 'm/s'} in {AXES[s.axis]}"
-        f"{_by(s)}{_beyond(model, s)}"
+        f"{_command_text(s)}{_recorded_text(model, s)}"
         for s in found
     )
     coasts = ", ".join(
         f"{s.coast:.2f} {'rad' if s.axis == 2 else 'm'} in {AXES[s.axis]}" for s in found
     )
-    return f"Top speed {speeds}; from there it coasts {coasts}: is that your boat?"
+    return (
+        f"Implied top speed {speeds}; coasting distance from it {coasts}. Compare with your boat."
+    )
 
 
-def early(model: Model) -> list[str]:
-    """What is to be said of a simulation of thrusters that answer before their commands' stamps."""
+def negative_latencies(model: Model) -> list[str]:
+    """Messages about negative latencies, which a simulation sets to 0."""
     constants = zip(model.vehicle.constants.names, model.constants, strict=True)
     return [
-        f"{name} is {value:.3g} s, as the commands' stamps are late: a simulation can't answer before it is "
-        "told, and takes 0"
+        f"{name} is {value:.3g} s (the commands' stamps are late); a simulation can't respond before the "
+        "command and uses 0"
         for name, value in constants
-        if name.partition(".")[0] == "latency" and value < EARLY
+        if name.partition(".")[0] == "latency" and value < NEGATIVE_LATENCY
     ]
 
 
-def _by(found: AxisSanity) -> str:
-    """The command, where it is not a full one: no larger was recorded."""
-    return f" by {100 * found.command:.0f} % of full command" if found.command < PART else ""
+def _command_text(found: AxisPhysics) -> str:
+    """The largest recorded command, where it is below `PARTIAL_COMMAND`."""
+    return (
+        f" at {100 * found.command:.0f} % of full command"
+        if found.command < PARTIAL_COMMAND
+        else ""
+    )
 
 
 def _recorded(model: Model, axis: int) -> float:
-    """The largest speed that was driven; infinite where it is not known."""
+    """The largest recorded speed; infinite where it is unknown."""
     return max(abs(x) for x in model.envelope.speeds.get(SYMBOLS[axis], (-np.inf, np.inf)))
 
 
-def _beyond(model: Model, found: AxisSanity) -> str:
-    """A remark where the top speed is well above what was recorded."""
+def _recorded_text(model: Model, found: AxisPhysics) -> str:
+    """The recorded speed, where the top speed is well above it."""
     seen = _recorded(model, found.axis)
-    return f" (recorded: up to {seen:.2f})" if abs(found.top_speed) > 1.2 * seen else ""
+    return f" (recorded: up to {seen:.2f})" if abs(found.top_speed) > WELL_ABOVE * seen else ""
 
 
-def concerns(model: Model) -> list[str]:
-    """What was noted when the model was made, and what a physicist would frown at; each once."""
-    return list(dict.fromkeys([*model.warnings, *doubts(model)]))
+def model_concerns(model: Model) -> list[str]:
+    """Warnings of the model file, then implausible coefficients; each once."""
+    return list(dict.fromkeys([*model.warnings, *implausible_coefficients(model)]))
 
 
-def doubts(model: Model) -> list[str]:
-    """What a physicist would frown at, one sentence each."""
-    return [*_odd_drag(model), *_odd_thrust(model)]
+def implausible_coefficients(model: Model) -> list[str]:
+    """Coefficients of implausible sign or size, one message each."""
+    return [*_positive_drag(model), *_implausible_thrust(model)]
 
 
-def _odd_drag(model: Model) -> list[str]:
+def _positive_drag(model: Model) -> list[str]:
     found = []
     why = (
-        "Pose noise does that to regressions"
+        "Possible causes: the bias of a regression on noisy velocities"
         if model.noise.process is None
-        else "Drag that grows with speed in another way than these terms does that"
+        else "Possible causes: drag that grows with speed in another way than these terms"
     )
     for axis, symbol in enumerate(SYMBOLS):
         own = {f"{'XYN'[axis]}_{symbol}": "linear", f"{'XYN'[axis]}_{symbol * 2}": "quadratic"}
         for name, kind in own.items():
             value = model.values.get(name, 0.0)
             error = model.standard_errors.get(name, 0.0)
-            if value > 0 and value > TOLD_APART * error:
-                turns = (
-                    " A hull that does not keep its course by itself has it, too."
-                    if axis == 2
-                    else ""
-                )
+            if value > 0 and value > SIGNIFICANT * error:
+                turns = " A hull without directional stability has it, too." if axis == 2 else ""
                 found.append(
                     f"{name} = {value:.3g} ± {error:.2g} is positive: {kind} "
-                    f"{AXES[axis]} drag that drives the boat. {why}; or these speeds don't tell the two "
-                    f"drag terms apart: drive faster and slower, or drop one.{turns}"
+                    f"{AXES[axis]} drag that accelerates the boat. {why}; or these speeds do not "
+                    f"distinguish the two drag terms. Drive faster and slower, or drop one.{turns}"
                 )
     return found
 
 
-def _odd_thrust(model: Model) -> list[str]:
-    """Gains of F_u in surge, F_v in sway and F_r in yaw that are negative or not there."""
+def _implausible_thrust(model: Model) -> list[str]:
+    """Thrust gains of F_u in surge, F_v in sway and F_r in yaw that are negative or not significant."""
     found = []
     for term in model.structure.terms:
         force, name = WRENCH[term.axis], term.coefficient
@@ -126,7 +130,7 @@ def _odd_thrust(model: Model) -> list[str]:
             continue
         value, error = model.values[name], model.standard_errors[name]
         what = f"{name} = {value:.3g} ± {error:.2g}"
-        if value < -TOLD_APART * error:
+        if value < -SIGNIFICANT * error:
             vehicle = model.vehicle
             j = [f.name for f in vehicle.forces].index(force)
             makers = [n for n, w in zip(vehicle.actuators, vehicle.mix[j], strict=True) if w != 0.0]
@@ -135,13 +139,13 @@ def _odd_thrust(model: Model) -> list[str]:
             )
             where = f" (inputs: {', '.join(inputs)}: sign)" if inputs else ""
             found.append(
-                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Turn the sign round of "
-                f"what makes it in the vehicle file{where}, or check the axes."
+                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Change the sign "
+                f"of its inputs in the vehicle file{where}, or check the axes."
             )
-        elif value < TOLD_APART * error:
+        elif value < SIGNIFICANT * error:
             found.append(
-                f"{what}: {force} does not visibly drive {AXES[term.axis]}. Are two inputs swapped "
-                "in the vehicle file, or are the commands of another time?"
+                f"{what}: {force} does not significantly drive {AXES[term.axis]}. Check for two inputs "
+                "swapped in the vehicle file, and the clock of the commands."
             )
     return found
 
@@ -154,29 +158,29 @@ def _first_force(model: Model, axis: int) -> int | None:
     return None
 
 
-def _drive(model: Model, axis: int) -> AxisSanity:
-    command, force, t = _course(model, axis)
+def _drive(model: Model, axis: int) -> AxisPhysics:
+    command, force, t = _step_profile(model, axis)
     _refuse_unstable(model, axis, command, t, _run(model, model.structure, force, t))
-    states = _alone(model, axis, force, t)
+    states = _single_axis_states(model, axis, force, t)
     _refuse_unstable(model, axis, command, t, states)
-    speed, way = states[:, 3 + axis], _path(states, t, axis)
+    speed, path = states[:, 3 + axis], _distance(states, t, axis)
     driven = t <= RUN
     top = float(speed[driven][-1])
     if top == 0.0:
-        return AxisSanity(axis, command, 0.0, 0.0, 0.0)
-    rise = float(t[driven][np.argmax(np.abs(speed[driven]) >= 0.632 * abs(top))])
-    slow = np.abs(speed[~driven]) <= STILL * abs(top)
+        return AxisPhysics(axis, command, 0.0, 0.0, 0.0)
+    rise = float(t[driven][np.argmax(np.abs(speed[driven]) >= TIME_CONSTANT * abs(top))])
+    slow = np.abs(speed[~driven]) <= STOPPED_SHARE * abs(top)
     end = int(np.argmax(slow)) if slow.any() else len(slow) - 1
-    return AxisSanity(axis, command, top, rise, float(abs(way[~driven][end] - way[driven][-1])))
+    return AxisPhysics(axis, command, top, rise, float(abs(path[~driven][end] - path[driven][-1])))
 
 
 def driven(model: Model, axis: int) -> tuple[Array, Array]:
-    """Time (n,) [s] and speed (n,) of an axis under `AxisSanity.command` for RUN, then without."""
-    _, force, t = _course(model, axis)
-    return t, np.asarray(_alone(model, axis, force, t)[:, 3 + axis])
+    """Time (n,) [s] and speed (n,) of an axis under `AxisPhysics.command` for RUN, then coasting."""
+    _, force, t = _step_profile(model, axis)
+    return t, np.asarray(_single_axis_states(model, axis, force, t)[:, 3 + axis])
 
 
-def _course(model: Model, axis: int) -> tuple[float, Array, Array]:
+def _step_profile(model: Model, axis: int) -> tuple[float, Array, Array]:
     """The command, the forces (2, forces) during RUN and after it, and the times (n,) [s]."""
     driving = _first_force(model, axis)
     recorded = model.envelope.forces.get(model.structure.forces[driving or 0].name, (-1.0, 1.0))
@@ -186,14 +190,14 @@ def _course(model: Model, axis: int) -> tuple[float, Array, Array]:
     return command, force, np.arange(0.0, 2 * RUN + model.integration.step, model.integration.step)
 
 
-def _alone(model: Model, axis: int, force: Array, t: Array) -> Array:
-    """States (n, 6) with the other axes held still."""
+def _single_axis_states(model: Model, axis: int, force: Array, t: Array) -> Array:
+    """States (n, 6) with the other axes at rest."""
     alone = Structure(model.name, _own_terms(model.structure, axis), model.structure.forces)
     return _run(model, alone, force, t)
 
 
 def _own_terms(structure: Structure, axis: int) -> tuple[Term, ...]:
-    """Terms that act while the other axes are held still."""
+    """Terms that act with the other axes at rest."""
     others = {s for i, s in enumerate(SYMBOLS) if i != axis}
     return tuple(
         t
@@ -210,16 +214,16 @@ def _run(model: Model, structure: Structure, force: Array, t: Array) -> Array:
     values = np.array([model.values[name] for name in structure.coefficients])
     code = INTEGRATORS.index(model.integration.scheme)
     boat = _core.Boat(structure.compiled, values, code, model.integration.step)
-    trace = _core.Trace(
+    trace = _core.ThrustTrace(
         direct_chain(n), np.zeros(0), np.array([0.0, RUN]), force, np.zeros(0), np.zeros((0, 0))
     )
     return _core.simulate(boat, trace, np.zeros(6), t)[0]
 
 
 def _refuse_unstable(model: Model, axis: int, command: float, t: Array, states: Array) -> None:
-    """Raise ModelError, naming the velocity that runs away first and its coefficients."""
+    """Raise ModelError for an unstable model, with the first velocity to diverge and its coefficients."""
     seen = np.array([_recorded(model, axis) for axis in range(3)])
-    limit = np.maximum(ABSURD_SPEED, FASTER * np.where(np.isfinite(seen), seen, 0.0))
+    limit = np.maximum(ABSURD_SPEED, RUNAWAY * np.where(np.isfinite(seen), seen, 0.0))
     fast = np.nan_to_num(np.abs(states[:, 3:]), nan=np.inf) > limit
     if not fast.any():
         return
@@ -228,7 +232,7 @@ def _refuse_unstable(model: Model, axis: int, command: float, t: Array, states: 
     raise ModelError(
         f"{model.name}: the model is unstable: driven in {AXES[axis]} at command {command:.2g}, "
         f"{AXES[away]} passes {limit[away]:.3g} {'rad/s' if away == 2 else 'm/s'} within "
-        f"{np.ceil(t[first]):.0f} s; its drag does not hold it back: {_listed(model, away)}. "
+        f"{np.ceil(t[first]):.0f} s; its drag does not limit it: {_listed(model, away)}. "
         f"Drive longer in {AXES[away]}, at several speeds"
     )
 
@@ -241,7 +245,7 @@ def direct_chain(n: int) -> _core.Chain:
     )
 
 
-def _path(states: Array, t: Array, axis: int) -> Array:
+def _distance(states: Array, t: Array, axis: int) -> Array:
     """Distance made good along the axis, [m] or [rad]."""
     steps = 0.5 * (states[1:, 3 + axis] + states[:-1, 3 + axis]) * np.diff(t)
     return np.concatenate([[0.0], np.cumsum(steps)])

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""What may stand in a vehicle file, key by key. Unknown keys are refused."""
+"""Schema of vehicle and model files, key by key. Unknown keys are refused."""
 
 import math
 from typing import Annotated, Literal
 
 import msgspec
+
+from seatrial.boat.findings import Finding
 
 VEHICLE_FORMAT = "vehicle 1"
 Number = float | int
@@ -13,7 +15,7 @@ Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
 Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
-Estimate = Literal["estimate"]  # instead of a number: there is such a stage, its value is sought
+Estimate = Literal["estimate"]  # instead of a number: the stage exists, its value is estimated
 
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True, omit_defaults=True):
@@ -54,12 +56,12 @@ class PoseSource(Strict, frozen=True):
     y: str | Column = Column()
     psi: str | Column = Column()
     file: str | None = None  # of a folder recording
-    valid: str | None = None  # column that is 0 where the pose is not to be used
+    valid: str | None = None  # column that is 0 where the pose is invalid
     topic: str | None = None  # of a bag
     parent: str | None = None  # frames of a tf, or of messages from several
     child: str | None = None
     clock: Clock = "header"
-    # [m] where on the boat the measured point is, from the origin: forward, second axis
+    # [m] lever arm of the measured point from the origin: forward, second axis
     lever: tuple[float, float] | None = None  # not stated: it is the origin
 
 
@@ -85,7 +87,7 @@ class ThrusterEntry(Strict, frozen=True):
 
     x: float  # [m]
     y: float  # [m]
-    angle_deg: float  # direction of push, from forward towards the second axis [deg]
+    angle_deg: float  # direction of thrust, from forward towards the second axis [deg]
 
 
 class ForceEntry(Strict, frozen=True):
@@ -130,7 +132,7 @@ class PairEntry(Strict, frozen=True):
     """
 
     of: list[tuple[str, str]]  # actuators, along and across
-    mirrored: list[str] = []  # of these: their command counts with the other sign in the vector
+    mirrored: list[str] = []  # of these: components with the opposite sign in the vector
     offset: PairOffset = PairOffset()
     dead_zone: Edge | Estimate | None = None  # of the vector's length
 
@@ -168,7 +170,7 @@ class VehicleFile(Strict, frozen=True):
     pose: PoseSource
     commands: CommandSource
     structure: str | dict[str, list[str]]
-    command_timeout: Positive | None = None  # [s] without a command after which none is in force
+    command_timeout: Positive | None = None  # [s] without commands, after which they are unknown
     scales: dict[str, ScaleSource] = {}
     thrusters: dict[str, ThrusterEntry] = {}
     forces: dict[str, ForceEntry] = {}
@@ -177,7 +179,7 @@ class VehicleFile(Strict, frozen=True):
 
 
 class CoefficientEntry(Strict, frozen=True):
-    """A coefficient or constant as found; a standard error of 0: it was given."""
+    """An estimated coefficient or constant; standard error 0: given."""
 
     value: float
     standard_error: NotNegative
@@ -185,44 +187,46 @@ class CoefficientEntry(Strict, frozen=True):
 
 
 class Integration(Strict, frozen=True):
-    """How the model is to be stepped."""
+    """Integration of the model."""
 
     scheme: Literal["runge-kutta", "forward-euler"]
     step: Positive  # [s] longest step of Runge-Kutta; the step of forward Euler
 
 
 class ProcessEntry(Strict, frozen=True):
-    """What the model leaves out, as the filter is to believe it: noise of the motion itself."""
+    """Process noise of the filter: random walks of velocity, and Gauss-Markov disturbance forces."""
 
     walk_linear: NotNegative  # [m/s / sqrt(s)] random walk of u and v
     walk_yaw: NotNegative  # [rad/s / sqrt(s)]
-    disturbance_linear: NotNegative  # [m/s^2] comes and goes
+    disturbance_linear: NotNegative  # [m/s^2] standard deviation of the disturbance
     disturbance_yaw: NotNegative  # [rad/s^2]
-    memory: Positive  # [s] time constant of the disturbance
-    earth_fixed: bool = False  # whether its direction stays with the world, or turns with the boat
+    memory: Positive  # [s] its time constant
+    earth_fixed: bool = False  # constant direction in the world, or in the boat
 
 
 class CorrelatedEntry(Strict, frozen=True):
-    """Errors of the poses that are correlated from one pose to the next, beside the white ones.
+    """Gauss-Markov pose noise, in addition to white noise.
 
-    What is left of them after t is exp(-t / memory). Where they swing, as waves make them, they are a damped
-    oscillation: e'' + (2 / memory) e' + (2 pi / period)^2 e = white noise.
+    Its correlation after t is exp(-t / memory). With a period (waves) it is a damped oscillation:
+    e'' + (2 / memory) e' + (2 pi / period)^2 e = white noise.
     """
 
     position: NotNegative  # [m] standard deviation
     heading: NotNegative  # [rad]
     memory: Positive  # [s] time constant
-    period: Positive | None = None  # [s]; without one they do not swing
+    period: Positive | None = None  # [s] of oscillating noise (waves); None: first order
 
     @property
-    def lasting(self) -> str:
-        """Over how long, in words."""
-        swing = "" if self.period is None else f", swinging with a period of {self.period:.2g} s"
-        return f"{self.memory:.2g} s{swing}"
+    def memory_text(self) -> str:
+        """Memory and period as text."""
+        oscillation = (
+            "" if self.period is None else f", oscillating with a period of {self.period:.2g} s"
+        )
+        return f"{self.memory:.2g} s{oscillation}"
 
 
 class NoiseEntry(Strict, frozen=True):
-    """Standard deviations of the poses' white noise; what else was estimated of noise."""
+    """White pose noise, and the other noise that was estimated."""
 
     position: NotNegative  # [m]
     heading: NotNegative  # [rad]
@@ -249,11 +253,11 @@ class RecordingEntry(Strict, frozen=True):
 
     name: str
     length: float  # [s]
-    start: float = 0.0  # [s] cut off before it
+    start: float = 0.0  # [s] cut off at the beginning
     files: list[SourceEntry] = []
-    effects: dict[str, float] = {}  # current, trim and wind in it, forward-left-up, where sought
+    effects: dict[str, float] = {}  # current, trim and wind, forward-left-up, where estimated
     errors: dict[str, float] = {}  # their standard errors
-    without: list[tuple[float, float]] = []  # [s] from the file's start, left out as was asked for
+    without: list[tuple[float, float]] = []  # [s] from the file's start, excluded (--without)
 
 
 class StepEntry(Strict, frozen=True):
@@ -271,18 +275,18 @@ EQUATION_ERROR = "equation-error"  # the method of the paper, Eqs. (13)-(17)
 
 
 class EstimatorEntry(Strict, frozen=True):
-    """How the coefficients were found."""
+    """Method and settings of the estimate."""
 
     method: str
     settings: dict[str, str | float | int | bool | None] = {}
     steps: list[StepEntry] = []
-    notes: list[str] = []  # what was not sought, and why
+    findings: list[Finding] = []
 
 
 class ModelFile(Strict, frozen=True):
     """`model.yaml`."""
 
-    seatrial: Literal["model 2"]
+    seatrial: Literal["model 3"]
     version: str  # of seatrial
     name: str
     axes: Literal["forward-left-up", "forward-right-down"]

@@ -63,8 +63,8 @@ class Term:
 
     @property
     def of_masses(self) -> bool:
-        """Whether its coefficient is made of masses alone: of an acceleration, or of two velocities, as Coriolis
-        and centripetal terms are (Fossen, Handbook of Marine Craft, 2nd ed., section 6.3)."""
+        """Whether its coefficient consists of masses only: an added-mass term, or a Coriolis and
+        centripetal one (Fossen, Handbook of Marine Craft, 2nd ed., section 6.3)."""
         return self.acceleration is not None or (
             len(self.factors) == 2 and {*self.factors} <= {*SYMBOLS}
         )
@@ -105,7 +105,7 @@ class Structure:
         ):
             if count > most:
                 raise StructureError(
-                    f"structure {self.name}: {count} {what}; at most {most}: leave some out"
+                    f"structure {self.name}: {count} {what}; at most {most}: remove some"
                 )
         known = {force.name for force in self.forces}
         for term in self.terms:
@@ -149,13 +149,13 @@ class Structure:
             flips = term.flips(self.odd_forces)
             if seen.setdefault(term.coefficient, flips) != flips:
                 raise StructureError(
-                    f"structure {self.name}: {term.coefficient} stands in two terms of which only "
-                    "one changes sign between axis systems; name them apart"
+                    f"structure {self.name}: {term.coefficient} is in two terms of which only "
+                    "one changes sign between axis systems; give them different names"
                 )
         return frozenset(name for name, flips in seen.items() if flips)
 
     def flipped(self) -> "Structure":
-        """The same structure in the other axis system: known terms change sign where they must."""
+        """The structure in the other axis system: known terms change sign where needed."""
         terms = tuple(
             Term(t.axis, t.coefficient, -t.number, t.factors, t.acceleration)
             if t.coefficient is None and t.flips(self.odd_forces)

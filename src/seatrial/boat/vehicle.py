@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The vehicle: which signal is what, its thrusters, its allocation, its model structure."""
+"""The vehicle: its signals, thrusters, allocation and model structure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,13 +22,16 @@ from seatrial.util.errors import VehicleError
 from seatrial.util.files import convert, expect_format, read_yaml
 from seatrial.util.frames import AXES, Array, Axes
 
-SAME_POINT = 1e-3  # [m]
+SAME_POINT = 1e-3  # [m] difference of two lever arms
+ROUND_ANGLE = np.pi / 12  # [rad] 15 deg: steps of usual thruster angles
+ROUND_PART = 0.02  # of such a step, distance of a round angle in radians
+ROUND_DEGREES = 0.01  # [deg] distance of a round angle in degrees
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
 
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle in forward-left-up axes; `file` is what was written, in the file's own axes."""
+    """A vehicle in forward-left-up axes; `file` has the file's content, in its own axes."""
 
     file: VehicleFile
     source: str = field(default="vehicle", compare=False)
@@ -59,13 +62,13 @@ class Vehicle:
 
     @property
     def lever(self) -> tuple[float, float]:
-        """The poses' point from the origin, ahead and to port [m]."""
+        """Lever arm of the measured point from the origin, ahead and to port [m]."""
         ahead, aside = self.file.pose.lever or (0.0, 0.0)
         return ahead, -aside if self.axes is Axes.FRD else aside
 
     @property
     def point(self) -> str:
-        """Where the poses' point is, in words."""
+        """The lever arm as text."""
         ahead, left = self.lever
         return f"{ahead:.3f} m ahead and {left:.3f} m to port"
 
@@ -77,7 +80,7 @@ class Vehicle:
         return ", ".join(f"{end + 0.0:g}" for end in self.lever)
 
     def same_origin(self, other: "Vehicle") -> bool:
-        """Whether the two are about the same point of the boat."""
+        """Whether both have the same origin."""
         pairs = zip(self.lever, other.lever, strict=True)
         return all(abs(own - its) < SAME_POINT for own, its in pairs)
 
@@ -100,13 +103,13 @@ class Vehicle:
 
     @property
     def actuator_signs(self) -> Array:
-        """Signs (actuators,) of those whose command was turned to forward-left-up: -1."""
+        """Signs (actuators,): -1 where the command is negated to forward-left-up."""
         return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
 
     def check_sides(self, other: "Vehicle") -> None:
-        """Raises VehicleError where a chain's two edges would change sides, taken to another vehicle's axes.
+        """Raise VehicleError where the edges of a dead zone exchange in another vehicle's axes.
 
-        Of the same force forward-left-up and forward-right-down call the other side forward.
+        The same force has opposite signs in forward-left-up and forward-right-down axes.
         """
         ahead, astern = (STAGES.index(stage) for stage in ("edge_forward", "edge_reverse"))
         index = self.constants.index
@@ -116,9 +119,9 @@ class Vehicle:
                 other.actuator_signs[other.actuators.index(name)] != self.actuator_signs[k]
             ):
                 raise VehicleError(
-                    f"the dead zone of {name} has two edges, which the model's {self.axes.value} axes and "
-                    f"those of vehicle {other.name}, {other.axes.value}, call by each other's names; give a "
-                    "vehicle file in the model's axes"
+                    f"the dead zone of {name} has two edges, whose names are exchanged between the "
+                    f"model's {self.axes.value} axes and the {other.axes.value} axes of vehicle {other.name}; "
+                    "give a vehicle file in the model's axes"
                 )
 
     @cached_property
@@ -142,7 +145,7 @@ class Vehicle:
         if not set(self.inputs) <= set(WRENCH):
             raise VehicleError(
                 f"{self.source}: inputs are {', '.join(self.inputs)}; without thrusters or forces "
-                f"they must be {', '.join(WRENCH)}, or those of them that there are"
+                f"they must be {', '.join(WRENCH)}, or some of these"
             )
         return np.array([[float(i == f.name) for i in self.inputs] for f in self.forces])
 
@@ -164,11 +167,11 @@ class Vehicle:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is odd about the file: angles that are round in radians, but not in degrees."""
+        """Warnings about the file: angles that are round in radians, not in degrees."""
         angles = np.array([t.angle_deg for t in self.file.thrusters.values() if t.angle_deg])
-        parts = np.abs(angles) / (np.pi / 12)  # of 15 deg
-        round_ones = (np.abs(parts - np.rint(parts)) < 0.02) & (parts > 0.5) & (parts < 24.5)
-        if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < 0.01):
+        parts = np.abs(angles) / ROUND_ANGLE
+        round_ones = (np.abs(parts - np.rint(parts)) < ROUND_PART) & (parts > 0.5) & (parts < 24.5)
+        if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < ROUND_DEGREES):
             return ()
         shown = ", ".join(f"{angle:g}" for angle in angles)
         return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
@@ -247,14 +250,14 @@ class Vehicle:
         return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
 
     def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
-        """The same vehicle with the poses' point there, ahead of the origin and to port [m]."""
+        """The same vehicle with this lever arm, ahead of the origin and to port [m]."""
         ahead, left = lever
         second = -left if self.axes is Axes.FRD else left
         pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
     def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
-        """The same vehicle with other numbers, by constant."""
+        """The same vehicle with these values of constants, by name."""
         return self.with_chain(stated(self.file.chain, values))
 
     def to_mapping(self) -> dict[str, Any]:
@@ -279,7 +282,7 @@ class Vehicle:
             flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
             for actuator, weight in force.of.items():
                 k = self._reader.place(actuator, f"force {name}")
-                # a wrench input has been flipped itself when it was read
+                # the reader has already flipped a wrench input
                 row[k] = flip * weight * self.actuator_signs[k]
         return mix
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
     command = add_command(
-        verbs, "allocate", run, "thruster commands for a wrench: schemes side by side"
+        verbs, "allocate", run, "compare allocation schemes, or allocate a wrench"
     )
     command.add_argument(
         "boat", type=Path, metavar="MODEL|VEHICLE", help="model or vehicle file, or mallard-af"
@@ -32,19 +32,19 @@ def add(verbs: "Verbs") -> None:
     add_recordings(command, count="*")
     command.add_argument(
         "--scheme", default="auto", choices=[s.value for s in AllocatorScheme],
-        help="the one to choose (default: %(default)s)",
+        help="allocation scheme (default: %(default)s)",
     )  # fmt: skip
     command.add_argument(
         "--priority", default=PRIORITY, metavar="AXES",
-        help="who is served first at the limits; + scales alike (default: '%(default)s')",
+        help="order in which axes keep their thrust at the limits; + scales axes alike (default: '%(default)s')",
     )  # fmt: skip
     command.add_argument(
         "--margin", type=float, metavar="C",
-        help="from a dead zone's edge to idling [command units] (default: up to F_os, or 0.04)",
+        help="distance of idle thrust from the dead zone's edge [command units] (default: up to F_os, or 0.04)",
     )  # fmt: skip
     command.add_argument(
         "--wrench", nargs=3, type=float, metavar=("F_u", "F_v", "F_r"),
-        help="print the commands for this one, forward-left-up; refused if out of reach",
+        help="print the thruster commands for this wrench, forward-left-up; refused if out of reach",
     )  # fmt: skip
     add_json(command)
     command.add_argument(

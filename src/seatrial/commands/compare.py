@@ -29,15 +29,19 @@ def add(verbs: "Verbs") -> None:
         verbs,
         "compare",
         run,
-        "which of a boat's numbers changed; does it matter",
+        "compare two models: which parameters changed, and does it affect prediction",
     )
-    compare.add_argument("a", type=Path, metavar="A", help="model from before")
-    compare.add_argument("b", type=Path, metavar="B", help="model from after")
+    compare.add_argument("a", type=Path, metavar="A", help="model before the change")
+    compare.add_argument("b", type=Path, metavar="B", help="model after the change")
     add_recordings(compare, count="*")
     add_horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
     add_json(compare)
     compare.add_argument(
-        "-o", "--out", type=Path, metavar="HTML", help="also one offline HTML file with both"
+        "-o",
+        "--out",
+        type=Path,
+        metavar="HTML",
+        help="also write one offline HTML file with both models",
     )
     add_exports(compare)
 

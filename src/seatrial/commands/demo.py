@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    demo = add_command(verbs, "demo", run, "everything below on the bundled recordings")
+    demo = add_command(verbs, "demo", run, "run everything below on the bundled recordings")
     demo.add_argument(
         "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
     )

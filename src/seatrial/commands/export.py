@@ -17,7 +17,7 @@ HULL = ("mass", "inertia", "size")
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    command = add_command(verbs, "export", run, "a model for another program")
+    command = add_command(verbs, "export", run, "write a model for another program")
     command.add_argument("model", type=Path, metavar="MODEL")
     command.add_argument(
         "--to", required=True, metavar="FORMAT",
@@ -29,23 +29,30 @@ def add(verbs: "Verbs") -> None:
         metavar="V",
         help="vehicle file for inputs and allocation (default: the model's own)",
     )
-    command.add_argument("--mass", type=float, metavar="KG", help="sdf: of the boat")
+    command.add_argument("--mass", type=float, metavar="KG", help="sdf: mass of the boat")
     command.add_argument(
-        "--inertia", type=float, metavar="KGM2", help="sdf: about the vertical axis [kg m^2]"
+        "--inertia",
+        type=float,
+        metavar="KGM2",
+        help="sdf: moment of inertia about the vertical axis [kg m^2]",
     )
     command.add_argument(
-        "--size", type=float, nargs=3, metavar=("L", "W", "H"), help="sdf: of the hull's box [m]"
+        "--size",
+        type=float,
+        nargs=3,
+        metavar=("L", "W", "H"),
+        help="sdf: length, width, height of the hull [m]",
     )
     command.add_argument(
         "--added-mass", type=float, nargs=3, metavar=("X", "Y", "N"), default=(0.0, 0.0, 0.0),
-        help="sdf: of water in surge and sway [kg] and yaw [kg m^2], not part of --mass (default: 0 0 0)",
+        help="sdf: added mass in surge and sway [kg] and in yaw [kg m^2], not part of --mass (default: 0 0 0)",
     )  # fmt: skip
     command.add_argument(
         "--ros",
         type=int,
         choices=(1, 2),
         default=2,
-        help="ros: whose parameter file (default: %(default)d)",
+        help="ros: version of ROS, 1 or 2 (default: %(default)d)",
     )
 
 

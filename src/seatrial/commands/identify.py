@@ -12,7 +12,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
 )
-from seatrial.identification.methods import DEFAULT_METHOD, KINDS, METHODS, PRIOR_SPREAD
+from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -21,45 +21,45 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    identify = add_command(verbs, "identify", run, "a model from recordings")
+    identify = add_command(verbs, "identify", run, "identify a model from recordings")
     add_recordings(identify, vehicle=None)
     identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
     identify.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
-        help="equation-error is the paper's least squares; output-error, on the raw poses, finds the thrusters' "
-        "latency, lag and dead zone, too (default: %(default)s)",
+        help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
+        "dead zone; equation-error: the paper's least squares (default: %(default)s)",
     )  # fmt: skip
     identify.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
     )  # fmt: skip
     identify.add_argument(
-        "--effect", action="append", default=[], choices=KINDS,
-        help="also seek this: the sensor's lever arm, or each recording's current, trim or wind",
+        "--effect", action="append", default=[], choices=EFFECT_KINDS,
+        help="estimate this effect, too: the sensor's lever arm, or each recording's current, trim or wind",
     )  # fmt: skip
     identify.add_argument(
-        "--minutes", action="store_true", help="accuracy against the length that was driven"
+        "--minutes", action="store_true", help="standard errors against record length"
     )
     identify.add_argument(
         "--profile", nargs="+", action="extend", default=[], metavar="NAME",
-        help="intervals of these by profile likelihood",
+        help="confidence intervals of these parameters by profile likelihood",
     )  # fmt: skip
     identify.add_argument(
         "--bootstrap", type=int, default=0, metavar="N",
-        help="intervals from N refits to blocks drawn anew (200 are usual)",
+        help="confidence intervals by a block bootstrap of N refits (200 are usual)",
     )  # fmt: skip
     identify.add_argument(
         "--literal",
         action="store_true",
-        help="Eq. (17) as printed, surge acceleration one step late",
+        help="equation-error: Eq. (17) as printed, with the surge acceleration one step late",
     )
     identify.add_argument(
         "--prior", type=Path, metavar="OLD",
-        help="model of this boat from before its payload changed: then a short recording will do",
+        help="model of this boat before its payload changed, as a prior: a short recording is then enough",
     )  # fmt: skip
     identify.add_argument(
         "--prior-spread", type=float, metavar="SHARE",
-        help=f"by how much its parameters may have changed (default: {PRIOR_SPREAD:g})",
+        help=f"share by which parameters of the prior may have changed (default: {PRIOR_SPREAD:g})",
     )  # fmt: skip
 
 
@@ -67,7 +67,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     """A model, its summary, and the evidence that was asked for."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.identification.methods import EquationErrorSettings, identify, summary
+    from seatrial.identification.methods import (
+        EquationErrorSettings,
+        identify_with_fit,
+        summary,
+    )
     from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
@@ -79,7 +83,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.say("identifying")
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
-    model = identify(
+    model, solution = identify_with_fit(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
         prior=prior, effects=args.effect,
         prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
@@ -88,12 +92,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.clear()
     print(summary(model))
     if args.minutes or args.profile or args.bootstrap:
-        from seatrial.identification.on_request import evidence
+        from seatrial.identification.on_request import accuracy_tables
 
-        progress.say("weighing the evidence")
-        told = evidence(
-            model, recordings, vehicle,
-            replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+        progress.say("computing confidence intervals")
+        told = accuracy_tables(
+            solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip
         progress.clear()
         print(f"\n{told}\n")

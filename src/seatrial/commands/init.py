@@ -30,7 +30,7 @@ def add(verbs: "Verbs") -> None:
         verbs,
         "init",
         run,
-        "a vehicle file to start from, proposed from a recording",
+        "propose a vehicle file from a recording",
     )
     init.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
     init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
@@ -38,7 +38,7 @@ def add(verbs: "Verbs") -> None:
     init.add_argument(
         "--axes",
         choices=AXES_NAMES,
-        help=f"of the recording (default: {AXES_NAMES[0]})",
+        help=f"axes of the recording (default: {AXES_NAMES[0]})",
     )
     init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
     init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
@@ -47,12 +47,13 @@ def add(verbs: "Verbs") -> None:
     )
     init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
     add_salvage(init)
-    init.add_argument("--force", action="store_true", help="write over an existing file")
+    init.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
-    from seatrial.inspection.proposal import Choices, init
+    from seatrial.inspection.proposal.propose import init
+    from seatrial.inspection.proposal.sources import Choices
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 

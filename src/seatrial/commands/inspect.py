@@ -23,7 +23,7 @@ def add(verbs: "Verbs") -> None:
         verbs,
         "inspect",
         run,
-        "rates, gaps, faults, clocks, excitation, signs; without --vehicle the topics or columns",
+        "check recordings: rates, gaps, faults, clocks, excitation, signs; no --vehicle: list topics or columns",
     )
     add_recordings(inspect, vehicle="vehicle file (default: none; topics or columns only)")
     add_json(inspect)

@@ -29,37 +29,40 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     mimic = add_command(
         verbs, "mimic", run,
-        "a holonomic robot moves as the boat would: commands and its poses in, its velocity out",
+        "make a holonomic robot move as the boat does: commands and robot poses in, robot velocity out",
     )  # fmt: skip
     mimic.add_argument("model", type=Path, metavar="MODEL")
     for name, (unit, text) in LIMITS.items():
         mimic.add_argument(f"--{name}", type=float, metavar=unit, help=text)
     mimic.add_argument(
-        "--udp", type=int, metavar="PORT", help="listen there on loopback, not to standard input"
+        "--udp",
+        type=int,
+        metavar="PORT",
+        help="read lines from this port on loopback instead of standard input",
     )
     mimic.add_argument(
-        "--to", type=int, metavar="PORT", help="answer there (default: to whoever wrote last)"
+        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
     mimic.add_argument(
         "--format", choices=FORMATS, default=FORMATS[0],
-        help="of the lines in; those out are JSON (default: %(default)s)",
+        help="format of the input lines; output is JSON (default: %(default)s)",
     )  # fmt: skip
     mimic.add_argument(
         "--rate",
         type=float,
         default=RATE,
         metavar="HZ",
-        help="of the velocity (default: %(default)g)",
+        help="rate of the velocity [Hz] (default: %(default)g)",
     )
     mimic.add_argument(
         "--clock", choices=CLOCKS, default=CLOCKS[0],
-        help="a velocity is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+        help="clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends."""
-    from seatrial.boat.physics import sanity
+    from seatrial.boat.physics import axis_physics
     from seatrial.onboard.live import Settings
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
@@ -76,6 +79,6 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     carrier = Carrier(**{name: getattr(args, name) for name in names})
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
-    sanity(mimic.model)
+    axis_physics(mimic.model)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     MimicStream(mimic, settings, complain).serve(source)

@@ -27,35 +27,39 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     predict = add_command(
         verbs, "predict", run,
-        "velocity and odometry as on board: along a recording, or live from lines",
+        "estimate velocity and odometry as on board: along a recording, or live from lines of text",
     )  # fmt: skip
     predict.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(predict, count="*")
     predict.add_argument(
-        "-o", "--out", type=Path, metavar="FILE", help="odometry along the recording"
+        "-o", "--out", type=Path, metavar="FILE", help="file for the odometry along the recording"
     )
     predict.add_argument(
-        "--live", action="store_true", help="lines from standard input, or --udp, until it ends"
+        "--live",
+        action="store_true",
+        help="read lines from standard input, or --udp, until the stream ends",
     )
     predict.add_argument(
-        "--udp", type=int, metavar="PORT", help="live: listen there on loopback instead"
+        "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
     )
     predict.add_argument(
-        "--to", type=int, metavar="PORT", help="live: answer there (default: to whoever wrote last)"
+        "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
     )
     predict.add_argument(
-        "--format", choices=LINE_FORMATS, help="of the lines (default: json; of a .csv file: csv)"
+        "--format",
+        choices=LINE_FORMATS,
+        help="format of the lines (default: json; for a .csv file: csv)",
     )
     predict.add_argument(
         "--rate",
         type=float,
         default=LINE_RATE,
         metavar="HZ",
-        help="of the odometry (default: %(default)g)",
+        help="rate of the odometry [Hz] (default: %(default)g)",
     )
     predict.add_argument(
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
-        help="live: odometry is due by the stamps of the input, or by this machine's clock (default: %(default)s)",
+        help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 

@@ -23,13 +23,18 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    command = add_command(verbs, "report", run, "one offline HTML file with the evidence")
+    command = add_command(
+        verbs,
+        "report",
+        run,
+        "write one offline HTML file: what was identified, and how well it predicts",
+    )
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
     command.add_argument(
         "--scores", type=Path, metavar="FILE",
-        help="scores.json of this model and these recordings, as validate --json wrote it: not computed again",
+        help="use the scores that validate --json wrote for this model and these recordings",
     )  # fmt: skip
     command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     add_exports(command)

@@ -21,16 +21,18 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    select = add_command(verbs, "select", run, "which terms recordings ask for, and which repeat")
+    select = add_command(verbs, "select", run, "select the terms that the recordings support")
     add_recordings(select, vehicle=None)
     select.add_argument(
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
-        help="terms that may come in, like 'Y_r * r', or files of them (default: a list of usual ones)",
+        help="candidate terms, like 'Y_r * r', or files of them (default: the usual ones)",
     )  # fmt: skip
     add_horizon(
         select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
     )
-    select.add_argument("-o", "--out", type=Path, metavar="VEHICLE", help="with the chosen terms")
+    select.add_argument(
+        "-o", "--out", type=Path, metavar="VEHICLE", help="vehicle file with the chosen terms"
+    )
     add_json(select)
 
 

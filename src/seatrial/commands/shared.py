@@ -131,13 +131,15 @@ def add_recordings(
         "--vehicle", required=vehicle is None, metavar="V", help=vehicle or "vehicle file"
     )
     command.add_argument(
-        "--start", type=float, metavar="S", help="use each recording from here [s]"
+        "--start", type=float, metavar="S", help="use each recording from this time on [s]"
     )
     add_salvage(command)
-    command.add_argument("--end", type=float, metavar="S", help="use each recording up to here [s]")
+    command.add_argument(
+        "--end", type=float, metavar="S", help="use each recording up to this time [s]"
+    )
     command.add_argument(
         "--without", action="append", default=[], metavar="NAME=FROM-TO",
-        help="leave out a stretch [s] of a recording, where something else moved the boat; either end may be "
+        help="exclude an interval [s] of a recording, where something else moved the boat; either end may be "
         "omitted; repeatable",
     )  # fmt: skip
 
@@ -162,7 +164,7 @@ def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
     command.add_argument(
-        "--png", action="store_true", help="the figures as PNG, too (pip install resvg-py)"
+        "--png", action="store_true", help="also write the figures as PNG (pip install resvg-py)"
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"

@@ -19,43 +19,48 @@ def add(verbs: "Verbs") -> None:
     """Its arguments."""
     sim = add_command(
         verbs, "sim", run,
-        "boats to develop against: lines of commands in, of poses, IMU, LiDAR and truth out",
+        "simulate boats live: lines of commands in; lines of poses, IMU, LiDAR and truth out",
     )  # fmt: skip
-    sim.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="a boat each")
+    sim.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model of one boat")
     sim.add_argument(
         "--scene", type=Path, metavar="FILE",
         help="walls, current, sensors and starts (default: open water)",
     )  # fmt: skip
     sim.add_argument(
         "--current", type=float, nargs=2, metavar=("X", "Y"),
-        help="of the water [m/s] (default: the scene's)",
+        help="velocity of the water [m/s] (default: the scene's)",
     )  # fmt: skip
-    sim.add_argument("--seed", type=int, default=0, help="of the sensors (default: %(default)s)")
+    sim.add_argument(
+        "--seed", type=int, default=0, help="seed of the sensors' noise (default: %(default)s)"
+    )
     sim.add_argument(
         "--speed", type=float, default=Settings.speed, metavar="X",
-        help="simulated seconds in a second; 0: as fast as can be, to the times in the lines "
+        help="simulated seconds per second; 0: as fast as possible, up to the stamps of the lines "
         "(default: %(default)g)",
     )  # fmt: skip
     sim.add_argument(
         "--rate", type=float, default=Settings.rate, metavar="HZ",
-        help="of the truth (default: %(default)g)",
+        help="rate of the truth [Hz] (default: %(default)g)",
     )  # fmt: skip
-    sim.add_argument("--duration", type=float, metavar="S", help="end after so long [s]")
+    sim.add_argument("--duration", type=float, metavar="S", help="duration [s]")
     sim.add_argument(
         "--lines", default=",".join(Settings.kinds), metavar="KINDS",
-        help=f"what is written, some of {', '.join(KINDS)} (default: %(default)s)",
+        help=f"kinds of output lines, some of {', '.join(KINDS)} (default: %(default)s)",
     )  # fmt: skip
     sim.add_argument(
-        "--udp", type=int, metavar="PORT", help="listen there on loopback, not to standard input"
+        "--udp",
+        type=int,
+        metavar="PORT",
+        help="read lines from this port on loopback instead of standard input",
     )
     sim.add_argument(
-        "--to", type=int, metavar="PORT", help="answer there (default: to whoever wrote last)"
+        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Lines until the input ends, or the duration is over."""
-    from seatrial.boat.physics import early, sanity
+    from seatrial.boat.physics import axis_physics, negative_latencies
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
@@ -72,8 +77,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     world = World(args.scene, current=args.current, seed=args.seed)
     for model in args.models:
         added = world.add(model).model
-        sanity(added)
-        for words in early(added):
+        axis_physics(added)
+        for words in negative_latencies(added):
             complain(f"{added.name}: {words}")
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     serve(world, source, settings, complain)

@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    simulate = add_command(verbs, "simulate", run, "recordings like the paper's S1-S7")
-    simulate.add_argument("--plan", default="paper-like", help="a file, or paper-like, hard, clean")
+    simulate = add_command(verbs, "simulate", run, "simulate recordings like the paper's S1-S7")
+    simulate.add_argument(
+        "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
+    )
     simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
-    simulate.add_argument("--seed", type=int, help="instead of the plan's")
+    simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
     simulate.add_argument(
         "--format", choices=("csv", *FORMATS), default="csv",
-        help="csv: a folder of tables a trial; or a bag a trial (default: csv)",
+        help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
@@ -33,7 +35,7 @@ def add(verbs: "Verbs") -> None:
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Trials of a plan, written vehicle by vehicle."""
     from seatrial.boat.model import load
-    from seatrial.boat.physics import early
+    from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.io.write import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
@@ -49,7 +51,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         guard_trials(plan, vehicle, args.out)
     for vehicle in vehicles:
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
-        for words in early(truth):
+        for words in negative_latencies(truth):
             print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
         print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
         for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    tune = add_command(verbs, "tune", run, "gains of a tracking controller by the model")
+    tune = add_command(verbs, "tune", run, "tune a tracking controller from the model")
     tune.add_argument("model", type=Path, metavar="MODEL")
     tune.add_argument(
         "--knob", type=float, default=KNOB, metavar="S",
@@ -25,20 +25,22 @@ def add(verbs: "Verbs") -> None:
         "--action", choices=("pid", "pd"), default="pid", help="with or without integral (default: pid)"
     )  # fmt: skip
     tune.add_argument(
-        "--rate", type=float, default=RATE, metavar="HZ", help="of the controller (default: %(default)g)"
+        "--rate", type=float, default=RATE, metavar="HZ", help="rate of the controller [Hz] (default: %(default)g)"
     )  # fmt: skip
     tune.add_argument(
         "--delay", type=float, default=0.0, metavar="S",
-        help="in the loop besides the thrusters', as of a network [s] (default: 0)",
+        help="further delay in the loop, such as a network's [s] (default: 0)",
     )  # fmt: skip
     tune.add_argument(
         "--allocation", choices=ALLOCATIONS, default=VEHICLE,
         help="the boat's own, or a scheme of `seatrial allocate` for thrusters that are commanded one by "
         "one (default: %(default)s)",
     )  # fmt: skip
-    tune.add_argument("-o", "--out", type=Path, metavar="GAINS", help="for the controller")
-    tune.add_argument("--ros", type=Path, metavar="FILE", help="the same as ROS parameters")
-    tune.add_argument("--ros2", type=Path, metavar="FILE", help="the same for ROS 2")
+    tune.add_argument(
+        "-o", "--out", type=Path, metavar="GAINS", help="gains file for the controller"
+    )
+    tune.add_argument("--ros", type=Path, metavar="FILE", help="gains as ROS 1 parameters")
+    tune.add_argument("--ros2", type=Path, metavar="FILE", help="gains as ROS 2 parameters")
     tune.add_argument("--report", type=Path, metavar="HTML", help="step responses and Bode plots")
 
 

@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 
 def add(verbs: "Verbs") -> None:
     """Its arguments."""
-    command = add_command(verbs, "validate", run, "how well a model predicts recordings")
+    command = add_command(verbs, "validate", run, "score how well a model predicts recordings")
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
-    add_json(command, "also write scores.json")
+    add_json(command, "also write the scores as JSON")
     command.add_argument(
-        "--against", type=Path, metavar="OTHER", help="another model, beside it in a 2 x 2 table"
+        "--against", type=Path, metavar="OTHER", help="another model for a head-to-head comparison"
     )
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
     """Scores, horizons, and another model beside it."""
     from seatrial.boat.model import load
-    from seatrial.boat.physics import concerns
+    from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import against_text
     from seatrial.evaluation.scores import scores_json
@@ -54,5 +54,5 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     print(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
         print(against_text(scores.against))
-    for doubt in concerns(model):
+    for doubt in model_concerns(model):
         print(f"  doubt: {doubt}")

@@ -8,11 +8,12 @@ from itertools import product
 import msgspec
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import loosened
-from seatrial.evaluation.disturbed_intervals import stretches, stretches_said
+from seatrial.evaluation.disturbed_intervals import stretches, stretches_found
 from seatrial.evaluation.filtering import Causal, believed_noise, causal
-from seatrial.evaluation.prediction import Lookahead, Prediction
+from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
     HorizonScore,
@@ -50,14 +51,14 @@ class Assessment:
     filtered: Causal | None
     score: RecordingScore | None  # None where there is no prediction
     correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
-    notes: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
-    def with_note(self, text: str) -> "Assessment":
-        """The same with one note more."""
-        notes, scored = (*self.notes, text), self.score
+    def with_findings(self, more: Sequence[Finding]) -> "Assessment":
+        """The same with further findings."""
+        findings, scored = (*self.findings, *more), self.score
         if scored is not None:
-            scored = msgspec.structs.replace(scored, notes=list(notes))
-        return replace(self, score=scored, notes=notes)
+            scored = msgspec.structs.replace(scored, findings=list(findings))
+        return replace(self, score=scored, findings=findings)
 
 
 def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Assessment]:
@@ -68,6 +69,7 @@ def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> lis
     """
     if not recordings:
         raise RecordingError("no recording given; pass at least one")
+    check_horizon(horizon)
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
     # predictions, and their scores
@@ -101,7 +103,7 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
         ahead = Lookahead(model, recording).predict(scores.horizon)
         found.append(
             Assessment(
-                recording, row.seen, ahead, None, (), None, row, tuple(row.correlations), tuple(row.notes)
+                recording, row.seen, ahead, None, (), None, row, tuple(row.correlations), tuple(row.findings)
             )
         )  # fmt: skip
     return found
@@ -143,28 +145,33 @@ def _assessed(
     # what the filter's residuals still have to do with the forces
     left = [] if known is None else residuals(model, recording, known)
     # what could not be had, and what is larger than expected
-    notes = [] if known else [f"no starts from a filter, no residuals: {filtered}"]
-    notes += lost
-    if said := unforeseen(rows, own):
-        notes.append(said)
+    findings = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
+    findings += [*lost, *unforeseen(rows, own)]
     if recording.period > SLOW:
-        notes.append(
-            f"poses are {recording.period:.2g} s apart: the stencil's velocities, which errors are taken "
-            "against, miss motion within four of them; the floor includes as much of it as the model shows"
-        )
+        findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
     scored = (
         None
         if prediction is None
-        else score(model, recording, prediction, horizons=rows, correlations=left, notes=notes)
+        else score(
+            model, recording, prediction, horizons=rows, correlations=left, findings=findings
+        )
     )
     return Assessment(
-        recording, own, prediction, failure, tuple(ahead), known, scored, tuple(left), tuple(notes)
+        recording,
+        own,
+        prediction,
+        failure,
+        tuple(ahead),
+        known,
+        scored,
+        tuple(left),
+        tuple(findings),
     )
 
 
 def _all_horizons(
     look: Lookahead, chosen: float, filtered: Motion | None, known: Ahead | None
-) -> tuple[list[Ahead], list[str]]:
+) -> tuple[list[Ahead], list[Finding]]:
     """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
 
     From the stencil's starts, and from the filter's where there is one; and what could not be had.
@@ -186,12 +193,13 @@ def _all_horizons(
         except RecordingError:  # no stretch is as long
             continue
         except ModelError as error:
-            return found, [str(error)]
+            reason = str(error)
+            return found, [finding_of(FindingKind.HORIZON_NOT_PREDICTED, reason=reason)]
     return found, []
 
 
 def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> list[Assessment]:
-    """With a note for each recording that has intervals of far larger innovations.
+    """With findings on each recording that has intervals of far larger innovations.
 
     A filter so sure of itself that it takes long to find back sees too much: it is given process noise.
     """
@@ -206,7 +214,7 @@ def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> l
     result = []
     for i, one in enumerate(found):
         own = [s for s in odd if s.recording == i and s.times > DISTURBED]
-        result.append(one.with_note(stretches_said(recordings, own)) if own else one)
+        result.append(one.with_findings(stretches_found(recordings, own)))
     return result
 
 

@@ -4,6 +4,7 @@
 from itertools import product
 from typing import get_args
 
+from seatrial.boat.findings import finding_text
 from seatrial.evaluation.residuals import in_words
 from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
 from seatrial.util.frames import AXES, SYMBOLS
@@ -78,7 +79,10 @@ def horizons_text(scores: Scores) -> str:
                 f"  {name:<{width}}  {SYMBOLS[axis]} {start:<7}  {unit:<6}{''.join(cells)}"
             )
     for row in scores.recordings:
-        lines += [f"  note: {row.recording}: {text}" for text in (*row.notes, *_left(row))]
+        lines += [
+            f"  note: {row.recording}: {text}"
+            for text in (*map(finding_text, row.findings), *_left(row))
+        ]
     return "\n".join(lines)
 
 

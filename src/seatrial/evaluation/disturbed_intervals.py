@@ -5,18 +5,17 @@ A filter's noise is one number for all of the recordings. Where its errors are f
 than everywhere else, what the model leaves out is no noise.
 """
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import OUTLIER
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-STANDS_OUT = "as far from what is predicted as elsewhere"  # notes of stretches have this
 CELL = 2.0  # [s] to which a stretch is known
 CELL_POSES = 5  # at the least, in a cell
 GAIN = 50.0  # of twice the log likelihood that errors are larger there; chance makes 5 to 22 of it
@@ -67,7 +66,7 @@ def clearest(recordings: Sequence[Recording], squares: Sequence[Array]) -> Stret
     return _clearest(cells, MOST * sum(float(c.count.sum()) for c in cells))
 
 
-def squared_errors(passed: _core.FilterPass) -> Array:
+def squared_errors(passed: _core.FilterRun) -> Array:
     """Squared errors (n,) of a filter's poses by its covariance; NaN where a pose was not used.
 
     An outlier counts no more than what is about to be one: a jump is no stretch.
@@ -97,20 +96,14 @@ def together(found: Sequence[Stretch]) -> list[Stretch]:
     return joined
 
 
-def stretches_said(recordings: Sequence[Recording], found: Sequence[Stretch]) -> str:
-    """Where they are, what they may be, and what leaves them out."""
-    least, most = min(s.times for s in found), max(s.times for s in found)
-    times = f"{most:.1f}" if most - least < 0.1 else f"{least:.1f} to {most:.1f}"
-    parts: dict[str, list[str]] = {}
+def stretches_found(recordings: Sequence[Recording], found: Sequence[Stretch]) -> list[Finding]:
+    """Where they are in the recorded files, and how much larger the errors are."""
+    findings = []
     for s in found:
-        begin, end = _span(recordings[s.recording], s)
-        parts.setdefault(recordings[s.recording].name, []).append(f"{begin} s to {end} s")
-    where = "; ".join(f"{name} from {', '.join(spans)}" for name, spans in parts.items())
-    options = " ".join(_option(recordings[s.recording], s) for s in found)
-    return (
-        f"poses are {times} times {STANDS_OUT} in {where}: was the boat held, "
-        f"carried or bumped there, or did a thruster stop? If so, leave that out with {options}"
-    )
+        start, end = _span(recordings[s.recording], s)
+        name, kind = recordings[s.recording].name, FindingKind.DISTURBED_INTERVAL
+        findings.append(finding_of(kind, name, start=start, end=end, ratio=s.times))
+    return findings
 
 
 @dataclass(frozen=True)
@@ -174,15 +167,12 @@ def _lengths(cells: int) -> list[int]:
     return found
 
 
-def _option(recording: Recording, stretch: Stretch) -> str:
-    """What leaves it out."""
-    return f"--without {shlex.quote(recording.name)}={'-'.join(_span(recording, stretch))}"
-
-
-def _span(recording: Recording, stretch: Stretch) -> tuple[str, str]:
+def _span(recording: Recording, stretch: Stretch) -> tuple[float, float]:
     """From and to [s] in the recorded file; what is near the recording's start or end begins or ends there."""
     start = 0.0 if stretch.start < NEAR else stretch.start
     end = recording.duration if stretch.end > recording.duration - NEAR else stretch.end
-    tenths = np.floor(10.0 * (recording.offset + start)), np.ceil(10.0 * (recording.offset + end))
-    first, last = (f"{t / 10.0:.1f}".removesuffix(".0") for t in tenths)
-    return first, last
+    first, last = (
+        np.floor(10.0 * (recording.offset + start)),
+        np.ceil(10.0 * (recording.offset + end)),
+    )
+    return float(first) / 10.0, float(last) / 10.0

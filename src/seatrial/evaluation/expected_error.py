@@ -79,6 +79,6 @@ def slopes_of(model: Model, recording: Recording, begin: Motion, start: Poses, e
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
     _, tangents = _core.predict(
         model.boat, trace, recording.t, start.astype(np.int32), end.astype(np.int32), x0,
-        threads=cores(), tangents=True,
+        threads=cores(), sensitivities=True,
     )  # fmt: skip
     return np.asarray(tangents[:, 3:, 6:])

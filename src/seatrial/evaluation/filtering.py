@@ -134,7 +134,7 @@ def disturbed(vehicle: Vehicle) -> _core.Structure:
 
 def filter_pass(
     model: Model, recording: Recording, poses: _core.Series, noise: Array
-) -> _core.FilterPass:
+) -> _core.FilterRun:
     """The filter along one recording, driven by the recorded commands.
 
     Raises ModelError where the model diverges on its way.
@@ -220,7 +220,7 @@ def causal(model: Model, recording: Recording, noise: Array | None = None) -> Ca
     return Causal(moving, _residual(found, state[:, 2]), believed)
 
 
-def _residual(found: _core.FilterPass, psi: Array) -> Array:
+def _residual(found: _core.FilterRun, psi: Array) -> Array:
     """Innovations (n, 3) in body axes over their standard deviations, outliers held back."""
     xx, xy, _, yy, _, turn = np.asarray(found.spread).T
     c, s = np.cos(psi), np.sin(psi)

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity
+from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.filtering import believed_noise, causal
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.recording.recording import Recording
@@ -88,7 +88,7 @@ def against(
             "other's: identify both with one lever arm, under pose in the vehicle file"
         )
     for one in (model, other):
-        sanity(one)
+        axis_physics(one)
         _fits(one, recordings)
     known = velocities or {}
     noises = [believed_noise(one, recordings) for one in (model, other)]

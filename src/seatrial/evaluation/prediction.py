@@ -69,6 +69,12 @@ def predict(
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
 
 
+def check_horizon(horizon: float) -> None:
+    """Raises RecordingError for a horizon [s] that is none."""
+    if not 0 < horizon < np.inf:
+        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+
+
 @dataclass(frozen=True)
 class Lookahead:
     """Predictions along one recording, whatever the horizon and the starts; see `predict`."""
@@ -83,12 +89,12 @@ class Lookahead:
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
-    def trace(self) -> _core.Trace:
+    def trace(self) -> _core.ThrustTrace:
         """What the thrusters did."""
         return self.model.trace(self.recording)
 
     @cached_property
-    def trace_of_starts(self) -> _core.Trace:
+    def trace_of_starts(self) -> _core.ThrustTrace:
         """The same with sensitivities to the initial state."""
         return self.model.trace(self.recording, initial=True)
 
@@ -132,8 +138,7 @@ class Lookahead:
     def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
         recording, begin = self.recording, self.reference if starts is None else starts
-        if not 0 < horizon < np.inf:
-            raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
+        check_horizon(horizon)
         steps = round(horizon / recording.period)
         if steps < 1:
             raise RecordingError(
@@ -176,7 +181,7 @@ class Lookahead:
         return _core.predict(
             self.model.boat, self.trace_of_starts if tangents else self.trace, self.recording.t,
             start.astype(np.int32), end.astype(np.int32), np.ascontiguousarray(x0),
-            threads=cores(), tangents=tangents,
+            threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
     def _expected(

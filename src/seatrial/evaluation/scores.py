@@ -10,13 +10,17 @@ from typing import Any, Literal, Protocol
 import msgspec
 import numpy as np
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
+from seatrial.boat.old_notes import with_findings
 from seatrial.evaluation.head_to_head import Against
 from seatrial.evaluation.residuals import Correlation
 from seatrial.util.files import convert, expect_format, read_json
 
 SCORES_FORMAT = "scores 4"
-EARLIER = "scores 3"  # without pooled scores and fingerprint
+EARLIER = (
+    "scores 3"  # without pooled scores and fingerprint, and with sentences in place of findings
+)
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
 NOISIER = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
@@ -103,7 +107,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     scores: dict[str, AxisScore]  # by u, v, r; at the horizon that was asked for
     horizons: list[HorizonScore] = []
     correlations: list[Correlation] = []  # of the filter's residuals with the forces
-    notes: list[str] = []  # what could not be had
+    findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -167,12 +171,21 @@ def _finite(content: Any) -> Any:  # noqa: ANN401
 def load_scores(path: Path) -> Scores:
     """Scores from their file. Raises FileError."""
     content = expect_format(read_json(path), SCORES_FORMAT, path, earlier=(EARLIER,))
+    if content["seatrial"] == EARLIER:
+        content = {**content, "recordings": _with_findings(content.get("recordings"), path)}
     rows = _objects(content.get("recordings"))
     for scored in [*rows, *_objects(content.get("pooled"))]:
         _restore(scored)
     for scored in (one for row in rows for one in _objects(row.get("horizons"))):
         _restore(scored)
     return convert(content, Scores, path, finite=False)
+
+
+def _with_findings(rows: object, path: Path) -> object:
+    """Recordings of an earlier file with findings in place of their sentences."""
+    if not isinstance(rows, list):
+        return rows
+    return [with_findings(row, f"{path}: recordings[{i}]") for i, row in enumerate(rows)]
 
 
 def _objects(value: object) -> list[dict[str, Any]]:

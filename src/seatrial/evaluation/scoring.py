@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.evaluation.prediction import Prediction
 from seatrial.evaluation.residuals import Correlation
@@ -24,7 +25,7 @@ def score(
     *,
     horizons: Sequence[HorizonScore],
     correlations: Sequence[Correlation],
-    notes: Sequence[str],
+    findings: Sequence[Finding],
 ) -> RecordingScore:
     """Scores of one recording, from its prediction at the chosen horizon and those at all horizons."""
     dominant = excitation(model.vehicle, recording).dominant
@@ -38,7 +39,7 @@ def score(
         axis_scores(prediction),
         list(horizons),
         list(correlations),
-        list(notes),
+        list(findings),
     )
 
 

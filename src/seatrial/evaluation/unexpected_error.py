@@ -3,6 +3,7 @@
 
 from collections.abc import Iterable, Mapping
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.evaluation.scores import AxisScore, Scored
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -12,34 +13,28 @@ SHARED = 2  # poses ahead to which the filter has used poses that the reference 
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
 
 
-def unforeseen(scores: Iterable[Scored], known: bool) -> str | None:
-    """What is to be said where errors are larger than the model says of itself.
+def unforeseen(scores: Iterable[Scored], known: bool) -> list[Finding]:
+    """Axes in which errors are larger than the model says of itself, and why.
 
     known: the model was identified from it. A filter's start and a reference that share poses share errors:
-    nothing is said of them.
+    there is no finding on them.
     """
     apart = (x for x in scores if x.start == "stencil" or x.steps > SHARED)
     rows = [(x.horizon, x.scores) for x in apart]
     beyond = [_surprises(rows, symbol) for symbol in SYMBOLS]
-    said = [
-        f"in {axis} {times:.1f} times ({horizon:g} s ahead)"
-        for axis, found in zip(AXES, beyond, strict=True)
-        if found
-        for times, horizon in [max(found)]
-    ]
-    if not said:
-        return None
+    most = {axis: max(found) for axis, found in zip(AXES, beyond, strict=True) if found}
+    if not most:
+        return []
     farthest = max(horizon for horizon, _ in rows)
     if all(max(x)[1] < SOON and max(h for _, h in x) < farthest for x in beyond if x):
-        why = "it is gone further ahead, so it is the poses, not the boat: their errors are not as stated"
-    elif known:
-        why = "though it was identified from this: its structure misses something"
+        cause = "pose noise"
     else:
-        why = (
-            "payload, wind or water changed since it was identified, or the boat is driven "
-            "differently now"
-        )
-    return f"the error is {', '.join(said)} what the model foresees of itself: {why}"
+        cause = "model mismatch" if known else "change"
+    kind = FindingKind.EXCEEDS_EXPECTED_ERROR
+    return [
+        finding_of(kind, axis, ratio=ratio, horizon=horizon, cause=cause)
+        for axis, (ratio, horizon) in most.items()
+    ]
 
 
 def _surprises(

@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity
+from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.assessment import Assessment, assess, judging, pooled
 from seatrial.evaluation.head_to_head import Against, against
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
@@ -24,7 +24,7 @@ def validate(
     With an `other` model also the table of `against`. Refuses an unstable model, and one that runs
     away within `horizon`.
     """
-    sanity(model)
+    axis_physics(model)
     found = assess(model, recordings, horizon)
     for one in found:
         if one.failure is not None:

@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity
+from seatrial.boat.physics import axis_physics
 from seatrial.export.content import Content
 from seatrial.export.formats import FORMATS, Request, format_of
 from seatrial.export.hull import Hull
@@ -33,6 +33,6 @@ def export(
     if path.suffix != chosen.suffix:
         raise ExportError(f"{path}: expected a name that ends in {chosen.suffix}: {chosen.about}")
     if chosen.runs:
-        sanity(model)
+        axis_physics(model)
     source = None if model_path is None else Path(model_path)
     write_bytes(path, chosen.write(Request(Content(model), path, source, hull, ros)))

@@ -5,18 +5,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity_line
-from seatrial.identification.regression.equation_error import METHOD
-from seatrial.identification.regression.smoother import METHOD as SMOOTHER
+from seatrial.boat.physics import physics_line
+from seatrial.boat.schema import EQUATION_ERROR
+from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
-    APART,
-    SHARP,
-    TOGETHER,
+    CORRELATED,
+    INSEPARABLE,
+    SHARP_ERROR,
     Combination,
-    Finding,
     Identifiability,
-    Verdict,
+    ParameterAccuracy,
+    ParameterVerdict,
     full_thrust,
     identifiability,
 )
@@ -52,10 +53,10 @@ def summary(model: Model) -> str:
     """Parameters with verdicts, noise, how long to drive, doubts, and what they mean for the boat."""
     found = identifiability(model)
     lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
-    scatter = model.estimator.method == METHOD
+    scatter = model.estimator.method == EQUATION_ERROR
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
     lines += [SMEARED] if model.estimator.method == SMOOTHER else []
-    lines += [*_effects(model), *model.estimator.notes]
+    lines += [*_effects(model), *map(finding_text, model.estimator.findings)]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
@@ -63,7 +64,7 @@ def summary(model: Model) -> str:
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
-    return "\n".join([head, *lines, sanity_line(model)])
+    return "\n".join([head, *lines, physics_line(model)])
 
 
 def _effects(model: Model) -> list[str]:
@@ -105,23 +106,23 @@ def _parameters(found: Identifiability) -> list[str]:
     return lines
 
 
-def _verdict(found: Finding, combinations: Sequence[Combination]) -> str:
+def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> str:
     """The verdict, the most there may be of what is not distinguishable from zero, and its partners."""
     said = found.verdict.value
-    if found.verdict is Verdict.ZERO and found.reach is not None:
+    if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
         said += f": at most {percent(found.reach)} of full thrust"
     told = {name for c in combinations if found.name in c.names for name in c.names}
     near = [
-        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > TOGETHER and n not in told
+        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > CORRELATED and n not in told
     ]
-    loose = found.verdict is not Verdict.SHARP
+    loose = found.verdict is not ParameterVerdict.SHARP
     return said + (f"; correlated with {', '.join(near)}" if near and loose else "")
 
 
 def combined(found: Combination) -> str:
     """What is known of some parameters together."""
     names = joined(found.names)
-    apart = "can't be told apart" if abs(found.correlation) > APART else "are correlated"
+    apart = "can't be told apart" if abs(found.correlation) > INSEPARABLE else "are correlated"
     value = plus_minus(found.value, found.error)
     return (
         f"{names} {apart} ({found.correlation:.2f}): {found.text} is {value} {found.unit}, "
@@ -148,7 +149,7 @@ def _noise(model: Model) -> str:
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" from pose to pose, {lasting} that are correlated over {c.lasting}"
+        said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]
@@ -159,13 +160,13 @@ def _noise(model: Model) -> str:
         if thrust > 0 and size > UNSEEN * thrust
     ]
     said += (
-        f"; unmodelled force: {joined(parts)} of what the largest commands give, lasting "
-        f"{process.memory:.2g} s{', its direction fixed in the world' if process.earth_fixed else ''}"
-        if parts else "; no unmodelled force to be seen"
+        f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
+        f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}"
+        if parts else "; no significant process noise"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > STILL:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
-        said += f"; besides, the velocity wanders by {_above(STILL, *walks)} in a second"
+        said += f"; velocity random walk {_above(STILL, *walks)} in 1 s"
     return f"{said}."
 
 
@@ -177,19 +178,21 @@ def _above(least: float, *sizes: tuple[float, str]) -> str:
 def _how_long(model: Model, found: Identifiability) -> list[str]:
     """Minutes like these until the loose parameters are sharp: errors fall with the root of time."""
     length = sum(r.length for r in model.recordings) / 60  # [min]
-    helped = {n for c in found.combinations if c.verdict is Verdict.SHARP for n in c.names}
+    helped = {n for c in found.combinations if c.verdict is ParameterVerdict.SHARP for n in c.names}
     loose = [
         f for f in found.findings
-        if f.verdict in {Verdict.USABLE, Verdict.WEAK} and f.name not in helped
+        if f.verdict in {ParameterVerdict.USABLE, ParameterVerdict.WEAK} and f.name not in helped
     ]  # fmt: skip
     if not (length and found.names) or "prior" in model.estimator.settings:
         return []
     if not loose:
         return [f"Halving every error takes four times these {minutes(length)}."]
     loose.sort(key=lambda f: -f.relative)
-    wanted = [f"{minutes(length * (f.relative / SHARP) ** 2)} for {f.name}" for f in loose[:MANY]]
+    wanted = [
+        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}" for f in loose[:MANY]
+    ]
     return [
-        f"Driven like these {minutes(length)}, knowing them to {100 * SHARP:.0f} % takes "
+        f"Driven like these {minutes(length)}, knowing them to {100 * SHARP_ERROR:.0f} % takes "
         f"{', '.join(wanted)}; the report says what to drive instead."
     ]
 

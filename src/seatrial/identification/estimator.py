@@ -18,7 +18,8 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.model import AT_BOUND, Model
+from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
+from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
@@ -26,25 +27,28 @@ from seatrial.identification.diagnostics.external_disturbances import bumps, bum
 from seatrial.identification.diagnostics.homogeneity import disagreements
 from seatrial.identification.diagnostics.parameter_drift import wear
 from seatrial.identification.diagnostics.unmodelled_effects import hints
-from seatrial.identification.likelihood.fit_horizon import believed, worth
-from seatrial.identification.likelihood.noise_structures import anew
-from seatrial.identification.likelihood.optimiser import Point, astray, search
-from seatrial.identification.likelihood.problem import KINDS, LEVER, Prior, Problem
-from seatrial.identification.likelihood.start_noise import first_noise
-from seatrial.identification.likelihood.whiteness import explained
-from seatrial.identification.regression.start_lever import first_lever, of_origin
+from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
+from seatrial.identification.likelihood.noise_structures import multi_start
+from seatrial.identification.likelihood.optimiser import Point, far_from_poses, maximise_likelihood
+from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Prior, Problem
+from seatrial.identification.likelihood.start_noise import noise_from_poses
+from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.regression.start_values import start_values
-from seatrial.identification.selection.actuator_selection import ASKED_FOR, freed, problem_of
+from seatrial.identification.selection.actuator_selection import STAGES_SELECTED, freed, problem_of
 from seatrial.identification.selection.actuator_stages import (
-    OF_CHAIN,
-    ONE_EDGE,
+    CHAIN_FINDINGS,
     staged,
     with_free_stages,
 )
-from seatrial.identification.solution import METHOD, Fit, OutputErrorSettings
-from seatrial.identification.uncertainty.covariance import at_bounds, long_enough, sandwich
-from seatrial.identification.uncertainty.dead_zone import as_likely
-from seatrial.identification.uncertainty.lag import by_squares
+from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
+from seatrial.identification.uncertainty.covariance import (
+    at_bounds,
+    sandwich_covariance,
+    with_enough_blocks,
+)
+from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError
@@ -57,7 +61,7 @@ SHORTEST_STEP = 1 / 480  # [s]
 MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
 
 
-__all__ = ["METHOD", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
+__all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
 
 
 def output_error(
@@ -88,8 +92,8 @@ def fit(
     """`output_error` with all that the estimates came from."""
     chosen = settings or OutputErrorSettings()
     for kind in chosen.effects:
-        if kind not in KINDS:
-            raise IdentificationError(f"no effect '{kind}'; there are {', '.join(KINDS)}")
+        if kind not in EFFECT_KINDS:
+            raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
     fresh = start is None and chosen.extras
     if not (fresh and prior is None and "lever" in chosen.effects):
         return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
@@ -120,8 +124,8 @@ def _from_stated_lever(
 
 def _cost(found: Fit) -> float:
     """-2 log likelihood, the model believed as closely as it makes likely."""
-    noise = found.noise if found.plain is None else found.plain
-    return found.problem.passes(found.theta, noise, repeatable=False).cost
+    noise = found.noise if found.maximum_noise is None else found.maximum_noise
+    return found.problem.run_filter(found.theta, noise, repeatable=False).cost
 
 
 def _fit(
@@ -134,57 +138,49 @@ def _fit(
     further: bool,
 ) -> Fit:
     """`fit` from one start; `further`: more stages of the chain are tried, and hints looked for."""
-    whole, notes = _whole(vehicle, recordings, start)
+    whole, findings = _whole(vehicle, recordings, start)
     if further and start is not None:
-        notes = [n for n in notes if n.endswith(ASKED_FOR)] + staged(vehicle, recordings)[1]
+        findings = [*of_kinds(findings, *STAGES_SELECTED), *staged(vehicle, recordings)[1]]
     problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
     if prior is None:
-        problem = long_enough(problem)
+        problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
-            notes.append(
-                f"standard errors: from blocks of {problem.block:.1f} s, as the recordings are short"
-            )
+            findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     at, theta = _searched(problem, recordings, start, hold=chosen.hold_noise)
-    at = at if chosen.hold_noise else anew(at, theta)
+    at = at if chosen.hold_noise else multi_start(at, theta)
     bumped = at if bumps(at) else None
-    likely, at, share = believed(at, hold=chosen.hold_noise)
+    likely, at, share = with_fit_horizon(at, hold=chosen.hold_noise)
     for point in (at, bumped or at):
-        point.passes.forget_ways()
+        point.runs.drop_linearisation()
     if further and prior is None:  # what a prior says, it says of its own stages
         likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
-        notes += found
+        findings += found
     if further:
-        notes += [*hints(at, share), *disagreements(at), *wear(at)]
-    notes += [*_rejected(at), *worth(at, share)]
-    problem = at.passes.problem
+        findings += [*hints(at, share), *disagreements(at), *wear(at)]
+    findings += [*_rejected(at), *prediction_findings(at, share)]
+    problem = at.runs.problem
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
         value = at.theta[int(i)]
         end = low if abs(value - low) < abs(value - high) else high
-        notes.append(f"{problem.names[int(i)]}: {end:g} {AT_BOUND}")
+        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
     if share:
-        notes.append(
-            f"the structure is not quite right: poses count as if noisier, by {100 * share:.0f} % of the way gone "
-            "in a second, which predicts one second ahead at least as well as the likelihood's choice; "
-            "'seatrial select' tries further terms"
-        )
-    covariance = by_squares(at, as_likely(at, sandwich(at)))
+        findings.append(finding_of(FindingKind.MODEL_MISMATCH, share=share))
+    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise
-    if sought and (bumped is not None or not explained(at)):
-        notes += bumps_said(bumped, at, covariance, _afresh)
+    if sought and (bumped is not None or not without_process_noise(at)):
+        findings += bumps_said(bumped, at, covariance, _afresh)
     if _nothing_told(at, covariance):
-        notes.append(
-            "no coefficient differs clearly from zero: do commands and poses belong together? Check with inspect"
-        )
+        findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
     return Fit(
-        at.passes.problem,
+        at.runs.problem,
         at.theta,
         at.noise,
-        at.passes,
+        at.runs,
         covariance,
         chosen,
-        tuple(notes),
+        tuple(findings),
         share,
         likely,
     )
@@ -192,30 +188,30 @@ def _fit(
 
 def _with_stages(
     believed_so: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Array, Point, float, list[str]]:
-    """The likelihood's noise, the solution, how closely it is believed, and what was freed, in words.
+) -> tuple[Array, Point, float, list[Finding]]:
+    """The likelihood's noise, the solution, how closely it is believed, and what was freed.
 
     What was missing made the model be believed less closely: with it that is asked again.
     """
     likely, at, share = believed_so
-    notes: list[str] = []
+    findings: list[Finding] = []
     while True:
         at, found = freed(at, vehicle, chosen, share)
-        notes += found
+        findings += found
         if not found or share == 0.0:
-            return likely, at, share, notes
+            return likely, at, share, findings
         try:
-            again = search(at.passes.problem, at.theta, likely, hold=chosen.hold_noise)
+            again = maximise_likelihood(at.runs.problem, at.theta, likely, hold=chosen.hold_noise)
         except IdentificationError:
-            return likely, at, share, notes
-        likely, at, share = believed(again, hold=chosen.hold_noise)
-        at.passes.forget_ways()
+            return likely, at, share, findings
+        likely, at, share = with_fit_horizon(again, hold=chosen.hold_noise)
+        at.runs.drop_linearisation()
 
 
 def _nothing_told(at: Point, covariance: Array) -> bool:
     """Whether all coefficients are within two standard errors of nothing."""
-    free = np.array(at.passes.problem.free)
-    own = free < at.passes.problem.size
+    free = np.array(at.runs.problem.free)
+    own = free < at.runs.problem.n_coefficients
     told = np.abs(at.theta[free]) > 2.0 * np.sqrt(np.diag(covariance))
     return bool(own.any() and not told[own].any())
 
@@ -230,7 +226,7 @@ def _searched(
     theta, noise = _first(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
-        return search(own, theta, noise, hold=hold), theta
+        return maximise_likelihood(own, theta, noise, hold=hold), theta
     except IdentificationError as error:
         if start is not None and not hold:
             return _searched(problem, recordings, None, hold=False)
@@ -241,18 +237,20 @@ def _searched(
 def _afresh(problem: Problem) -> Point:
     """The solution from start values, without what is tried where there is none."""
     theta, noise = _first(problem, problem.recordings, None)
-    return search(replace(problem, step=_step(problem, theta)), theta, noise)
+    return maximise_likelihood(replace(problem, step=_step(problem, theta)), theta, noise)
 
 
 def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
     """What is to be said where there is no solution, but one with a lever arm."""
-    lever = tuple(i for i, name in enumerate(problem.names) if name in LEVER)
+    lever = tuple(i for i, name in enumerate(problem.names) if name in LEVER_NAMES)
     if set(lever) & set(problem.free):
         return ""
     wider = replace(problem, free=(*problem.free, *lever))
     theta, noise = _first(wider, recordings, None)
     try:
-        found = search(replace(wider, step=_step(wider, theta)), theta, noise).theta[list(lever)]
+        found = maximise_likelihood(replace(wider, step=_step(wider, theta)), theta, noise).theta[
+            list(lever)
+        ]
     except IdentificationError:
         return ""
     if np.hypot(*found) < SHORT:
@@ -263,25 +261,25 @@ def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
     )
 
 
-def _rejected(at: Point) -> list[str]:
+def _rejected(at: Point) -> list[Finding]:
     """How many poses count less, being far off; refused where they are so many as to mean nothing."""
-    weights = np.concatenate([np.asarray(p.weight) for p in at.passes.each])
+    weights = np.concatenate([np.asarray(p.weight) for p in at.runs.by_recording])
     used = weights > 0.0
     share = float(np.mean(weights[used] < 1.0))
-    if share > HOPELESS or astray(at):
+    if share > HOPELESS or far_from_poses(at):
         rejected = f"{100 * share:.0f} % of the poses are rejected as outliers"
         raise IdentificationError(
             f"{rejected if share else 'the poses are nowhere near'}: no model of this structure "
             "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
         )
     if share > MANY:
-        return [f"{100 * share:.1f} % of the poses are outliers to the model and count less"]
+        return [finding_of(FindingKind.OUTLIERS, share=share)]
     return []
 
 
 def _step(problem: Problem, theta: Array) -> float:
     """As long as asked for, but short beside the boat's quickest motion at the speeds that occur."""
-    vehicle, n = problem.vehicle, problem.size
+    vehicle, n = problem.vehicle, problem.n_coefficients
     nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
     if not len(nu):
         names = ", ".join(r.name for r in problem.recordings)
@@ -306,24 +304,22 @@ def _step(problem: Problem, theta: Array) -> float:
 
 def _whole(
     vehicle: Vehicle, recordings: Sequence[Recording], start: Model | None
-) -> tuple[Vehicle, list[str]]:
+) -> tuple[Vehicle, list[Finding]]:
     """The vehicle with all stages that are sought: the start model's own, where it has some.
 
-    What the vehicle file states goes before what the start model found. Of what was said of that model only
-    what is of its chain goes with it: the rest was of other recordings.
+    What the vehicle file states goes before what the start model found. Of that model's findings only those of its
+    chain stay: the others are of other recordings.
     """
-    if start is not None and start.estimator.method == METHOD:
+    if start is not None and start.estimator.method == OUTPUT_ERROR:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
-            kept = [
-                n for n in start.estimator.notes if n.endswith(ASKED_FOR) or n.startswith(OF_CHAIN)
-            ]
+            kept = list(start.findings_of(*STAGES_SELECTED, *CHAIN_FINDINGS))
             chain = list(start.vehicle.file.chain)
             fresh, _ = staged(vehicle, recordings)
             apart = [g.name for g in fresh.file.chain if _two_edges(g)]
             both = [_parted(g) if g.name in apart else g for g in chain]
             if both != chain:
-                kept = [note for note in kept if ONE_EDGE not in note]
+                kept = [f for f in kept if f.kind is not FindingKind.DEAD_ZONE_ONE_EDGE]
             own = dict(zip(vehicle.constants.names, vehicle.constants.values.tolist(), strict=True))
             stated = {name: own[name] for name in known - set(vehicle.estimated)}
             return vehicle.with_chain(both).with_stated(stated), kept
@@ -372,7 +368,7 @@ def _first(
     problem: Problem, recordings: Sequence[Recording], start: Model | None
 ) -> tuple[Array, Array]:
     """Where the search starts: parameters and noise."""
-    n, m = problem.size, problem.constants
+    n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
     given: dict[str, float] = {}
     if start is not None:
@@ -381,14 +377,14 @@ def _first(
     missing = [name for name in problem.names[:n] if name not in given]
     if start is None or len(missing) == n:
         sought = [i - n for i in problem.free if n <= i < n + m]
-        lever = [i for i in problem.free if problem.names[i] in LEVER]
+        lever = [i for i in problem.free if problem.names[i] in LEVER_NAMES]
         if lever:
-            theta[lever] = first_lever(recordings, problem.vehicle, sought)
-            recordings = [of_origin(r, theta[lever]) for r in recordings]
+            theta[lever] = lever_from_poses(recordings, problem.vehicle, sought)
+            recordings = [poses_of_origin(r, theta[lever]) for r in recordings]
         theta[:n], theta[n : n + m] = start_values(recordings, problem.vehicle, sought)
     else:
         theta[n : n + m] = problem.vehicle.constants.values
     for i in (i for i in problem.free if i < n + m):
         theta[i] = given.get(problem.names[i], theta[i])
     noise = None if start is None else noise_vector(start.noise)
-    return theta, first_noise(recordings) if noise is None else noise
+    return theta, noise_from_poses(recordings) if noise is None else noise

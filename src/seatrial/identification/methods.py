@@ -9,37 +9,34 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import concerns, sanity
+from seatrial.boat.physics import axis_physics, model_concerns
+from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
-from seatrial.identification.estimator import METHOD as OUTPUT_ERROR
-from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.likelihood.problem import KINDS
+from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
+from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_said
 from seatrial.identification.regression.equation_error import (
-    METHOD,
     EquationErrorSettings,
     equation_error,
 )
-from seatrial.identification.regression.smoother import METHOD as SMOOTHER
-from seatrial.identification.regression.smoother import smoother
-from seatrial.identification.regression.weak_form import METHOD as WEAK_FORM
-from seatrial.identification.regression.weak_form import weak_form
-from seatrial.inspection.consistency import check_apart
-from seatrial.inspection.overview import implausible
+from seatrial.identification.regression.smoother import SMOOTHER, smoother
+from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
 
-METHODS = (METHOD, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
+METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
-SHORTEST = 10.0  # [s] of all recordings together
-SAME = 0.5  # of the shorter one's poses: two recordings that share so many are one
+SHORTEST_TOTAL = 10.0  # [s] of all recordings together
+SHARED_POSES = 0.5  # of the shorter one's poses: two recordings that share so many are one
 
 __all__ = [
     "DEFAULT_METHOD",
-    "KINDS",
+    "EFFECT_KINDS",
     "METHODS",
     "PRIOR_SPREAD",
     "EquationErrorSettings",
@@ -50,7 +47,7 @@ __all__ = [
 ]
 
 
-SPOILT = 0.95  # share of usable poses of a recording below which it is worth a word
+LEAST_USABLE = 0.95  # share of usable poses of a recording below which it is worth a word
 
 
 def identify(
@@ -69,15 +66,61 @@ def identify(
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
     which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
-    seek them. Raises IdentificationError, RecordingError, ModelError
+    estimate them. Raises IdentificationError, RecordingError, ModelError
     (unstable).
     """
+    return identify_with_fit(
+        recordings, vehicle, method=method, roles=roles, settings=settings,
+        prior=prior, prior_spread=prior_spread, effects=effects,
+    )[0]  # fmt: skip
+
+
+def identify_with_fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    method: str = DEFAULT_METHOD,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
+) -> tuple[Model, Fit | None]:
+    """`identify`, and the solution that the model came from; None where the method has none."""
+    # refuse what no model can come from, and options of another method
+    _check_options(method, roles, settings, prior, effects)
+    check_recordings(recordings)
+    # the method
+    solution = None
+    if method == OUTPUT_ERROR:
+        solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        model = solution.model()
+        if prior is not None:
+            model = with_prior_said(model, prior, prior_spread)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    # is it a boat, and are recordings and vehicle file what they seem?
+    axis_physics(model)
+    return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def _check_options(
+    method: str,
+    roles: Mapping[str, Sequence[str]] | None,
+    settings: EquationErrorSettings | None,
+    prior: Model | None,
+    effects: Sequence[str],
+) -> None:
+    """Raises IdentificationError for an option that belongs to another method."""
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
-    check_recordings(recordings)
-    if method != METHOD and settings is not None and settings.literal:
+    if method != EQUATION_ERROR and settings is not None and settings.literal:
         raise IdentificationError(
-            f"Eq. (17) as printed belongs to {METHOD}, not to {method}; add --method {METHOD}"
+            f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
         )
     if prior is not None and method != OUTPUT_ERROR:
         raise IdentificationError(
@@ -85,27 +128,14 @@ def identify(
         )
     if effects and method != OUTPUT_ERROR:
         raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
-    if method == OUTPUT_ERROR:
-        if roles:
-            raise IdentificationError(
-                f"{method} uses every recording for all axes; for roles, --method {METHOD}"
-            )
-        try:
-            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
-        except IdentificationError as error:
-            wrong = _beyond(recordings, vehicle)
-            with suppress(RecordingError):
-                wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
-            raise IdentificationError("; ".join([*wrong, str(error)])) from None
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    elif method == SMOOTHER:
-        model = smoother(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    sanity(model)
-    wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_apart(recordings, vehicle).findings]
+    if method == OUTPUT_ERROR and roles:
+        raise IdentificationError(
+            f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
+        )
+
+
+def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -> tuple[str, ...]:
+    """What the user checks first: recordings, vehicle file, and numbers that no boat has."""
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -113,9 +143,10 @@ def identify(
     spoilt = [
         f"{r.name}: {100.0 * (1.0 - r.usable):.0f} % of its poses are left out; inspect says why"
         for r in recordings
-        if r.usable < SPOILT
+        if r.usable < LEAST_USABLE
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *concerns(model)))
+    apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return (*silent, *spoilt, *_beyond(recordings, vehicle), *apart, *model_concerns(model))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
@@ -135,20 +166,37 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
-) -> Model:
+) -> Fit:
+    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
+    try:
+        return _fit(recordings, vehicle, prior, spread, effects)
+    except IdentificationError as error:
+        wrong = _beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            wrong += [
+                finding.text for finding in check_each_recording(recordings, vehicle).findings
+            ]
+        raise IdentificationError("; ".join([*wrong, str(error)])) from None
+
+
+def _fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return output_error(recordings, vehicle, settings=settings)
+        return fit(recordings, vehicle, settings=settings)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
         )
     check_prior(prior, vehicle, lever="lever" in effects)
-    wide = widened(prior, spread)
-    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
-    return with_prior_said(found, prior, spread)
+    return fit(recordings, vehicle, settings=settings, start=prior, prior=widened(prior, spread))
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
@@ -160,7 +208,7 @@ def _shared(a: Recording, b: Recording) -> int:
     """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
     _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
     same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
-    return same if same > SAME * min(len(a.stamps), len(b.stamps)) else 0
+    return same if same > SHARED_POSES * min(len(a.stamps), len(b.stamps)) else 0
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:
@@ -184,11 +232,11 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
                 "times: they would count twice; give one of them"
             )
     length = sum(r.duration for r in recordings)
-    if length < SHORTEST:
+    if length < SHORTEST_TOTAL:
         raise IdentificationError(
             f"{', '.join(names)}: {length:.1f} s in all is too short; drive a minute or more in "
             "every axis"
         )
     for recording in recordings:
-        for sentence in implausible(recording):
+        for sentence in implausible_values(recording):
             raise RecordingError(f"{recording.name}: {sentence}")

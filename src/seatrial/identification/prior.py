@@ -11,10 +11,12 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
+from seatrial.boat.finding_kinds import QUANTITIES
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.scale_factors import CAUSES, thrust_and_drag
+from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
@@ -178,7 +180,7 @@ def conflicts(found: Sequence[Shift]) -> list[Shift]:
 class Common:
     """One factor by axis on thrust, drag or both: found over prior."""
 
-    what: str  # of CAUSES
+    what: str  # of QUANTITIES
     factors: dict[str, float]  # by axis
     p: float  # chance of factors as far from 1, of a prior that is right
 
@@ -190,7 +192,7 @@ def commons(prior: Model, found: Model) -> list[Common]:
     """
     heard = [s.name for s in shifts(prior, found) if not s.silent]
     out = []
-    for what in CAUSES:
+    for what in QUANTITIES:
         factors, chi2 = {}, 0.0
         for axis, word in enumerate(AXES):
             thrust, drag = thrust_and_drag(found.structure, axis)
@@ -222,42 +224,42 @@ def _of(model: Model, names: Sequence[str]) -> tuple[Array, Array]:
     return np.array(_values(model))[at], model.covariance[np.ix_(at, at)]
 
 
-def shift_notes(found: Sequence[Shift], spread: float, common: Sequence[Common] = ()) -> list[str]:
-    """The same in words."""
-    told = [f"Prior: an older model, widened by {100 * spread:.2g} % of every parameter."]
-    pulled = conflicts(found)
-    listed = [
-        f"{s.name} ({s.prior:.3g} ± {s.width:.2g} to {s.found:.3g} ± {s.error:.2g})" for s in pulled
-    ]
+def shift_findings(
+    found: Sequence[Shift], spread: float, common: Sequence[Common] = ()
+) -> list[Finding]:
+    """The same as findings."""
+    findings = [finding_of(FindingKind.PRIOR_USED, spread=spread)]
+    for s in conflicts(found):
+        findings.append(
+            finding_of(
+                FindingKind.PRIOR_CONFLICT,
+                s.name,
+                prior=s.prior,
+                prior_error=s.width,
+                found=s.found,
+                found_error=s.error,
+            )
+        )
     best = min(common, key=lambda c: c.p, default=None)
     if best is not None and best.p * len(common) < CONFLICT:
-        factors = ", ".join(f"{factor:.2f} in {axis}" for axis, factor in best.factors.items())
-        listed.append(f"{best.what} ({factors} of the prior's)")
-    if listed:
-        told.append(
-            f"Prior and recording contradict each other in {', '.join(listed)}: more changed than that, or the "
-            "recording is not good; take a larger --prior-spread, or drive as for a new model."
-        )
+        for axis, factor in best.factors.items():
+            kind = FindingKind.PRIOR_FACTOR
+            findings.append(finding_of(kind, axis, quantity=best.what, factor=factor))
     silent = [s.name for s in found if s.silent]
-    if silent:
-        told.append(f"The recording says little of {', '.join(silent)}: mostly the prior's values.")
-    return told
+    return [*findings, finding_of(FindingKind.PRIOR_DOMINATES, *silent)] if silent else findings
 
 
 def with_prior_said(found: Model, prior: Model, spread: float) -> Model:
     """The result with what its prior was: its recordings stand behind it, too."""
     wide = widened(prior, spread)
-    notes = shift_notes(shifts(wide, found), spread, commons(wide, found))
+    findings = shift_findings(shifts(wide, found), spread, commons(wide, found))
     older = [entry for entry in prior.recordings if entry not in found.recordings]
     files = {f.sha256 for entry in prior.recordings for f in entry.files}
     again = [r.name for r in found.recordings if any(f.sha256 in files for f in r.files)]
     if again:
-        notes.append(
-            f"The prior was identified from {', '.join(again)}, too: what is in there counts twice; "
-            "give recordings that it has not seen."
-        )
+        findings.append(finding_of(FindingKind.PRIOR_COUNTED_TWICE, *again))
     settings = {**found.estimator.settings, "prior": prior.estimator.method, "prior_spread": spread}
     estimator = msgspec.structs.replace(
-        found.estimator, settings=settings, notes=[*found.estimator.notes, *notes]
+        found.estimator, settings=settings, findings=[*found.estimator.findings, *findings]
     )
     return replace(found, recordings=(*found.recordings, *older), estimator=estimator)

@@ -40,7 +40,7 @@ def recording_entry(recording: Recording) -> RecordingEntry:
     without = [
         (round(recording.offset + f.start, 3), round(recording.offset + f.end, 3))
         for f in recording.faults
-        if f.kind is FaultKind.UNWANTED
+        if f.kind is FaultKind.EXCLUDED
     ]
     return RecordingEntry(
         recording.name,

@@ -7,20 +7,26 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial.boat.model import LEVER_ERRORS, LEVER_TOLD, Model
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.boat.model import LEVER_TOLD, Model
 from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.fit_horizon import plain_noise
+from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import EFFECTS, LEVER, Passes, Problem
+from seatrial.identification.likelihood.problem import (
+    EFFECT_NAMES,
+    LEVER_NAMES,
+    FilterRuns,
+    Problem,
+)
 from seatrial.identification.provenance import envelope, recording_entry
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
-METHOD = "output-error"
+OUTPUT_ERROR = "output-error"
 
 
 @dataclass(frozen=True)
@@ -43,13 +49,13 @@ class Fit:
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
-    noise: Array  # (11,) as the filter believes it
-    passes: Passes
+    noise: Array  # (11,) of the filter
+    runs: FilterRuns
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
-    notes: tuple[str, ...]  # what was not sought, and why
-    share: float = 0.0  # how closely the model was believed, see belief.py
-    plain: Array | None = None  # (11,) the noise when it was believed as the likelihood has it
+    findings: tuple[Finding, ...]
+    horizon: float = 0.0  # [s] fit horizon under model mismatch, 0: none
+    maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -63,32 +69,32 @@ class Fit:
 
     def model(self) -> Model:
         """The model, with the covariance of coefficients and constants."""
-        problem, theta, n = self.problem, self.theta, self.problem.size
-        size = n + problem.constants
+        problem, theta, n = self.problem, self.theta, self.problem.n_coefficients
+        size = n + problem.n_constants
         own = [k for k, i in enumerate(problem.free) if i < size]
         at = [problem.free[k] for k in own]
         covariance = np.zeros((size, size))
         covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.share,
+            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.horizon,
             "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
         if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
             settings[LEVER_TOLD] = stated
         noise = self.noise
-        if self.share and self.plain is not None:
-            noise = plain_noise(Point(theta, noise, self.passes), self.plain)
+        if self.horizon and self.maximum_noise is not None:
+            noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
         recordings = problem.recordings
         noise = folded(noise, min(r.period for r in recordings))
         constants = theta[n:size]
-        lever = theta[problem.effects(0)[: len(LEVER)]]
+        lever = theta[problem.effects(0)[: len(LEVER_NAMES)]]
         return Model(
             with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
             noise_entry(noise, earth=problem.earth_fixed),
             envelope(problem.vehicle, constants, recordings, self._moving()),
             tuple(self._entry(i) for i in range(len(recordings))),
-            EstimatorEntry(METHOD, settings, notes=[*self.notes, *self._lever()]),
+            EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever()]),
         )  # fmt: skip
 
     def _moving(self) -> list[Motion]:
@@ -96,29 +102,29 @@ class Fit:
         found = []
         for i, recording in enumerate(self.problem.recordings):
             lever, current = np.split(self.theta[self.problem.effects(i)][:4], 2)
-            found.append(motion(of_origin(recording, lever, current)))
+            found.append(motion(poses_of_origin(recording, lever, current)))
         return found
 
     def _entry(self, recording: int) -> RecordingEntry:
         """A recording with the effects on it that were sought."""
         own = recording_entry(self.problem.recordings[recording])
-        places = self.problem.effects(recording)[len(LEVER) :].tolist()
+        places = self.problem.effects(recording)[len(LEVER_NAMES) :].tolist()
         sought = {
             name: float(self.theta[i])
-            for name, i in zip(EFFECTS, places, strict=True)
+            for name, i in zip(EFFECT_NAMES, places, strict=True)
             if i in self.problem.free
         }
         errors = {name: self.errors[f"{name}.{own.name}"] for name in sought}
         entry: RecordingEntry = msgspec.structs.replace(own, effects=sought, errors=errors)
         return entry
 
-    def _lever(self) -> list[str]:
+    def _lever(self) -> list[Finding]:
         """How well its lever arm is known, where it was sought."""
-        errors = [self.errors[name] for name in LEVER if name in self.errors]
+        errors = [self.errors[name] for name in LEVER_NAMES if name in self.errors]
         if not errors:
             return []
         ahead, aside = errors
-        return [f"{LEVER_ERRORS}: {ahead:.1e} m ahead, {aside:.1e} m aside"]
+        return [finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=ahead, aside=aside)]
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:

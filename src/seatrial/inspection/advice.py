@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What to do about a recording, one sentence each."""
+"""Advice on a recording: what was found, what it means, what to do."""
 
 from collections.abc import Sequence, Set
 
@@ -15,135 +15,151 @@ from seatrial.recording.velocity import SLOW, motion, stencil_deviation
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES
 
-SHORT = 30.0  # [s] a recording below it says little
-UNEVEN_STAMPS = 0.05  # share of the period that stamps may be off an even rhythm
-SLOWEST_RATE, FASTEST_RATE = 0.5, 2000.0  # [Hz] of poses
-ABSURD_TURN = 6.0  # [rad/s]
-STILL = 0.002  # [m/s], [rad/s]
-AT_REST = 5.0  # standard deviations of the pose noise that 90 % of the poses are within: white noise's are 3.3
-FEW = 5  # different values; one size each way and rest are three
-COARSE = 0.1  # resolution of a command, as a share of its range
-AT_LIMIT = 0.5  # share of the driven time
+SHORT_RECORDING = 30.0  # [s]: too few manoeuvres below it
+USABLE_POSES = 0.9  # share below which a recording gets a warning
+UNEVEN_STAMPS = 0.05  # of the period, standard deviation of the steps between stamps
+FOLLOWING = 1.5  # periods; a longer step between poses is a gap, not jitter
+LOWEST_RATE, HIGHEST_RATE = 0.5, 2000.0  # [Hz] of poses; outside, the unit of the stamps is wrong
+ABSURD_YAW_RATE = 6.0  # [rad/s]: about one turn a second, faster than a small boat turns
+HARDLY_MOVING = 0.002  # [m/s], [rad/s] 90th percentiles of a boat that rests
+AT_REST_SPREAD = 5.0  # standard deviations of pose noise, 5th to 95th percentile (white noise: 3.3)
+FEW_VALUES = 5  # of a command; one amplitude in both directions and rest are three
+ON_OFF_VALUES = 3  # of a command; an on-off command is at its limit by design
+COARSE_RESOLUTION = 0.1  # of the range of a command
+SATURATED_SHARE = 0.5  # of the driven time at the limits
+RAYLEIGH_90 = 2.15  # 90th percentile of a Rayleigh distribution, in standard deviations
+NORMAL_90 = 1.65  # 90th percentile of the absolute value of a normal one
 
 
-def verdicts(
+def recording_advice(
     recording: Recording,
     found: Excitation,
     inputs: Sequence[InputUse],
     moves: Set[str],
     vehicle: Vehicle,
 ) -> list[str]:
-    """What to do about it, one sentence each. `moves`: inputs that move here or in a recording beside it."""
-    timeout = vehicle.file.command_timeout
-    said = list(recording.remarks) + implausible(recording)
-    if recording.duration < SHORT:
-        said.append(f"{recording.duration:.0f} s is short: drive a few minutes")
-    steps = np.diff(recording.commands.stamps)
-    rhythm = float(np.median(steps)) * 1e-9 if len(steps) else 0.0
-    if recording.usable < 0.9:
-        said.append(
-            f"{100 * (1 - recording.usable):.0f} % of the poses are unusable: "
-            + (
-                f"command_timeout is shorter than the rhythm of the commands, {rhythm:.3g} s"
-                if timeout is not None and rhythm > timeout
-                else "see the faults"
-            )
-        )
-    if SLOW < recording.period <= 1.0 / SLOWEST_RATE:
-        said.append(
-            f"poses at {1.0 / recording.period:.2g} Hz are few: velocities and pose noise shown here are "
-            "rough; 10 Hz tell more"
+    """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
+    # 1. Values that a small boat does not have: wrong units, a boat at rest.
+    advice = list(recording.remarks) + implausible_values(recording)
+    # 2. Length, usable poses, pose rate, jitter.
+    if recording.duration < SHORT_RECORDING:
+        advice.append(f"{recording.duration:.0f} s is short: record a few minutes")
+    if recording.usable < USABLE_POSES:
+        advice.append(_unusable(recording, vehicle))
+    if SLOW < recording.period <= 1.0 / LOWEST_RATE:
+        advice.append(
+            f"poses at {1.0 / recording.period:.2g} Hz: velocities and pose noise shown here are "
+            "rough; record at 10 Hz or more"
         )
     off = jitter(recording)
     if off > UNEVEN_STAMPS * recording.period:
-        said.append(
-            f"stamps are off an even rhythm by {1e3 * off:.1f} ms; that does no harm if they are true, but if "
-            "they are rounded, or arrival times, velocities suffer: record the sensor's own stamps"
+        advice.append(
+            f"stamps have {1e3 * off:.1f} ms of jitter: harmless if they are the times of measurement, "
+            "harmful to velocities if they are rounded or arrival times; record the sensor's own stamps"
         )
-    said += _drive(found, vehicle) + [sentence for use in inputs for sentence in _input(use, moves)]
-    return said
+    # 3. Excitation of the axes, values of the inputs.
+    advice += _excitation(found, vehicle)
+    advice += [sentence for use in inputs for sentence in _input(use, moves)]
+    return advice
+
+
+def _unusable(recording: Recording, vehicle: Vehicle) -> str:
+    """Why poses are unusable: a command timeout below the command period, or faults."""
+    timeout = vehicle.file.command_timeout
+    steps = np.diff(recording.commands.stamps)
+    period = float(np.median(steps)) * 1e-9 if len(steps) else 0.0
+    share = f"{100 * (1 - recording.usable):.0f} % of the poses are unusable"
+    if timeout is not None and period > timeout:
+        return (
+            f"{share}: command_timeout is shorter than the period of the commands, {period:.3g} s"
+        )
+    return f"{share}: see the faults"
 
 
 def jitter(recording: Recording) -> float:
-    """Standard deviation of the steps between poses that follow each other [s]."""
+    """Standard deviation of the steps between consecutive poses [s], gaps left out."""
     steps = np.diff(recording.t)
-    return float(np.std(steps[steps < 1.5 * recording.period]))
+    return float(np.std(steps[steps < FOLLOWING * recording.period]))
 
 
-def _drive(found: Excitation, vehicle: Vehicle) -> list[str]:
-    said, forced = [], {force.axis for force in vehicle.forces}
+def _excitation(found: Excitation, vehicle: Vehicle) -> list[str]:
+    advice, forced = [], {force.axis for force in vehicle.forces}
     if found.dominant is not None:
-        said.append(f"drives {AXES[found.dominant]} nearly alone: identifies that axis")
+        advice.append(f"excites almost only {AXES[found.dominant]}: identifies that axis")
     for axis, label in enumerate(AXES):
         if axis not in forced:
-            continue  # the boat has nothing to drive it with
+            continue  # no actuator drives it
         if found.rms[axis] < EXCITED:
-            said.append(f"{label} is not excited: take it from another recording")
+            advice.append(f"{label} is not excited: add a recording that excites it")
         elif not found.both_signs[axis] and found.dominant in (axis, None):
-            said.append(f"{label} is driven mostly to one side: drive both")
-    return said
+            advice.append(f"{label} is excited mostly in one direction: drive both")
+    return advice
 
 
 def _input(use: InputUse, moves: Set[str]) -> list[str]:
     if use.never_moves:
         if use.name in moves:
             return []
-        return [f"{use.name} is {use.least:g} all the time: is it the right column or field?"]
-    said = beyond_full(use.name, use.least, use.most)
-    if use.levels <= FEW:
-        said.append(
-            f"{use.name} has only {use.levels} different values: drive at more than one size of command"
+        return [f"{use.name} is constant at {use.least:g}: check its column or field"]
+    advice = beyond_full(use.name, use.least, use.most)
+    if use.levels <= FEW_VALUES:
+        advice.append(
+            f"{use.name} has only {use.levels} different values: drive with commands of several sizes"
         )
-    elif use.resolution > COARSE * (use.most - use.least):
-        said.append(f"{use.name} moves in coarse steps of {use.resolution:.3g}: is it rounded?")
-    if use.at_limit > AT_LIMIT and use.levels > 3:
-        said.append(
-            f"{use.name} is at its limit for {100 * use.at_limit:.0f} % of the time that it is used: "
-            "drive at part of the stick, too"
+    elif use.resolution > COARSE_RESOLUTION * (use.most - use.least):
+        advice.append(
+            f"{use.name} has a coarse resolution of {use.resolution:.3g}: check whether it is rounded"
         )
-    return said
+    if use.at_limit > SATURATED_SHARE and use.levels > ON_OFF_VALUES:
+        advice.append(
+            f"{use.name} is at its limit for {100 * use.at_limit:.0f} % of the driven time: "
+            "drive at partial command, too"
+        )
+    return advice
 
 
-def _speeds_of_noise(recording: Recording) -> tuple[float, float]:
-    """What 90 % of a resting boat's speeds by the stencil are below [m/s], [rad/s]."""
+def _speeds_from_noise(recording: Recording) -> tuple[float, float]:
+    """90th percentiles [m/s], [rad/s] of the speeds that pose noise alone gives by the stencil."""
     try:
         noise = pose_noise(recording)
     except RecordingError:
         return 0.0, 0.0
     plane, _, turn = stencil_deviation(noise, recording).tolist()
-    return 2.15 * plane, 1.65 * turn  # of Rayleigh's distribution, of the normal one
+    return RAYLEIGH_90 * plane, NORMAL_90 * turn
 
 
-def implausible(recording: Recording) -> list[str]:
-    """Units that can't be right for a small boat, one sentence each."""
-    said = []
+def implausible_values(recording: Recording) -> list[str]:
+    """Values that a small boat does not have: wrong units, a boat at rest. One message each."""
+    advice = []
     rate = 1.0 / recording.period
-    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        said.append(
-            f"poses at {rate:.3g} Hz: is the stamp's unit right (s, ms, us, ns)? "
-            "Name it in the vehicle file"
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        advice.append(
+            f"poses at {rate:.3g} Hz: check the unit of the stamps (s, ms, us, ns) and state it in "
+            "the vehicle file"
         )
     moving = motion(recording)
     if not moving.valid.any():
-        return said
+        return advice
     speed = np.hypot(moving.nu[moving.valid, 0], moving.nu[moving.valid, 1])
     fast, turn = (float(np.percentile(a, 90)) for a in (speed, np.abs(moving.nu[moving.valid, 2])))
-    by_noise = _speeds_of_noise(recording)
+    by_noise = _speeds_from_noise(recording)
     if fast > np.hypot(ABSURD_SPEED, by_noise[0]):
-        said.append(f"speeds of {fast:.3g} m/s: are x and y in mm or cm? Name the unit")
-    if turn > np.hypot(ABSURD_TURN, by_noise[1]):
-        said.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? Name the unit deg")
-    if fast < STILL and turn < STILL:
-        said.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it about")
-    elif _at_rest(recording):
-        said.append(
-            "the boat stays where it is, but for noise, whatever it is commanded: were the thrusters on?"
+        advice.append(
+            f"speeds of {fast:.3g} m/s: are x and y in mm or cm? State their unit in the vehicle file"
         )
-    return said
+    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]):
+        advice.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? State unit: deg")
+    if fast < HARDLY_MOVING and turn < HARDLY_MOVING:
+        advice.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it")
+    elif _moves_only_by_noise(recording):
+        advice.append(
+            "the boat is commanded but moves no more than its pose noise: check that the thrusters are on"
+        )
+    return advice
 
 
-def _at_rest(recording: Recording) -> bool:
-    """Whether it is commanded, and its poses are no further apart than their noise makes them."""
+def _moves_only_by_noise(recording: Recording) -> bool:
+    """Whether the boat is commanded and its poses spread no more than their noise does."""
     if not recording.commands.values.any():
         return False
     try:
@@ -151,4 +167,6 @@ def _at_rest(recording: Recording) -> bool:
     except RecordingError:
         return False
     apart = np.ptp(np.percentile(recording.eta[recording.valid], (5, 95), axis=0), axis=0)
-    return bool(np.all(apart < AT_REST * np.array([noise.position, noise.position, noise.heading])))
+    return bool(
+        np.all(apart < AT_REST_SPREAD * np.array([noise.position, noise.position, noise.heading]))
+    )

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""An inspection in words, for the terminal."""
+"""An inspection as text for the terminal."""
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AxisCoverage, InputUse
 from seatrial.inspection.overview import FaultSummary, Inspection, RecordingView
 from seatrial.recording.excitation import EXCITED, beyond_full
-from seatrial.recording.timing import Clock, Stream, rhythm
+from seatrial.recording.timing import Clock, Stream, rate_text
 
-SIDES = {  # directions in words, by axes
+DIRECTION_WORDS = {  # positive and negative direction of surge, sway and yaw
     "forward-left-up": (("forward", "back"), ("left", "right"), ("turning left", "turning right")),
     "forward-right-down": (
         ("forward", "back"),
@@ -18,26 +18,28 @@ SIDES = {  # directions in words, by axes
 
 
 def inspection_text(found: Inspection) -> str:
-    """Some lines a recording, its verdicts last; then signs and order."""
-    lines = [line for view in found.recordings for line in _lines(view, found.vehicle)]
+    """Some lines a recording, its advice last; then consistency with the vehicle file."""
+    lines = [line for view in found.recordings for line in _recording_lines(view, found.vehicle)]
     signs = found.signs
-    lines.append("signs and order, from all recordings given (t: gain over its standard error)")
+    lines.append("consistency of signs and order, all recordings (t: gain over its standard error)")
     lines += [f"  {text}" for text in signs.text]
     lines += [f"  => {remark}" for remark in found.vehicle.remarks]
     lines += [f"  => {finding.text}" for finding in signs.findings]
     if not signs.table:
-        lines.append("  => units, signs and order could not be checked")
+        lines.append("  => units, signs and order are not checked")
     elif not signs.findings:
         used = [use for view in found.recordings for use in view.inputs]
-        odd = found.vehicle.remarks or any(beyond_full(u.name, u.least, u.most) for u in used)
-        checked = "signs and order" if odd else "units, signs and order"
-        lines.append(f"  => nothing against the vehicle file's {checked}")
+        unit_in_doubt = found.vehicle.remarks or any(
+            beyond_full(u.name, u.least, u.most) for u in used
+        )
+        checked = "signs and order" if unit_in_doubt else "units, signs and order"
+        lines.append(f"  => consistent with the vehicle file's {checked}")
     return "\n".join(lines)
 
 
-def _lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
+def _recording_lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
     noise = view.noise
-    seen = "" if noise is None else (
+    noise_text = "" if noise is None else (
         f", noise {1e3 * noise.position:.2f} mm, {1e3 * noise.heading:.2f} mrad"
     )  # fmt: skip
     cut = f" from {view.start:.1f} s on" if view.start else ""
@@ -50,10 +52,10 @@ def _lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
             lines.append(f"  {stream.role:<9} {_stream(stream)}")
         shown.add(stream.source)
     lines.append(
-        f"  quality   {100 * view.usable:.1f} % of the poses usable, jitter {1e3 * view.jitter:.2f} ms{seen}"
+        f"  quality   {100 * view.usable:.1f} % of the poses usable, jitter {1e3 * view.jitter:.2f} ms{noise_text}"
     )
     lines += [f"  fault     {_fault(f)}" for f in view.faults]
-    sides = SIDES[vehicle.axes.value]
+    sides = DIRECTION_WORDS[vehicle.axes.value]
     lines += [_axis(a, *sides[i]) for i, a in enumerate(view.axes)]
     lines += [f"  input     {_input(use)}" for use in view.inputs]
     return lines + [f"  => {verdict}" for verdict in view.verdicts]
@@ -67,18 +69,21 @@ def _fault(fault: FaultSummary) -> str:
 
 
 def _stream(stream: Stream) -> str:
-    text = f"{stream.source} ({stream.kind}): {stream.count} at {rhythm(stream)}, longest gap "
+    text = f"{stream.source} ({stream.kind}): {stream.count} at {rate_text(stream)}, longest gap "
     text += f"{stream.longest:.3g} s, stamps: {stream.clock.value}"
     if stream.delay is not None:
         text += f", {stream.delay}"
-    for count, word in ((stream.duplicated, "twice"), (stream.backward, "backward")):
+    for count, word in (
+        (stream.duplicated, "duplicate stamps"),
+        (stream.backward, "stamps out of order"),
+    ):
         text += f", {count} {word}" if count and stream.clock is not Clock.ZERO else ""
-    return f"{text}; before it was cut" if stream.cut else text
+    return f"{text}; before cutting" if stream.cut else text
 
 
 def _axis(axis: AxisCoverage, positive: str, negative: str) -> str:
     if axis.rms < EXCITED:
-        return f"  {axis.axis:<9} rms {axis.rms:.3f}: not driven"
+        return f"  {axis.axis:<9} rms {axis.rms:.3f}: not excited"
     return (
         f"  {axis.axis:<9} rms {axis.rms:.3f}, largest {axis.largest:.2f}, "
         f"{100 * axis.share:.0f} % of all effort; {positive} {axis.minutes_positive:.1f} min, "
@@ -89,9 +94,9 @@ def _axis(axis: AxisCoverage, positive: str, negative: str) -> str:
 
 def _input(use: InputUse) -> str:
     if use.never_moves:
-        return f"{use.name} is {use.least:g} throughout"
+        return f"{use.name} constant at {use.least:g}"
     steps = f"in steps of {use.resolution:.3g}" if use.resolution else "continuous"
     return (
-        f"{use.name} {use.least:.3g} to {use.most:.3g}, {steps}, at these ends "
-        f"{100 * use.at_limit:.0f} % of the time used"
+        f"{use.name} {use.least:.3g} to {use.most:.3g}, {steps}, at these limits "
+        f"{100 * use.at_limit:.0f} % of the driven time"
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How the boat was driven: each axis by amplitude, direction and minutes; each input's values."""
+"""Coverage of the commands: each axis by amplitude, direction and minutes; each input's values."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,18 +14,18 @@ from seatrial.recording.pose_faults import GAP_FACTOR
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import AXES, Array
 
-REST = 0.05  # command below which an axis counts as at rest
-LEVELS = (1 / 3, 2 / 3)  # bounds of small, medium and large commands
-MOST_LEVELS = 4096  # more different values than these are not called steps
-USUAL = 0.95  # share of the values not at rest that are on a grid, if there is one
-ALIKE = 1.02  # steps that differ by less are one
-OFF_GRID = 0.1  # share of a step by which values on a grid may miss it
-EDGE = 0.002  # share of the range within which a command counts as at its limit
+AT_REST_COMMAND = 0.05  # of full command, below which an axis is at rest
+SIZE_BOUNDS = (1 / 3, 2 / 3)  # of full command, between small, medium and large
+MOST_GRID_LEVELS = 4096  # levels of a quantised command (12 bits); above it is continuous
+ON_GRID_SHARE = 0.95  # of the values not at rest that lie on the grid of a quantised command
+EQUAL_STEPS = 1.02  # ratio below which two steps between levels are equal
+GRID_TOLERANCE = 0.1  # of a step, distance of a value from the grid
+LIMIT_MARGIN = 0.002  # of the range, within which a command is at its limit
 
 
 @dataclass(frozen=True)
 class AxisCoverage:
-    """What one axis was asked for while poses were recorded."""
+    """Commanded force of one axis while poses were recorded."""
 
     axis: str
     rms: float  # in command units
@@ -48,7 +48,7 @@ class InputUse:
     most: float
     resolution: float  # step of the grid that the values are on; 0: none
     levels: int  # different values
-    at_limit: float  # share of the time not at rest that it spends at its least or most
+    at_limit: float  # share of the driven time at its least or most value
     never_moves: bool
 
 
@@ -57,7 +57,7 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     found = excitation(vehicle, recording)
     times = even_times(recording)
     period = float(times[1] - times[0]) if len(times) > 1 else recording.duration
-    t = _seen(recording, times)
+    t = _with_poses(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
     axes = []
@@ -65,22 +65,22 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
         mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
         largest = _largest(mine) * signs[axis]
         size = np.abs(largest)
-        bounds = (REST, *LEVELS, np.inf)
+        bounds = (AT_REST_COMMAND, *SIZE_BOUNDS, np.inf)
         minutes = [
             float(((size > a) & (size <= b)).sum()) * period / 60 for a, b in pairwise(bounds)
         ]
         axes.append(
             AxisCoverage(
                 name, float(found.rms[axis]), float(found.largest[axis]), float(found.share[axis]),
-                found.both_signs[axis], float((largest > REST).sum()) * period / 60,
-                float((largest < -REST).sum()) * period / 60, *minutes,
+                found.both_signs[axis], float((largest > AT_REST_COMMAND).sum()) * period / 60,
+                float((largest < -AT_REST_COMMAND).sum()) * period / 60, *minutes,
             )
         )  # fmt: skip
     return found, axes
 
 
-def _seen(recording: Recording, t: Array) -> Array:
-    """The times [s] that usable poses stand around."""
+def _with_poses(recording: Recording, t: Array) -> Array:
+    """Times [s] that lie between usable poses, not in a gap."""
     good = recording.t[recording.valid]
     after = np.searchsorted(good, t, side="right").clip(1, len(good) - 1)
     inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.usual_step)
@@ -88,7 +88,7 @@ def _seen(recording: Recording, t: Array) -> Array:
 
 
 def vehicle_sign(vehicle: Vehicle, axis: int) -> float:
-    """1, or -1 where the vehicle file's axis points the other way than forward-left-up."""
+    """1, or -1 where the vehicle file's axis is opposite to forward-left-up."""
     return -1.0 if vehicle.axes.value == "forward-right-down" and axis > 0 else 1.0
 
 
@@ -105,9 +105,9 @@ def _use(name: str, values: Array, held: Array) -> InputUse:
     least, most = float(levels[0]), float(levels[-1])
     if len(levels) == 1:
         return InputUse(name, least, most, 0.0, 1, 0.0, never_moves=True)
-    near = EDGE * (most - least)
+    near = LIMIT_MARGIN * (most - least)
     limit = (values >= most - near) | (values <= least + near)
-    moving = np.abs(values - np.median(values)) > REST * max(abs(least), abs(most))
+    moving = np.abs(values - np.median(values)) > AT_REST_COMMAND * max(abs(least), abs(most))
     driven = float(held[moving].sum())
     share = float(held[moving & limit].sum()) / driven if driven > 0 else 0.0
     return InputUse(
@@ -117,20 +117,23 @@ def _use(name: str, values: Array, held: Array) -> InputUse:
 
 
 def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
-    """Step of the grid that the values come from; 0 where they come from none.
+    """Step of the grid of a quantised command; 0 for a continuous one.
 
-    The most usual step between neighbouring levels, if nearly all values are whole steps from
-    where the command rests; a few odd ones do not hide it.
+    The most frequent step between neighbouring levels, if nearly all values are whole steps from
+    the resting value.
     """
     steps = np.sort(np.diff(levels))
-    alike = np.searchsorted(steps, ALIKE * steps, side="right") - np.arange(len(steps))
+    alike = np.searchsorted(steps, EQUAL_STEPS * steps, side="right") - np.arange(len(steps))
     first = int(np.argmax(alike))
     usual = float(np.median(steps[first : first + alike[first]]))
     driven = np.where(np.arange(len(levels)) == np.argmax(rows), 0, rows)
     for step in (usual, usual / 2, usual / 3):  # not all levels occur
         off = (levels - levels[np.argmax(rows)]) / step
-        on_grid = float(driven[np.abs(off - np.rint(off)) < OFF_GRID].sum())
-        if on_grid >= USUAL * driven.sum() and levels[-1] - levels[0] < MOST_LEVELS * step:
+        on_grid = float(driven[np.abs(off - np.rint(off)) < GRID_TOLERANCE].sum())
+        if (
+            on_grid >= ON_GRID_SHARE * driven.sum()
+            and levels[-1] - levels[0] < MOST_GRID_LEVELS * step
+        ):
             return step
     return 0.0
 

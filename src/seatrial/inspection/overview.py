@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is in recordings, and what is wrong with them."""
+"""`inspect`: contents of recordings, their faults, and consistency with the vehicle file."""
 
 from collections import Counter
 from collections.abc import Sequence, Set
@@ -10,8 +10,9 @@ import msgspec
 
 from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.advice import implausible, jitter, verdicts
-from seatrial.inspection.consistency import SignReport, check_apart
+from seatrial.inspection.advice import implausible_values, jitter, recording_advice
+from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.check import ConsistencyReport
 from seatrial.inspection.coverage import AxisCoverage, InputUse, coverage, input_use
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.pose_noise import pose_noise
@@ -19,7 +20,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
 from seatrial.util.errors import RecordingError
 
-__all__ = ["Inspection", "RecordingView", "implausible", "inspect", "inspection_json"]
+__all__ = ["Inspection", "RecordingView", "implausible_values", "inspect", "inspection_json"]
 
 GOOD = "good for identification"
 
@@ -36,10 +37,10 @@ class FaultSummary:
 
 @dataclass(frozen=True)
 class RecordingView:
-    """One recording, looked at."""
+    """What one recording contains, its faults, and advice."""
 
     name: str
-    start: float  # [s] cut off before it
+    start: float  # [s] cut off at the beginning
     duration: float  # [s]
     poses: int
     rate: float  # [Hz]
@@ -55,26 +56,30 @@ class RecordingView:
 
 @dataclass(frozen=True)
 class Inspection:
-    """Some recordings of one vehicle, and what they say together about its file."""
+    """Recordings of one vehicle, and their consistency with its file."""
 
     vehicle: Vehicle
     recordings: tuple[RecordingView, ...]
-    signs: SignReport
+    signs: ConsistencyReport
 
 
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
-    """Rates, gaps, faults, clocks, excitation; and whether units, signs and order are right."""
+    """Rates, gaps, faults, clocks, excitation; consistency of units, signs and order."""
+    # 1. Values of every input; an input that moves in one recording may rest in another.
     uses = [input_use(vehicle, recording) for recording in recordings]
     moves = {use.name for own in uses for use in own if not use.never_moves}
+    # 2. Each recording by itself.
     views = tuple(
         _view(recording, vehicle, own, moves)
         for recording, own in zip(recordings, uses, strict=True)
     )
-    return Inspection(vehicle, views, check_apart(recordings, vehicle))
+    # 3. Units, signs and order of the vehicle file, from all recordings.
+    consistency = check_each_recording(recordings, vehicle)
+    return Inspection(vehicle, views, consistency)
 
 
 def inspection_json(found: Inspection) -> dict[str, Any]:
-    """The same for programs."""
+    """The inspection as the content of a JSON file."""
     signs = found.signs
     return {
         "vehicle": found.vehicle.name,
@@ -92,9 +97,12 @@ def _view(
     recording: Recording, vehicle: Vehicle, inputs: Sequence[InputUse], moves: Set[str]
 ) -> RecordingView:
     """`moves`: inputs that move in any of the recordings."""
+    # 1. Excitation by axis.
     found, axes = coverage(vehicle, recording)
-    said = verdicts(recording, found, inputs, moves, vehicle) or [GOOD]
-    said += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
+    # 2. Advice on the recording and on its clocks.
+    advice = recording_advice(recording, found, inputs, moves, vehicle) or [GOOD]
+    advice += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
+    # 3. Pose noise, where the recording is long enough for it.
     try:
         noise = pose_noise(recording)
     except RecordingError:
@@ -102,11 +110,12 @@ def _view(
     return RecordingView(
         recording.name, recording.offset, recording.duration, len(recording.t), 1 / recording.period,
         jitter(recording), recording.usable, noise, recording.streams, tuple(_faults(recording)),
-        tuple(axes), tuple(inputs), tuple(said),
+        tuple(axes), tuple(inputs), tuple(advice),
     )  # fmt: skip
 
 
 def _faults(recording: Recording) -> list[FaultSummary]:
+    """Faults by kind: how many, and the longest."""
     counts = Counter(fault.kind for fault in recording.faults)
     found = []
     for kind, count in counts.items():

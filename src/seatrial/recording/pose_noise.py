@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pose noise from the poses themselves."""
+"""Pose noise from fourth differences of the poses, and the correlation of Gauss-Markov pose errors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +9,20 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, body_velocity
 
-EVEN = 0.5  # share of windows at even stamps, below which all are taken as uneven as they are
-EVENLY = 0.06  # periods by which the steps of such a window may differ: more, times a speed, looks like noise
-NO_RATE = 1e-6  # [rad/s]
-_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # kills cubics: smooth motion leaves no trace
+EVEN_SHARE = 0.5  # of the windows with regular stamps; below it divided differences of all are used
+EVEN_STEPS = (
+    0.06  # periods by which the steps of a regular window differ: times a speed that is an error
+)
+CRITICAL_DAMPING = 1e-6  # [rad/s] oscillation rate below which the critically damped form is used
+MAD_OF_NORMAL = 0.6745  # median absolute deviation of a standard normal distribution
+_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for cubics: smooth motion cancels
 
 
 def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
     """Standard deviations of white pose noise [m], [rad], from fourth differences.
 
-    The median keeps pulses and jumps out. Noise that is correlated over several poses is not seen.
-    `first`: of each recording's first so many usable poses; of all by default.
+    The median is robust to pulses and jumps. Noise that is correlated over several poses cancels, too.
+    `first`: number of usable poses from the start of each recording; all by default.
     """
     parts = [_differences(r, r.eta, _windows(r, first)) for r in recordings]
     differences = np.concatenate([np.zeros((0, 3)), *parts])
@@ -28,14 +31,14 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
         raise RecordingError(
             f"{names}: no five usable poses in a row; there are too many drop-outs or the stamps are too uneven"
         )
-    return _entry(_spread(differences))
+    return _entry(_white_deviation(differences))
 
 
-def noise_beside(recording: Recording, moved: Array) -> NoiseEntry:
-    """`pose_noise` where it is known how the boat moved: poses `moved` (n, 3), of any start and heading.
+def pose_noise_given_motion(recording: Recording, moved: Array) -> NoiseEntry:
+    """`pose_noise` with the boat's motion removed: poses `moved` (n, 3) from any start and heading.
 
-    NaN where it isn't. Poses that are rare have fourth differences by that alone. What is not smaller
-    without them is as it was. Raises RecordingError as `pose_noise`.
+    NaN where the motion is unknown. At low pose rates the motion itself has fourth differences. The
+    smaller of the two estimates counts. Raises RecordingError as `pose_noise` does.
     """
     windows = _windows(recording)
     windows = windows[np.isfinite(moved[windows]).all(axis=(1, 2))]
@@ -46,12 +49,12 @@ def noise_beside(recording: Recording, moved: Array) -> NoiseEntry:
     known = _differences(recording, moved, windows)
     turn = (recording.eta - moved)[_used(recording, windows)[:, 2], 2]
     known[:, :2] = body_velocity(-turn, known)[:, :2]
-    rest = _entry(_spread(whole - known))
+    rest = _entry(_white_deviation(whole - known))
     return NoiseEntry(min(own.position, rest.position), min(own.heading, rest.heading))
 
 
 def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64]:
-    """Five usable poses in a row each (m, 5)."""
+    """Windows (m, 5) of five usable poses in a row."""
     index = np.flatnonzero(recording.valid)[:first]
     if len(index) < 5:
         return np.zeros((0, 5), dtype=np.int64)
@@ -60,9 +63,9 @@ def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64
 
 
 def _even(recording: Recording, windows: NDArray[np.int64]) -> Mask:
-    """Which windows are of even stamps; none where these are few: all are taken as uneven as they are."""
-    even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVENLY * recording.period
-    return even if even.sum() > EVEN * len(even) else np.zeros(len(even), dtype=bool)
+    """Windows with regular stamps; none where these are few."""
+    even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVEN_STEPS * recording.period
+    return even if even.sum() > EVEN_SHARE * len(even) else np.zeros(len(even), dtype=bool)
 
 
 def _used(recording: Recording, windows: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -75,13 +78,13 @@ def _differences(recording: Recording, eta: Array, windows: NDArray[np.int64]) -
     used = _used(recording, windows)
     if _even(recording, windows).any():
         return np.asarray(np.einsum("k,nki->ni", _DIFFERENCE, eta[used]))
-    return _divided(recording.t[used], eta[used])
+    return _divided_differences(recording.t[used], eta[used])
 
 
-def _spread(differences: Array) -> Array:
-    """Standard deviations (3,) of the white noise that makes such differences."""
+def _white_deviation(differences: Array) -> Array:
+    """Standard deviations (3,) of the white noise with such fourth differences."""
     return np.asarray(
-        np.median(np.abs(differences), axis=0) / 0.6745 / np.sqrt(np.sum(_DIFFERENCE**2))
+        np.median(np.abs(differences), axis=0) / MAD_OF_NORMAL / np.sqrt(np.sum(_DIFFERENCE**2))
     )
 
 
@@ -89,35 +92,35 @@ def _entry(spread: Array) -> NoiseEntry:
     return NoiseEntry(float(np.sqrt(np.mean(spread[:2] ** 2))), float(spread[2]))
 
 
-def _divided(t: Array, eta: Array) -> Array:
-    """Divided differences (n, 3) of poses (n, 5, 3) at t (n, 5), as noisy as fourth differences are."""
+def _divided_differences(t: Array, eta: Array) -> Array:
+    """Divided differences (n, 3) of poses (n, 5, 3) at t (n, 5), scaled to the noise of fourth differences."""
     apart = t[:, :, None] - t[:, None, :] + np.eye(5)
     weights = 1.0 / np.prod(apart, axis=2)
     weights *= np.sqrt(np.sum(_DIFFERENCE**2) / np.sum(weights**2, axis=1))[:, None]
     return np.asarray(np.einsum("nk,nki->ni", weights, eta))
 
 
-def left_of(entry: CorrelatedEntry, t: Array) -> Array:
-    """Correlation of errors that are correlated after t [s] >= 0, of any shape."""
+def pose_error_correlation(entry: CorrelatedEntry, t: Array) -> Array:
+    """Autocorrelation at t [s] >= 0 of Gauss-Markov pose errors, first-order or oscillating."""
     fades = 1.0 / entry.memory
     left = np.exp(-fades * t)
     if entry.period is None:
         return np.asarray(left)
-    # e'' + 2 fades e' + turn^2 e = white noise; over-damped the rate is imaginary
+    # e'' + 2 fades e' + turn^2 e = white noise; the rate of an over-damped one is imaginary
     rate = np.sqrt(complex((2.0 * np.pi / entry.period) ** 2 - fades**2))
-    if abs(rate) < NO_RATE:
+    if abs(rate) < CRITICAL_DAMPING:
         return np.asarray(left * (1.0 + fades * t))
     ahead, back = (
         0.5 * (1.0 + k * fades / (1j * rate)) * np.exp((k * 1j * rate - fades) * t) for k in (1, -1)
     )
-    return np.asarray((ahead + back).real)  # two that fade: nothing grows, however long t is
+    return np.asarray((ahead + back).real)  # two decaying terms: finite for any t
 
 
-def coloured_ratio(period: float, entry: CorrelatedEntry) -> float:
-    """Fourth differences, root mean square, of correlated errors, over those of white ones as large.
+def correlated_difference_ratio(period: float, entry: CorrelatedEntry) -> float:
+    """RMS fourth difference of Gauss-Markov errors over that of white errors of equal variance.
 
     `period` [s] of the poses.
     """
     weights = np.correlate(_DIFFERENCE, _DIFFERENCE, "full")[len(_DIFFERENCE) - 1 :]
-    rest = 2.0 * left_of(entry, period * np.arange(1.0, len(weights)))
+    rest = 2.0 * pose_error_correlation(entry, period * np.arange(1.0, len(weights)))
     return float(np.sqrt(1.0 + weights[1:] @ rest / weights[0]))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.recording.pose_faults import (
-    UNKNOWN,
+    COMMANDS_UNKNOWN,
     Fault,
     FaultKind,
     examine,
@@ -24,14 +24,14 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
 
-BEFORE = 10.0  # [s] of the commands before a cut are kept: latency and lag;
-AFTER = 1.0  # [s] and after it: their clock may be late, which looks like a negative latency
-AT_REST = 0.05  # of an input's largest command: less is nothing
+KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
+KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
+RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat rests
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Rows of values with integer stamps; a row holds until the next."""
+    """Rows of values with integer stamps, zero-order hold."""
 
     names: tuple[str, ...]
     stamps: Stamps  # (n,) [ns], rising
@@ -49,11 +49,12 @@ class Signal:
             raise RecordingError(f"signal {', '.join(self.names)}: stamps must rise")
 
     def cut(self, start: int, end: int) -> "Signal":
-        """Rows in [start, end) [ns], those `BEFORE` it, which still act at the start, and those `AFTER`; the
-        row that holds where they begin is moved there.
+        """Rows in [start, end) [ns], with `KEPT_BEFORE` and `KEPT_AFTER` around it.
+
+        The row that holds where they begin moves there.
         """
-        start -= round(BEFORE * 1e9)
-        end += round(AFTER * 1e9)
+        start -= round(KEPT_BEFORE * 1e9)
+        end += round(KEPT_AFTER * 1e9)
         first = int(np.searchsorted(self.stamps, start, side="right")) - 1
         keep = (self.stamps >= start) & (self.stamps < end)
         stamps, values = self.stamps[keep], self.values[keep]
@@ -65,7 +66,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Source:
-    """The file that something came from."""
+    """A source file."""
 
     path: Path
 
@@ -76,7 +77,7 @@ class Source:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of its bytes; a large bag takes seconds, so only when asked for."""
+        """SHA-256 of its bytes, computed on first use: a large bag takes seconds."""
         return sha256(self.path)
 
 
@@ -87,16 +88,16 @@ class Recording:
     name: str
     stamps: Stamps  # (n,) of the poses [ns], rising
     eta: Array  # (n, 3) x, y [m], psi [rad] unwrapped
-    raw: Array  # (n, 3) the same before anything was made of it: heading as it was read
+    raw: Array  # (n, 3) as read, heading not unwrapped
     valid: Mask  # (n,) poses that may be used
-    segment: NDArray[np.int64]  # (n,) number of the stretch between gaps and jumps
+    segment: NDArray[np.int64]  # (n,) number of the segment between gaps and jumps
     commands: Signal
     scales: Signal | None
     faults: tuple[Fault, ...] = ()
     sources: tuple[Source, ...] = ()
-    streams: tuple[Stream, ...] = ()  # how its signals arrived
-    remarks: tuple[str, ...] = ()  # what was lost when salvaged, what was left out of its rows
-    offset: float = 0.0  # [s] that `cut` took from its start
+    streams: tuple[Stream, ...] = ()  # timing of its signals
+    remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
+    offset: float = 0.0  # [s] cut off at its start
 
     def __post_init__(self) -> None:
         for name, dtype in (
@@ -135,7 +136,7 @@ class Recording:
 
     @cached_property
     def usual_step(self) -> float:
-        """Time [s] between poses that most do not exceed: the period, where stamps are even."""
+        """90th percentile [s] of the time between poses: the period of regular stamps."""
         return usual_step(np.diff(self.t))
 
     @property
@@ -145,16 +146,16 @@ class Recording:
 
     @cached_property
     def usable(self) -> float:
-        """Share of the recorded poses that may be used; those with bad stamps count, too.
+        """Share of usable poses; those with bad stamps count as unusable.
 
-        Not those that were left out as was asked for.
+        Poses excluded by `--without` do not count.
         """
         late = sum(f.samples for f in self.faults if f.kind is FaultKind.STAMP)
-        asked = np.zeros(len(self.t), dtype=bool)
+        excluded = np.zeros(len(self.t), dtype=bool)
         for fault in self.faults:
-            if fault.kind is FaultKind.UNWANTED:
-                asked |= (self.t >= fault.start) & (self.t <= fault.end)
-        return float(self.valid.sum()) / (int((~asked).sum()) + late)
+            if fault.kind is FaultKind.EXCLUDED:
+                excluded |= (self.t >= fault.start) & (self.t <= fault.end)
+        return float(self.valid.sum()) / (int((~excluded).sum()) + late)
 
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""
@@ -162,14 +163,14 @@ class Recording:
 
     @cached_property
     def unknown(self) -> tuple[tuple[float, float], ...]:
-        """Stretches [s] in which it is not known what is commanded.
+        """Intervals [s] with unknown commands.
 
-        Before the first command, too, unless that is nothing: a log that begins while the boat is
-        driven does not tell what its thrusters did until then.
+        The time before the first command is unknown unless that command is zero: a log may begin
+        while the boat is driven.
         """
-        found = [(f.start, f.end) for f in self.faults if f.kind in UNKNOWN]
+        found = [(f.start, f.end) for f in self.faults if f.kind in COMMANDS_UNKNOWN]
         values = np.abs(self.commands.values)
-        if len(values) and (values[0] > AT_REST * values.max(axis=0)).any():
+        if len(values) and (values[0] > RESTING_COMMAND * values.max(axis=0)).any():
             found.insert(0, (-np.inf, float(self.seconds(self.commands.stamps[:1])[0])))
         return tuple(found)
 
@@ -192,7 +193,7 @@ class Recording:
         since = round(shift * 1e9)
 
         def moved(time: float) -> float:
-            """[s] since the cut, to the last bit what the stamp of a pose then is."""
+            """[s] since the cut, to the last bit equal to the time of a pose."""
             return float(np.float64(round(time * 1e9) - since) * 1e-9)
 
         kept = tuple(
@@ -215,27 +216,27 @@ class Recording:
         )
 
     def without(self, start: float, end: float) -> "Recording":
-        """Without the poses from `start` to `end` [s] from the recording's start.
+        """The recording without the poses from `start` to `end` [s] from its start.
 
-        For when something else than its thrusters moved the boat: what it did there says nothing, and after
-        it velocity is unknown. Commands stay. Raises RecordingError where less than two poses are left.
+        For intervals with an external disturbance (a touched boat). The velocity after it is unknown.
+        Commands stay. Raises RecordingError where fewer than two poses are left.
         """
         last = float(self.t[-1])
         span = f"from {start:g} s to {f'{end:g} s' if np.isfinite(end) else 'its end'}"
         if not end > start:
             raise RecordingError(
-                f"{self.name}: can't leave out {span}: the end is not after the start"
+                f"{self.name}: can't exclude {span}: the end is not after the start"
             )
         if start > last or end < 0.0:
             raise RecordingError(
-                f"{self.name}: can't leave out {span}: it lasts {self.duration:.1f} s"
+                f"{self.name}: can't exclude {span}: it lasts {self.duration:.1f} s"
             )
         inside = (self.t >= start) & (self.t <= end)
         if int((self.valid & ~inside).sum()) < 2:
             raise RecordingError(
-                f"{self.name}: nothing is left without what is {span}: leave the recording out altogether"
+                f"{self.name}: no poses remain without the time {span}: leave out the whole recording"
             )
-        fault = Fault(FaultKind.UNWANTED, max(0.0, start), min(end, last), int(inside.sum()))
+        fault = Fault(FaultKind.EXCLUDED, max(0.0, start), min(end, last), int(inside.sum()))
         faults = sorted((*self.faults, fault), key=lambda f: f.start)
         return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
 
@@ -253,24 +254,25 @@ def make_recording(
     streams: Sequence[Stream] = (),
     remarks: Sequence[str] = (),
 ) -> Recording:
-    """A recording from raw poses: heading unwrapped, faults found and masked.
+    """A recording from raw poses: heading unwrapped, faults detected and masked.
 
-    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. After `timeout` seconds of
-    silence, and while a command is not a number, it is not known what the thrusters do.
+    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. Commands are unknown after
+    `timeout` seconds without any, and while one is not a number.
     """
     if len(stamps) < 2:
-        raise RecordingError(
-            f"{name}: {len(stamps)} poses; at least a few seconds of them are needed"
-        )
+        raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
+    # 1. Rows that only repeat the last pose.
     held = poses_held(eta)
     if held.any():
         remarks = [*remarks, _held_text(held)]
         stamps, eta = stamps[~held], eta[~held]
         marked_valid = None if marked_valid is None else marked_valid[~held]
+    # 2. Faults of the poses.
     found = examine(name, stamps, eta, marked_valid)
     t = found.t
     origin = stamps[found.in_order][0]
-    driven, unknown = _known(commands)
+    # 3. Intervals with unknown commands: poses in them are masked.
+    driven, unknown = _finite_rows(commands)
     hidden = np.zeros(len(t), dtype=bool)
     faults = list(found.faults)
     if len(driven.stamps):
@@ -283,7 +285,8 @@ def make_recording(
             hidden |= inside
             until = float(min(end, t[-1]))
             faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
-        streams = [replace(s, on_change=_changes(s, held, driven.values)) for s in streams]
+        streams = [replace(s, on_change=_is_on_change(s, held, driven.values)) for s in streams]
+    # 4. Poses with rising stamps.
     kept = found.in_order
     return Recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
@@ -294,17 +297,17 @@ def make_recording(
 
 def _held_text(held: Mask) -> str:
     return (
-        f"{100 * held.mean():.0f} % of the rows repeat the pose before, as they are written more often than poses "
-        "come: each pose counts once"
+        f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than poses): "
+        "each pose counts once"
     )
 
 
-def _changes(stream: Stream, held: Array, values: Array) -> bool:
+def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:
     return stream.on_change or (stream.role == "commands" and only_changes(held, values))
 
 
-def _known(commands: Signal) -> tuple[Signal, Stamps]:
-    """The rows that are numbers, and the stretches (k, 2) [ns] from others to the next of them."""
+def _finite_rows(commands: Signal) -> tuple[Signal, Stamps]:
+    """The finite rows, and the intervals (k, 2) [ns] from another row to the next finite one."""
     good = np.asarray(np.isfinite(commands.values).all(axis=1))
     if good.all():
         return commands, np.zeros((0, 2), dtype=np.int64)
@@ -318,7 +321,7 @@ def _known(commands: Signal) -> tuple[Signal, Stamps]:
 
 
 def rising(stamps: Stamps) -> Mask:
-    """Rows in the order of their stamps, as many as there can be; of one stamp, the last."""
+    """A longest selection of rows with rising stamps; of equal stamps the last."""
     index = np.flatnonzero(in_order(stamps, strict=False))
     last = np.append(np.diff(stamps[index]) > 0, True)
     keep = np.zeros(len(stamps), dtype=bool)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How a signal arrived: its rate and gaps, and what its clock has to do with the recorder's."""
+"""Timing of signals: rate, gaps, order of stamps; offset, drift and steps of their clock."""
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
@@ -10,47 +10,52 @@ from numpy.typing import NDArray
 
 from seatrial.util.frames import Array, Mask, Stamps
 
-FEW = 20  # steps, of which no rhythm can be seen
-SILENCE = 10.0  # a hole in a rhythm is longer than this many periods ...
-SHORTEST_SILENCE = 0.5  # [s] ... and than this
-REPEATED = 0.1  # share of rows like the one before that a log of changes has at most: of buttons
-GOES_ON = 0.15  # of its spread that a command changes by after a rest
-BLOCKS = 40  # that a recording is cut into to look for steps of its clock
-LEAST_BLOCK = 10  # messages
-NEAR = 5  # blocks to either side that a step is measured with,
-LASTING = 3  # and so many are needed: a queue that empties late is no step
-CLEAN = 0.8  # share of a step by which all blocks before and after it are apart
-STEP = 0.05  # [s] a clock that is set moves by more than this
-STRAY = 10.0  # [s] a stamp that is further off from those around it says nothing of the clock
-SURE = 4.0  # a drift is more than this many times what transport makes of it
+FEW_STEPS = 20  # steps; fewer show no period
+REGULAR = 2.0  # medians, limit of the 90th percentile of the steps of a regular log
+BURSTS = 1.3  # 98th over 90th percentile of the steps of regular bursts, at most
+CONSECUTIVE = 1.5  # periods; a longer step is a gap and no jitter
+SILENT_PERIODS = 10.0  # periods, least length of a hole in a periodic log
+SHORTEST_SILENCE = 0.5  # [s] the same
+REPEATED_SHARE = (
+    0.1  # of the rows, equal to the one before, at most in a log on change (button messages)
+)
+RESUMED_SHARE = 0.15  # of its spread, change of a command over a silence in a log on change
+DELAY_BLOCKS = 40  # of a recording, whose median delays show steps of the clock
+LEAST_BLOCK_MESSAGES = 10  # in a block
+STEP_BLOCKS = 5  # blocks on either side that measure a step of the clock
+STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties late is no step
+STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
+LEAST_STEP = 0.05  # [s] least step of a clock that is set
+STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
+TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
 class Clock(str, Enum):
-    """Where stamps come from."""
+    """Source of the stamps."""
 
     HEADER = "header"
-    ARRIVAL = "arrival in the bag"  # asked for, or the message has no header
+    ARRIVAL = "arrival in the bag"  # chosen in the vehicle file, or the message has no header
     ZERO = "arrival in the bag, as its headers hold no time"
     COLUMN = "column of the table"
 
 
 @dataclass(frozen=True)
 class Delay:
-    """Arrival in the bag minus stamp: transport, plus what the clocks are apart.
+    """Arrival in the bag minus stamp: transport plus offset of the clocks.
 
-    A clock that is ahead makes it negative, one that runs fast or is set forward makes it fall.
+    A clock that is ahead makes it negative. A fast clock, or one set forward, makes it fall.
     """
 
     least: float  # [s] stray stamps aside
     median: float  # [s]
     most: float  # [s]
-    drift: float  # [s] from the first tenth to the last, steps aside; 0: none to be seen
-    step: float  # [s] largest sudden change that lasts; 0: none
+    drift: float  # [s] from the first tenth to the last, without steps; 0: not significant
+    step: float  # [s] largest lasting step; 0: none
     step_at: float  # [s] from the first message
     step_stamp: int  # [ns] last stamp before it
 
     def __str__(self) -> str:
-        """Least and most, in words."""
+        """Range as text."""
         low, high = self.least, self.most
         if high < 0:
             return f"{_span(-high, -low)} after arrival"
@@ -61,7 +66,7 @@ class Delay:
 
 @dataclass(frozen=True)
 class Stream:
-    """One topic or table as it was recorded."""
+    """One topic or table as recorded."""
 
     role: str  # poses, commands, scales
     source: str  # topic, or file
@@ -73,10 +78,10 @@ class Stream:
     jitter: float  # [s] standard deviation of the steps, gaps aside
     duplicated: int  # stamps equal to the one before
     backward: int  # stamps before the one before
-    on_change: bool  # written when something changed rather than in a rhythm
+    on_change: bool  # written on change rather than periodically
     delay: Delay | None = None  # where both stamp and arrival are known
     publishers: int = 1
-    cut: bool = False  # the recording is a part of this, which is counted whole
+    cut: bool = False  # the recording is a part; counts are of the whole stream
 
 
 def describe(
@@ -89,11 +94,11 @@ def describe(
     arrival: Stamps | None = None,
     publishers: int = 1,
 ) -> Stream:
-    """A stream from its stamps (n,) [ns] in the order of the file, and when they arrived."""
+    """A stream from its stamps (n,) [ns] in the order of the file, and their arrival."""
     steps = np.diff(stamps).astype(np.float64) * 1e-9
     forward = steps[steps > 0]
     period = float(np.median(forward)) if len(forward) else 0.0
-    near = forward[forward < 1.5 * period]
+    near = forward[forward < CONSECUTIVE * period]
     delay = None
     if arrival is not None and clock is Clock.HEADER and len(stamps):
         delay = _delay(stamps, arrival)
@@ -101,67 +106,67 @@ def describe(
         role, source, kind, clock, len(stamps), 1.0 / period if period else 0.0,
         float(forward.max()) if len(forward) else 0.0,
         float(np.std(near)) if len(near) else 0.0,
-        int((steps == 0).sum()), int((steps < 0).sum()), beat(forward) is None, delay, publishers,
+        int((steps == 0).sum()), int((steps < 0).sum()), regular_period(forward) is None, delay, publishers,
     )  # fmt: skip
 
 
-def beat(steps: Array) -> float | None:
-    """Period of a rhythm [s]; None if steps [s] have none. Bursts at even times are one, too."""
-    if len(steps) < FEW:
+def regular_period(steps: Array) -> float | None:
+    """Period [s] of regular steps [s]; None if they are irregular. Regular bursts have a period, too."""
+    if len(steps) < FEW_STEPS:
         return None
     middle, high, top = (float(x) for x in np.percentile(steps, [50, 90, 98]))
-    if high < 2.0 * middle:
+    if high < REGULAR * middle:
         return middle
-    return high if top < 1.3 * high else None
+    return high if top < BURSTS * high else None
 
 
 def only_changes(t: Array, values: Array) -> bool:
-    """Whether rows (n, inputs) at t (n,) [s] were written when something changed: silence is rest.
+    """Whether rows (n, inputs) at t (n,) [s] are a log on change: silence means no change.
 
-    Either they have no rhythm, or no row is like the one before, and after a silence the values
-    go on from where they were.
+    Either the steps are irregular; or no row repeats the one before, and after a silence the values
+    continue from where they were.
     """
     steps = np.diff(t)
-    period = beat(steps)
+    period = regular_period(steps)
     if period is None:
         return True
-    silent = steps > silence(period)
+    silent = steps > silence_length(period)
     change = np.abs(np.diff(values, axis=0))
     repeated = float((change == 0).all(axis=1).mean())
-    if not silent.any() or repeated > REPEATED:
+    if not silent.any() or repeated > REPEATED_SHARE:
         return False
     spread = np.maximum(values.std(axis=0), 1e-300)
-    return float(np.median((change[silent] / spread).max(axis=1))) < GOES_ON
+    return float(np.median((change[silent] / spread).max(axis=1))) < RESUMED_SHARE
 
 
-def silence(period: float) -> float:
-    """How long a rhythm must be silent for a hole [s]."""
-    return max(SILENCE * period, SHORTEST_SILENCE)
+def silence_length(period: float) -> float:
+    """Least length [s] of a hole in a log with this period [s]."""
+    return max(SILENT_PERIODS * period, SHORTEST_SILENCE)
 
 
 def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
-    """The most stamps (n,) that can be kept so that those kept rise.
+    """A longest rising selection (n,) of the stamps.
 
-    One stamp far ahead of its time is left out, rather than all that follow it. Where either of
-    two may stay, it is the one that keeps the rhythm.
+    One stamp far ahead is left out, rather than all that follow it. Where either of two could stay,
+    the one nearer to the period stays.
     """
     steps = np.diff(stamps)
     if np.all(steps > 0 if strict else steps >= 0):
         return np.ones(len(stamps), dtype=bool)
-    longest = _longest(stamps, strict=strict)
+    longest = _longest_rising_index(stamps, strict=strict)
     even = np.flatnonzero(_without_odd(stamps, steps, strict=strict))
-    even = even[_longest(stamps[even], strict=strict)]
+    even = even[_longest_rising_index(stamps[even], strict=strict)]
     chosen = even if len(even) >= len(longest) else longest
     keep = np.zeros(len(stamps), dtype=bool)
     keep[chosen] = True
     return keep
 
 
-def _longest(stamps: Stamps, *, strict: bool) -> NDArray[np.int64]:
-    """Indices of a longest rising choice."""
+def _longest_rising_index(stamps: Stamps, *, strict: bool) -> NDArray[np.int64]:
+    """Indices of a longest rising subsequence (patience sorting)."""
     place = bisect_left if strict else bisect_right
-    ends: list[int] = []  # smallest last stamp of a rising choice of each length
-    last: list[int] = []  # where that stamp is
+    ends: list[int] = []  # smallest last stamp of a rising subsequence of each length
+    last: list[int] = []  # index of that stamp
     before = np.full(len(stamps), -1, dtype=np.int64)
     for i, stamp in enumerate(stamps.tolist()):
         length = place(ends, stamp)
@@ -180,7 +185,7 @@ def _longest(stamps: Stamps, *, strict: bool) -> NDArray[np.int64]:
 
 
 def _without_odd(stamps: Stamps, steps: Stamps, *, strict: bool) -> Mask:
-    """All but the worse of each two neighbours of which one must go and either could."""
+    """All stamps but the worse of each two neighbours of which either could be dropped."""
     period = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     i = np.flatnonzero(steps <= 0 if strict else steps < 0)
     i = i[(i >= 1) & (i + 2 < len(stamps))]
@@ -191,9 +196,9 @@ def _without_odd(stamps: Stamps, steps: Stamps, *, strict: bool) -> Mask:
     return keep
 
 
-def rhythm(stream: Stream) -> str:
-    """Its rate in words."""
-    if not stream.on_change or stream.count < FEW:
+def rate_text(stream: Stream) -> str:
+    """The rate as text."""
+    if not stream.on_change or stream.count < FEW_STEPS:
         return f"{stream.rate:.4g} Hz"
     return f"{stream.rate:.4g} Hz{' unevenly' if stream.role == 'poses' else ' while it changes'}"
 
@@ -205,13 +210,13 @@ def time_text(seconds: float) -> str:
 
 def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
     late = (arrival - stamps).astype(np.float64) * 1e-9
-    size = max(1, min(len(late), max(LEAST_BLOCK, len(late) // BLOCKS)))
+    size = max(1, min(len(late), max(LEAST_BLOCK_MESSAGES, len(late) // DELAY_BLOCKS)))
     whole = np.sort(late[: len(late) // size * size].reshape(-1, size), axis=1)
     medians = whole[:, size // 2]
     spread = float(np.median(whole[:, size * 9 // 10] - whole[:, size // 10]))
     block = np.minimum(np.arange(len(late)) // size, len(medians) - 1)
-    sane = np.abs(late - medians[block]) < STRAY
-    at, step = _step(stamps, arrival, late, medians, max(STEP, SURE * spread))
+    sane = np.abs(late - medians[block]) < STRAY_DELAY
+    at, step = _step(stamps, arrival, late, medians, max(LEAST_STEP, TRANSPORT_SPREADS * spread))
     level = late - np.where(np.arange(len(late)) >= at, step, 0.0)
     return Delay(
         float(late[sane].min()), float(np.median(late)), float(late[sane].max()),
@@ -223,20 +228,26 @@ def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
 def _step(
     stamps: Stamps, arrival: Stamps, late: Array, medians: Array, least: float
 ) -> tuple[int, float]:
-    """First message after the largest lasting change of the delay, and the change [s]; 0, 0: none."""
+    """First message after the largest lasting step of the delay, and the step [s]; 0, 0: none."""
+    # 1. Between blocks: the largest change of the median delay, the trend removed.
     n = len(medians)
     if n < 2:
         return 0, 0.0
-    slope = float(np.median(np.diff(medians))) if n > 2 * LASTING else 0.0
+    slope = float(np.median(np.diff(medians))) if n > 2 * STEP_LASTING_BLOCKS else 0.0
     flat = medians - slope * np.arange(n)
     change = np.array(
-        [np.median(flat[k : k + NEAR]) - np.median(flat[max(0, k - NEAR) : k]) for k in range(1, n)]
+        [
+            np.median(flat[k : k + STEP_BLOCKS]) - np.median(flat[max(0, k - STEP_BLOCKS) : k])
+            for k in range(1, n)
+        ]
     )
     k = int(np.argmax(np.abs(change))) + 1
     if abs(change[k - 1]) < least:
         return 0, 0.0
+    # 2. Within the blocks around it: the message that separates the two levels best.
+    # 2. Within the blocks around it: the message that separates the two levels best.
     size = len(late) // n
-    begin, end = max(0, k - NEAR) * size, min(n, k + NEAR) * size
+    begin, end = max(0, k - STEP_BLOCKS) * size, min(n, k + STEP_BLOCKS) * size
     near = late[begin:end] - slope * np.arange(begin, end) / size
     middle = k * size - begin
     off = [np.abs(near - np.median(part)) for part in (near[:middle], near[middle:])]
@@ -245,12 +256,18 @@ def _step(
     step, at = float(np.median(near[i:]) - np.median(near[:i])), begin + i
     if abs(step) < least:
         return 0, 0.0
+    # 3. The step must separate all blocks on both sides.
+    # 3. The step must separate all blocks on both sides.
     rising = np.sign(step) * flat
-    before, after = rising[: at // size][-NEAR:], rising[-(-at // size) :][:NEAR]
-    apart = float(after.min() - before.max()) if min(len(before), len(after)) >= LASTING else 0.0
-    # else it must be seen in the stamps, not in when the messages came
+    before, after = rising[: at // size][-STEP_BLOCKS:], rising[-(-at // size) :][:STEP_BLOCKS]
+    apart = (
+        float(after.min() - before.max())
+        if min(len(before), len(after)) >= STEP_LASTING_BLOCKS
+        else 0.0
+    )
+    # 4. Otherwise it must be a step of the stamps, not of the arrivals.
     odd = [abs(int(s[at] - s[at - 1]) - float(np.median(np.diff(s)))) for s in (stamps, arrival)]
-    return (at, step) if apart > CLEAN * abs(step) or odd[0] > odd[1] else (0, 0.0)
+    return (at, step) if apart > STEP_SEPARATION * abs(step) or odd[0] > odd[1] else (0, 0.0)
 
 
 def _drift(late: Array, spread: float) -> float:
@@ -258,11 +275,11 @@ def _drift(late: Array, spread: float) -> float:
     tenth = max(1, len(late) // 10)
     first, last = np.percentile(late[:tenth], 10), np.percentile(late[-tenth:], 10)
     drift = float(last - first)
-    return drift if abs(drift) > SURE * spread / np.sqrt(tenth) else 0.0
+    return drift if abs(drift) > TRANSPORT_SPREADS * spread / np.sqrt(tenth) else 0.0
 
 
 def _span(low: float, high: float) -> str:
-    """Two times [s] that are not negative, as one where they are alike."""
+    """Two times [s] >= 0 as a range; one time where they are equal as text."""
     (small, unit), (large, other) = (time_text(x).split() for x in (low, high))
     if unit == other:
         return f"{small} {unit}" if small == large else f"{small} to {large} {unit}"

@@ -10,9 +10,9 @@ from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
-UNEVEN = 1.5  # a window with a step longer than this many usual ones is not differentiated
-NOISIER = 3.0  # a window of poses so close together that it is noisier by so much is not, either
-SLOW = 0.55  # [s] between poses, from which on the stencil misses what the boat does within four of them
+UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
+NOISIER = 3.0  # times the usual noise; a window of closer poses is not differentiated
+SLOW = 0.55  # [s] between poses, above which the stencil misses motion within its four steps
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
 EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps
 STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
@@ -26,7 +26,7 @@ class Motion:
     eta: Array  # (n, 3) [m, m, rad]
     nu: Array  # (n, 3) body velocity [m/s, m/s, rad/s]
     valid: Mask  # (n,)
-    deviation: Array | None = None  # (n, 3) of nu, where a filter knows it
+    deviation: Array | None = None  # (n, 3) standard deviation of nu, from a filter
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nu", frozen_array(self.nu))
@@ -43,11 +43,11 @@ def motion(recording: Recording) -> Motion:
 
 
 def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[Array, Mask]:
-    """eta_dot (n, 3) and where it is valid (n,), of the recording's poses or other ones (n, 3) at its stamps.
+    """eta_dot (n, 3) and its validity (n,), of the recording's poses or of others (n, 3) at its stamps.
 
     The derivative of the quartic through five poses at the middle one. For even stamps its weights
-    are the stencil's (1, -8, 0, 8, -1) / 12 dt; uneven stamps are used as they are. Windows never
-    reach over a masked pose, a gap or a jump.
+    are the stencil's (1, -8, 0, 8, -1) / 12 dt; uneven stamps are exact. Windows never
+    include a masked pose, a gap or a jump.
     """
     n = len(recording.t)
     eta_dot = np.full((n, 3), np.nan)
@@ -60,7 +60,7 @@ def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[
 
 
 def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
-    """Five poses each (m, 5), and the weights (m, 5) of their derivative at the middle one."""
+    """Windows of five poses (m, 5), and the weights (m, 5) of the derivative at the middle one."""
     index = np.flatnonzero(recording.valid)
     if len(index) < 5:
         return np.zeros((0, 5), dtype=np.int64), np.zeros((0, 5))
@@ -78,8 +78,7 @@ def stencil_deviation(
 ) -> Array:
     """Standard deviations (3,) of the stencil's velocities [m/s, m/s, rad/s] for white pose noise.
 
-    Root mean square over the recording, or its `first` so many stencils: where stamps come close together
-    they are far larger.
+    Root mean square over the recording, or over its `first` stencils; close stamps make it far larger.
     """
     sigma = np.array([noise.position, noise.position, noise.heading])
     weights = _stencils(recording)[1][:first]

@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
 
@@ -266,11 +267,18 @@ def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
 
+def _text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
+    """In double quotes where it holds line breaks or the like: elsewhere they become spaces."""
+    style = None if data.isprintable() else '"'
+    return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
+
+
 _Dumper.add_implicit_resolver(*_FLOAT)  # a word that reads as a number is quoted
 _Dumper.add_representer(list, _flow_list)
 _Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))
 _Dumper.add_representer(dict, _flow_mapping)
 _Dumper.add_representer(float, _float)
+_Dumper.add_representer(str, _text)
 
 
 def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
@@ -319,7 +327,9 @@ _PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float
 
 
 def _literals(kind: object) -> list[str]:
-    """The values that a Literal, or a union with one, allows."""
+    """The values that a Literal, an Enum, or a union with one, allows."""
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return [str(member.value) for member in kind]
     if get_origin(kind) is Literal:
         return [str(value) for value in get_args(kind)]
     return [text for part in get_args(kind) for text in _literals(part)]

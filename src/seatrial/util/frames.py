@@ -34,6 +34,12 @@ def body_velocity(psi: Array, eta_dot: Array) -> Array:
     return _core.rotate(np.ascontiguousarray(psi), np.ascontiguousarray(eta_dot), True)
 
 
+def earth_offset(psi: Array, ahead: float, left: float) -> Array:
+    """R(psi) (ahead, left): (n, 2) [m] in earth axes, of a point given in body axes. psi (n,) [rad]."""
+    point = np.tile([ahead, left, 0.0], (len(psi), 1))
+    return np.asarray(_core.rotate(np.ascontiguousarray(psi), point, False)[:, :2])
+
+
 def frozen_array(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     """A read-only, contiguous copy."""
     array: NDArray[Any] = np.array(values, dtype=dtype, order="C")

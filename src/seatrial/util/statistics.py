@@ -14,7 +14,7 @@ TIED = 1e-9  # least eigenvalue of a scaled information, 0 where a sum alone is 
 def inverse_of(matrix: Array) -> Array:
     """Inverse (p, p) of an information or a covariance, whose entries may be of very different sizes.
 
-    Of what is not informed of at all the variance is large, not 0, and never negative.
+    Without any information the variance is large, not 0, and never negative.
     """
     scale = 1.0 / np.sqrt(np.diag(matrix) + 1e-12)
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))

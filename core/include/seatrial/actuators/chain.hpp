@@ -193,7 +193,7 @@ inline double decay(const Chain& c, const double* q, int k, double h) {
 
 /// What a lag leaves, over one step, of an actuator's distance to its target, by the nodes of the
 /// step: such that its velocity and its position both have the exact integrals of what is left.
-struct Fade {
+struct LagDecay {
   double end = 0.0;     // as it is there
   double middle = 0.0;  // like exp(-x / 2) where the lag is long beside the step
   double begin = 0.0;   // like 1
@@ -223,10 +223,10 @@ inline Left left_of(double x, double end) {
 
 }  // namespace detail
 
-/// The fade over x = h / lag, and its derivative to x. A Runge-Kutta step has h (f0 + 4 f1 + f2) /
-/// 6 of a force in its velocity and h^2 (f0 + 2 f1) / 6 in its position. However short the lag is
-/// beside the step both are exact: 1 and exp(-x / 2) would act like up to h / 6 of latency.
-inline Fade fade(double x, Fade* slope = nullptr) {
+/// The lag_decay over x = h / lag, and its derivative to x. A Runge-Kutta step has h (f0 + 4 f1 +
+/// f2) / 6 of a force in its velocity and h^2 (f0 + 2 f1) / 6 in its position. However short the
+/// lag is beside the step both are exact: 1 and exp(-x / 2) would act like up to h / 6 of latency.
+inline LagDecay lag_decay(double x, LagDecay* slope = nullptr) {
   const double end = std::exp(-x);
   const detail::Left l = detail::left_of(x, end);
   if (slope != nullptr) {

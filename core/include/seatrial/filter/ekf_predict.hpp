@@ -35,7 +35,7 @@ struct Disturbing {
 
   /// F of the boat's states, from the sensitivities of the model's step. `force`: the first of the
   /// disturbance's columns among them.
-  void slopes(const StateTangent& dx, int force, MotionSlopes& f) const {
+  void slopes(const StateSensitivities& dx, int force, MotionSlopes& f) const {
     for (int i = 0; i < kStates; ++i) {
       std::copy(dx.row[i] + 2, dx.row[i] + kStates, f[i]);
       const double* push = dx.row[i] + force;
@@ -139,7 +139,7 @@ bool ekf_predict(const Columns& columns, const Disturbing& disturbing, const Int
                  const NoiseParameters& noise, Move move, const Carried& carried, MotionSlopes& f,
                  State& b) {
   // the mean, by the model
-  StateTangent dx;
+  StateSensitivities dx;
   seed(columns, dx);
   if (!move(b.x, dx)) return false;
   const GaussMarkov<N> others(noise, passed);

@@ -20,13 +20,13 @@ inline constexpr double kTurn = 6.283185307179586;  // [rad]
 
 /// A pose beside its prediction.
 struct Innovation {
-  double e[kPose] = {};               // [m, m, rad]
-  double s[kPose][kPose] = {};        // its covariance S
-  double inverse[kPose][kPose] = {};  // S^-1
-  double z[kPose] = {};               // S^-1 e
-  double determinant = 0.0;           // of S
-  double nis = 0.0;                   // e' S^-1 e, the normalised innovation squared
-  double weight = 1.0;                // 1; less for an outlier
+  double e[kPose];               // [m, m, rad]
+  double s[kPose][kPose];        // its covariance S
+  double inverse[kPose][kPose];  // S^-1
+  double z[kPose];               // S^-1 e
+  double determinant = 0.0;      // of S
+  double nis = 0.0;              // e' S^-1 e, the normalised innovation squared
+  double weight = 1.0;           // 1; less for an outlier
 };
 
 /// A pose as the sensor measures it.

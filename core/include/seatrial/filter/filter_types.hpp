@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the estimator's filter takes and leaves: noise, starts, effects, poses; a pass along them.
-// Host side: uses heap.
+// Inputs and results of a run of the estimator's filter along a recording. Host side: uses heap.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -12,31 +11,31 @@ namespace seatrial {
 
 inline constexpr double kPoseSpread = 3.0;  // of the first pose, in standard deviations of one
 
-/// What is known of a recording's start: the state, and the standard deviations of its velocity.
-/// The pose is as uncertain as three measurements of it, the disturbance as it ever is.
+/// Start of a recording: the state, and the standard deviations of its velocity. The pose has three
+/// standard deviations of a measured one, the disturbance its stationary one.
 struct FilterStart {
   double state[kStates];   // x, y [m], psi [rad], u, v [m/s], r [rad/s]
   double velocity[kAxes];  // [m/s, m/s, rad/s]
 };
 
-/// What stands between boat and sensor, or differs from one recording to the next.
+/// Sensor position, and what differs from one recording to the next.
 struct Effects {
   double lever[2] = {0.0, 0.0};      // [m] the measured point, forward and left of the origin
   double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
   double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
   double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
-  bool earth_fixed = false;  // whether the disturbance is, as wind is, or turns with the boat
+  bool earth_fixed = false;          // the disturbance in surge and sway; else body-fixed
 };
-enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // where each begins, as parameters
+enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // first parameter of each
 inline constexpr int kEffects = 9;
 
-/// What a pose is to the filter.
+/// Use of a pose.
 enum Use : signed char {
   kNotMeasured = 0,
   kMeasured = 1,
   kJumped = 2,     // the first after a jump for good: it may be anywhere
   kGapped = 3,     // the first after a gap, in which the poses may have jumped
-  kBeginning = 4,  // the first by which it is known again what drives the boat
+  kBeginning = 4,  // the first after a gap in the commands: the filter restarts
 };
 
 /// Poses of one recording.
@@ -48,10 +47,10 @@ struct PoseSeries {
   const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] of those that are kBeginning
 };
 
-/// How the filter went from one pose to the next: enough to repeat the way with other noise. Long
-/// recordings have many: the slopes are stored short, less the identity, which keeps their digits.
+/// A prediction from one pose to the next, to repeat it with other noise. Long recordings have
+/// many: the slopes are single precision, less the identity, which keeps their digits.
 struct Transition {
-  double to[kStates];             // where the model took the boat
+  double to[kStates];             // the model's prediction
   float slope[kStates][kMoving];  // d to / d what it depends on, less 1 for the same state
 };
 
@@ -60,23 +59,23 @@ struct CostedInnovation : Innovation {
   double cost = 0.0;  // rho(e' S^-1 e) + log det S
 };
 
-/// What a pass accumulates. Parameters: the chosen coefficients, then the chosen constants, then
-/// all effects where they are asked for.
-struct FilterPass {
+/// Results of a run. Parameters: the chosen coefficients, then the chosen constants, then all
+/// effects where they are parameters.
+struct FilterRun {
   int parameters = 0;
   bool good = true;
   Effects effects;
-  double cost = 0.0;                // sum of rho(e' S^-1 e) + log det S over measured poses
-  std::vector<double> information;  // (p, p) sum of J' S^-1 J
-  std::vector<double> gradient;     // (p) sum of J' S^-1 e
-  std::vector<double> score;        // (blocks, p) terms of the gradient
-  std::vector<double> share;        // (blocks, p, p) terms of the information, where asked for
-  std::vector<double> innovation;   // (n, 3)
-  std::vector<float> spread;        // (n, 6) S: xx, xy, xpsi, yy, ypsi, psipsi
-  std::vector<double> state;        // (n, 9) after the pose was used
-  std::vector<float> deviation;     // (n, 3) standard deviations of the velocity after it
-  std::vector<float> weight;        // (n) of each pose: 1, less for outliers, 0 for unused ones
-  std::vector<Transition> way;      // (n - 1), until it is forgotten
+  double cost = 0.0;                   // sum of rho(e' S^-1 e) + log det S over measured poses
+  std::vector<double> information;     // (p, p) sum of J' S^-1 J
+  std::vector<double> gradient;        // (p) sum of J' S^-1 e
+  std::vector<double> score;           // (blocks, p) terms of the gradient
+  std::vector<double> share;           // (blocks, p, p) terms of the information; optional
+  std::vector<double> innovation;      // (n, 3)
+  std::vector<float> spread;           // (n, 6) S: xx, xy, xpsi, yy, ypsi, psipsi
+  std::vector<double> state;           // (n, 9) after the pose was used
+  std::vector<float> deviation;        // (n, 3) standard deviations of the velocity after it
+  std::vector<float> weight;           // (n) of each pose: 1, less for outliers, 0 for unused ones
+  std::vector<Transition> transition;  // (n - 1); optional
 };
 
 }  // namespace seatrial

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Passes of the filter along a recording: the likelihood that the estimator maximises, and its
-// slopes. Host side: uses heap.
+// Runs of the filter along a recording: the likelihood that the estimator maximises, and its
+// derivatives. Host side: uses heap.
 //
-// Without process noise this is the simulation error of the whole record, with much of it every
-// pose is a start of its own: the data choose between the two.
+// Without process noise the innovations are the simulation error of the whole recording; with much
+// process noise each pose is a new start. The data decide.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -17,25 +17,25 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 namespace detail {
 
-/// What is kept of a pose beside its prediction.
-inline void keep(const Innovation& seen, int k, FilterPass& pass) {
+/// Keeps an innovation.
+inline void keep(const Innovation& seen, int k, FilterRun& out) {
   const auto at = static_cast<std::size_t>(k);
-  std::copy(seen.e, seen.e + kPose, &pass.innovation[at * kPose]);
-  float* to = &pass.spread[at * 6];
+  std::copy(seen.e, seen.e + kPose, &out.innovation[at * kPose]);
+  float* to = &out.spread[at * 6];
   for (int i = 0; i < kPose; ++i) {
     for (int j = i; j < kPose; ++j) *to++ = static_cast<float>(seen.s[i][j]);
   }
-  pass.weight[at] = static_cast<float>(seen.weight);
+  out.weight[at] = static_cast<float>(seen.weight);
 }
 
-/// What is kept of the filter once it has used a pose.
+/// Keeps the state after a pose.
 template <int N>
-void keep(const LikelihoodFilter<N>& filter, int k, FilterPass& pass) {
+void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
   const auto at = static_cast<std::size_t>(k);
-  std::copy(filter.state(), filter.state() + kFilterStates, &pass.state[at * kFilterStates]);
+  std::copy(filter.state(), filter.state() + kFilterStates, &out.state[at * kFilterStates]);
   for (int i = 0; i < kAxes; ++i) {
     const double variance = std::max(0.0, filter.variance(kPose + i));
-    pass.deviation[at * kAxes + static_cast<std::size_t>(i)] =
+    out.deviation[at * kAxes + static_cast<std::size_t>(i)] =
         static_cast<float>(std::sqrt(variance));
   }
 }
@@ -44,7 +44,7 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterPass& pass) {
 
 namespace detail {
 
-/// Before pose k, which is to be used.
+/// Jumps and restarts at pose k, before it is used.
 template <int N>
 void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
   const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
@@ -62,89 +62,88 @@ inline void mirror(double* matrix, int p) {
   }
 }
 
-/// The information up to here, as that up to the block's end.
-inline void take_share(int block, FilterPass& pass) {
-  const std::size_t size = pass.information.size();
-  pass.share.resize((static_cast<std::size_t>(block) + 1) * size);
-  std::copy(pass.information.begin(), pass.information.end(),
-            pass.share.end() - static_cast<std::ptrdiff_t>(size));
+/// The information up to here, as the sum up to the block's end.
+inline void take_share(int block, FilterRun& out) {
+  const std::size_t size = out.information.size();
+  out.share.resize((static_cast<std::size_t>(block) + 1) * size);
+  std::copy(out.information.begin(), out.information.end(),
+            out.share.end() - static_cast<std::ptrdiff_t>(size));
 }
 
-/// What was taken up to each block's end, less what was before it.
-inline void part_shares(FilterPass& pass) {
-  const std::size_t size = pass.information.size();
-  for (std::size_t i = pass.share.size(); i-- > size;) pass.share[i] -= pass.share[i - size];
-  for (std::size_t i = 0; i < pass.share.size(); i += size) {
-    mirror(&pass.share[i], pass.parameters);
+/// The sums up to each block's end, less those before it.
+inline void part_shares(FilterRun& out) {
+  const std::size_t size = out.information.size();
+  for (std::size_t i = out.share.size(); i-- > size;) out.share[i] -= out.share[i - size];
+  for (std::size_t i = 0; i < out.share.size(); i += size) {
+    mirror(&out.share[i], out.parameters);
   }
 }
 
 template <int N>
-FilterPass innovations(Boat boat, const Trace& trace, const PoseSeries& poses,
-                       const NoiseParameters& noise, double outlier, const FilterStart& start,
-                       const Effects& effects, bool slopes, const double* counts, const int* block,
-                       bool repeatable, bool shares) {
+FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& poses,
+                      const NoiseParameters& noise, double outlier, const FilterStart& start,
+                      const Effects& effects, bool slopes, const double* counts, const int* block,
+                      bool repeatable, bool shares) {
   LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
   const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
-  FilterPass pass;
-  pass.parameters = p;
-  pass.effects = effects;
-  pass.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
-  pass.gradient.assign(static_cast<std::size_t>(p), 0.0);
+  FilterRun out;
+  out.parameters = p;
+  out.effects = effects;
+  out.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
+  out.gradient.assign(static_cast<std::size_t>(p), 0.0);
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
-  pass.score.assign(blocks * static_cast<std::size_t>(p), 0.0);
-  pass.innovation.assign(n * kPose, std::nan(""));
-  pass.spread.assign(n * 6, std::nanf(""));
-  pass.state.assign(n * kFilterStates, std::nan(""));
-  pass.deviation.assign(n * kAxes, std::nanf(""));
-  pass.weight.assign(n, 0.0F);
-  pass.way.reserve(repeatable ? n : 0);
+  out.score.assign(blocks * static_cast<std::size_t>(p), 0.0);
+  out.innovation.assign(n * kPose, std::nan(""));
+  out.spread.assign(n * 6, std::nanf(""));
+  out.state.assign(n * kFilterStates, std::nan(""));
+  out.deviation.assign(n * kAxes, std::nanf(""));
+  out.weight.assign(n, 0.0F);
+  out.transition.reserve(repeatable ? n : 0);
   Transition unkept;
   for (int first = 0; first < poses.n; first += kFilterChunk) {
     const int last = std::min(poses.n - 1, first + kFilterChunk);
-    const Schedule schedule(boat, trace, poses.time, first, last, true);
+    const StepSchedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
       if (poses.use[k] != kNotMeasured) {
         allow_jump(filter, poses, k);
         const double counted = counts == nullptr ? 1.0 : counts[k];
         const CostedInnovation seen =
             filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
-                          counted, &pass, block == nullptr ? k : block[k]);
-        pass.cost += counted * seen.cost;
-        keep(seen, k, pass);
+                          counted, &out, block == nullptr ? k : block[k]);
+        out.cost += counted * seen.cost;
+        keep(seen, k, out);
       }
-      keep(filter, k, pass);
-      if (shares && block != nullptr) take_share(block[k], pass);
+      keep(filter, k, out);
+      if (shares && block != nullptr) take_share(block[k], out);
       if (k == poses.n - 1) break;
-      if (repeatable) pass.way.emplace_back();
+      if (repeatable) out.transition.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
-      if (!filter.predict(schedule, k, boat, length, repeatable ? pass.way.back() : unkept)) {
-        pass.good = false;
-        return pass;
+      if (!filter.predict(schedule, k, boat, length, repeatable ? out.transition.back() : unkept)) {
+        out.good = false;
+        return out;
       }
     }
   }
-  mirror(pass.information.data(), p);
-  if (!pass.share.empty()) part_shares(pass);
-  return pass;
+  mirror(out.information.data(), p);
+  if (!out.share.empty()) part_shares(out);
+  return out;
 }
 
 }  // namespace detail
 
-/// One pass over a recording. The boat's last three coefficients must be the disturbance: terms
+/// One run over a recording. The boat's last three coefficients must be the disturbance: terms
 /// that are nothing but themselves in surge, sway and yaw; the trace's columns hold the initial
 /// state, the chosen coefficients with these three last, and the chosen constants. `slopes`: the
 /// effects are parameters, too. `counts`: how often each pose counts (bootstrap), once where null.
 /// `block`: to which block of scores each pose belongs (n, rising from 0), its own where null.
-/// `repeatable`: the way is kept, for other noise to be tried on it. `shares`: what each block has
-/// of the information is kept, too.
-inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSeries& poses,
-                              const NoiseParameters& noise, double outlier,
-                              const FilterStart& start, const Effects& effects = {},
-                              bool slopes = false, const double* counts = nullptr,
-                              const int* block = nullptr, bool repeatable = true,
-                              bool shares = false) {
+/// `repeatable`: the transitions are kept, to repeat the run with other noise. `shares`: the
+/// information of each block is kept, too.
+inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const PoseSeries& poses,
+                             const NoiseParameters& noise, double outlier, const FilterStart& start,
+                             const Effects& effects = {}, bool slopes = false,
+                             const double* counts = nullptr, const int* block = nullptr,
+                             bool repeatable = true, bool shares = false) {
   const auto run = noise.oscillating() ? detail::innovations<kOscillatingStates>
                    : noise.coloured()  ? detail::innovations<kColouredStates>
                                        : detail::innovations<kFilterStates>;
@@ -154,7 +153,7 @@ inline FilterPass innovations(const Boat& boat, const Trace& trace, const PoseSe
 
 namespace detail {
 
-/// Columns of a filter that repeats a pass: no parameters.
+/// Columns of a filter that repeats a run: no parameters.
 inline Columns no_parameters() {
   Columns none;
   none.n_initial = kStates;
@@ -169,16 +168,16 @@ CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, 
   return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
 }
 
-/// From pose k to the next, if there is one, as the first pass went, linearised about it.
+/// From pose k to the next, if there is one, linearised about the first run.
 template <int N>
 void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
-            const FilterPass& first, const PoseSeries& poses, int k) {
+            const FilterRun& first, const PoseSeries& poses, int k) {
   if (k == poses.n - 1) return;
   const auto at = static_cast<std::size_t>(k);
   const double* from = &first.state[at * kFilterStates];
   const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
                         poses.time[k + 1] - poses.time[k]);
-  for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.way[at], from, passed);
+  for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.transition[at], from, passed);
 }
 
 }  // namespace detail
@@ -186,7 +185,7 @@ void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParamet
 namespace detail {
 
 template <int N>
-double repeated(const FilterPass& first, const PoseSeries& poses, const NoiseParameters& noise,
+double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
                 double outlier, const FilterStart& start) {
   const Columns none = no_parameters();
   LikelihoodFilter<N> again(none, noise, outlier, start, first.effects, false);
@@ -200,8 +199,8 @@ double repeated(const FilterPass& first, const PoseSeries& poses, const NoisePar
 
 }  // namespace detail
 
-/// The cost of a pass that is repeated with other noise, linearised about the first.
-inline double repeated(const FilterPass& first, const PoseSeries& poses,
+/// The cost of a run that is repeated with other noise, linearised about the first.
+inline double repeated(const FilterRun& first, const PoseSeries& poses,
                        const NoiseParameters& noise, double outlier, const FilterStart& start) {
   const auto run = noise.oscillating() ? detail::repeated<kOscillatingStates>
                    : noise.coloured()  ? detail::repeated<kColouredStates>
@@ -209,8 +208,8 @@ inline double repeated(const FilterPass& first, const PoseSeries& poses,
   return run(first, poses, noise, outlier, start);
 }
 
-/// Half the cost's slope and expected curvature to the logarithms of the noise parameters.
-struct NoisePass {
+/// Half the cost's gradient and the Fisher information of the logarithms of the noise parameters.
+struct NoiseDerivatives {
   double cost = 0.0;
   double gradient[kNoiseParameters] = {};
   double information[kNoiseParameters][kNoiseParameters] = {};
@@ -218,10 +217,9 @@ struct NoisePass {
 
 namespace detail {
 
-/// How innovations and their covariance S change with the noise parameters, side by side: for each
-/// dS, S^-1 dS and its transpose, and de and S^-1 de, so that products of all pairs are sums of
-/// products of columns.
-struct Changes {
+/// Derivatives of innovations and of their covariance S to the noise parameters, one column each:
+/// S^-1 dS and its transpose, S^-1 de and de. Fisher information is a product of columns.
+struct NoiseColumns {
   static constexpr int kTerms = kPose * kPose + kPose;
   double left[kTerms][kNoiseParameters];
   double right[kTerms][kNoiseParameters];
@@ -257,14 +255,14 @@ struct Changes {
 };
 
 template <int N>
-NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                       const NoiseParameters& noise, double outlier, const FilterStart& start,
-                       unsigned active) {
+NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
+                              const NoiseParameters& noise, double outlier,
+                              const FilterStart& start, unsigned active) {
   constexpr double kStep = 0.05;       // of a logarithm
   const auto step = [&noise](int i) {  // a resonance is sharp
     return i == kTurnParameter ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
   };
-  NoisePass out;
+  NoiseDerivatives out;
   const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
   int place[kNoiseParameters];
   int m = 0;
@@ -282,7 +280,7 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
     moved.emplace_back(none, up[i], outlier, start, first.effects, false);
   }
   double information[kNoiseParameters][kNoiseParameters] = {};
-  Changes changes;
+  NoiseColumns changes;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) {
       const CostedInnovation here = use_pose(base, poses, k);
@@ -312,10 +310,10 @@ NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
 }  // namespace detail
 
 /// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
-/// by differences of linearised passes. Bit i of `active`: parameter i is looked at.
-inline NoisePass noise_slopes(const FilterPass& first, const PoseSeries& poses,
-                              const NoiseParameters& noise, double outlier,
-                              const FilterStart& start, unsigned active = ~0U) {
+/// by differences of linearised runs. Bit i of `active`: parameter i is evaluated.
+inline NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
+                                     const NoiseParameters& noise, double outlier,
+                                     const FilterStart& start, unsigned active = ~0U) {
   const auto run = noise.oscillating() ? detail::noise_slopes<kOscillatingStates>
                    : noise.coloured()  ? detail::noise_slopes<kColouredStates>
                                        : detail::noise_slopes<kFilterStates>;

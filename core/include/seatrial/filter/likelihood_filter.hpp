@@ -52,13 +52,13 @@ class LikelihoodFilter {
   int parameters() const { return parameters_; }
 
   /// To the next pose. False where the boat diverged.
-  bool predict(const Schedule& schedule, int interval, Boat& boat, double length,
+  bool predict(const StepSchedule& schedule, int interval, Boat& boat, double length,
                Transition& kept) {
     const Interval passed(noise_, std::cos(s_.x[2]), std::sin(s_.x[2]), length);
     const Disturbing disturbing(s_.x, length, effects_.bias, effects_.wind, effects_.earth_fixed);
     const int first = boat.structure.n_coefficients - kAxes;
     std::copy(disturbing.total, disturbing.total + kAxes, boat.coefficient + first);
-    const auto move = [&schedule, interval](double* x, StateTangent& dx) {
+    const auto move = [&schedule, interval](double* x, StateSensitivities& dx) {
       return schedule.run(interval, x, dx);
     };
     MotionSlopes f;
@@ -116,7 +116,7 @@ class LikelihoodFilter {
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
   /// score of its block; null where none are needed. `counts`: how often it counts.
   CostedInnovation update(const double* eta, double t, double counts = 1.0,
-                          FilterPass* terms = nullptr, int block = 0) {
+                          FilterRun* terms = nullptr, int block = 0) {
     // the pose as the sensor measures it
     const double* l = effects_.lever;
     const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else it needs no angle
@@ -143,9 +143,9 @@ class LikelihoodFilter {
     return out;
   }
 
-  /// D <- F D + G: what the parameters do over a step. Of ekf_predict.
+  /// D <- F D + G, G the step's derivatives to the parameters; of ekf_predict.
   template <int, class State>
-  void columns(const StateTangent& dx, int force, const Disturbing& at, const MotionSlopes& f,
+  void columns(const StateSensitivities& dx, int force, const Disturbing& at, const MotionSlopes& f,
                const GaussMarkov<N>& others, State& s) const {
     const auto gain = [&](int i, double* row) {
       std::fill(row, row + parameters_, 0.0);
@@ -165,7 +165,7 @@ class LikelihoodFilter {
   void covariance(const MotionSlopes&, State&) const {}
 
  private:
-  /// At a state (6), known as well as one pose and the start's velocity are.
+  /// Start at a state (6), as certain as one pose and the start's velocity.
   void begin(const double* state) {
     std::copy(state, state + kStates, s_.x);
     std::fill(s_.x + kStates, s_.x + N, 0.0);
@@ -181,7 +181,7 @@ class LikelihoodFilter {
     take_off_effects();
   }
 
-  /// The start is as measured: of a point off the origin, and over ground, not through the water.
+  /// The start is that of the measured point and over ground: to the origin and through the water.
   void take_off_effects() {
     const double c = std::cos(s_.x[2]);
     const double s = std::sin(s_.x[2]);
@@ -205,7 +205,7 @@ class LikelihoodFilter {
     s_.d[4][own_ + kCurrent] = s;
   }
 
-  /// What one pose is worth alone [m, m, rad].
+  /// Standard deviation of one pose [m, m, rad].
   double first_pose(int i) const {
     return kColoured ? std::hypot(noise_.white(i), noise_.colour(i)) : noise_.white(i);
   }
@@ -214,7 +214,7 @@ class LikelihoodFilter {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }
 
-  /// Column of the tangents that is parameter c.
+  /// Column of the sensitivities that is parameter c.
   int column(int c) const {
     const int own = columns_.n_coefficients - kAxes;  // the disturbance's are the last
     return kStates + (c < own ? c : c + kAxes);
@@ -238,7 +238,7 @@ class LikelihoodFilter {
   }
 
   void accumulate(const Innovation& seen, const double slope[kPose][kMostSlopes], double weight,
-                  int block, FilterPass& pass) const {
+                  int block, FilterRun& out) const {
     const double(&inverse)[kPose][kPose] = seen.inverse;
     const double* z = seen.z;
     double scaled[kPose][kMostSlopes];
@@ -250,9 +250,9 @@ class LikelihoodFilter {
     }
     for (int a = 0; a < parameters_; ++a) {
       const double sum = slope[0][a] * z[0] + slope[1][a] * z[1] + slope[2][a] * z[2];
-      pass.gradient[static_cast<std::size_t>(a)] += weight * sum;
-      pass.score[row(block, parameters_) + static_cast<std::size_t>(a)] += weight * sum;
-      double* line = &pass.information[row(a, parameters_)];
+      out.gradient[static_cast<std::size_t>(a)] += weight * sum;
+      out.score[row(block, parameters_) + static_cast<std::size_t>(a)] += weight * sum;
+      double* line = &out.information[row(a, parameters_)];
       for (int b = 0; b <= a; ++b) {
         line[b] +=
             scaled[0][a] * slope[0][b] + scaled[1][a] * slope[1][b] + scaled[2][a] * slope[2][b];
@@ -266,7 +266,7 @@ class LikelihoodFilter {
   double outlier_;  // [sigma]
   int own_;         // chosen coefficients and constants
   int parameters_;
-  double spread_[kAxes] = {};  // of the velocity that it begins with
+  double spread_[kAxes] = {};  // of the velocity at a start
   FilterState<N, kMostSlopes> s_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Errors of the model's parameters that the on-board filter considers but does not estimate
-// (Schmidt, "Application of state-space methods to navigation problems", 1966): what they do to
-// thrusters and boat. No heap, no exceptions.
+// Schmidt-Kalman filter: errors of the model's parameters that the filter considers but does not
+// estimate (Schmidt, "Application of state-space methods to navigation problems", 1966), and their
+// effect on thrusters and boat. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 
@@ -11,82 +11,84 @@ namespace seatrial {
 
 inline constexpr int kMostConsidered = 12;
 
-/// What independent causes of unit variance do.
-using Causes = double[kMostConsidered];
+/// Loadings: effects of independent errors of unit variance, the principal errors.
+using Loadings = double[kMostConsidered];
 
-/// Error (truth less model) of each parameter by each cause; those beyond n are zero.
-struct Considered {
+/// Error (truth less model) of each parameter by each of n principal errors; the rest are zero.
+struct PrincipalErrors {
   int n = 0;
-  Causes coefficient[kMaxCoefficients] = {};
-  Causes constant[kMaxConstants] = {};
+  Loadings coefficient[kMaxCoefficients] = {};
+  Loadings constant[kMaxConstants] = {};
 };
 
-/// Errors of the thrusters: `Thrust` differentiated to the causes.
+/// Errors of the thrusters: `Thrust` differentiated to the principal errors.
 struct ThrustErrors {
-  Causes target[kMaxActuators] = {};
-  Causes away[kMaxActuators] = {};  // of level less target
-  Causes multiplier[kMaxActuators] = {};
+  Loadings target[kMaxActuators] = {};
+  Loadings away[kMaxActuators] = {};  // of level less target
+  Loadings multiplier[kMaxActuators] = {};
 };
 
 namespace detail {
 
-inline constexpr double kImpulse = 0.02;  // [s] over which a jump at the wrong time acts
+inline constexpr double kImpulse =
+    0.02;  // [s] over which the error of a jump's time acts without a lag
 
-inline void add_causes(double share, const Causes& from, Causes& to) {
+inline void add_loadings(double share, const Loadings& from, Loadings& to) {
   for (int i = 0; i < kMostConsidered; ++i) to[i] += share * from[i];
 }
 
 /// to += sum of slope_i times the error of constant i.
-inline void add_constants(const Considered& d, const double* slope, int n, Causes& to) {
+inline void add_constants(const PrincipalErrors& d, const double* slope, int n, Loadings& to) {
   for (int i = 0; i < n; ++i) {
-    if (slope[i] != 0.0) add_causes(slope[i], d.constant[i], to);
+    if (slope[i] != 0.0) add_loadings(slope[i], d.constant[i], to);
   }
 }
 
 }  // namespace detail
 
-/// Actuator k gets a new target, of slopes (n_constants) to the constants, in the place of `old`:
-/// the level goes on, but for the time that the change comes earlier or later.
-inline void retarget(const Chain& c, const double* q, const Considered& d, int k, double old,
+/// Actuator k gets a new target in place of `old`; `slope` (n_constants): its derivatives to the
+/// constants. The level is continuous but for the error of the time of the change.
+inline void retarget(const Chain& c, const double* q, const PrincipalErrors& d, int k, double old,
                      double target, const double* slope, ThrustErrors& e) {
   const Actuator& a = c.actuators[k];
   const double lag = detail::constant(q, a.lag, 0.0);
   const bool lags = lag > kShortestLag;
-  Causes fresh = {};
+  Loadings fresh = {};
   detail::add_constants(d, slope, c.n_constants, fresh);
   for (int i = 0; i < kMostConsidered; ++i) {
     if (lags) e.away[k][i] += e.target[k][i] - fresh[i];
     e.target[k][i] = fresh[i];
   }
   if (a.latency < 0) return;
-  detail::add_causes((old - target) / (lags ? lag : detail::kImpulse), d.constant[a.latency],
-                     e.away[k]);
+  detail::add_loadings((old - target) / (lags ? lag : detail::kImpulse), d.constant[a.latency],
+                       e.away[k]);
 }
 
-/// `fades` with what the errors need: their own fade, and slopes to the lag.
-struct ErrorFade {
-  Fade left;                // of an error of the level
+/// `lag_decays` with the decay of errors and derivatives to the lag.
+struct ErrorDecay {
+  LagDecay left;            // of an error of the level
   double mean = 0.0;        // of `left` over the step
   double mean_slope = 0.0;  // to the lag [1/s], of the level's distance to its target
   double end_slope = 0.0;
 };
 
-inline void error_fades(const Chain& c, const double* q, double h, Fade* fading, ErrorFade* out) {
+inline void error_decays(const Chain& c, const double* q, double h, LagDecay* decays,
+                         ErrorDecay* out) {
   for (int k = 0; k < c.n_actuators(); ++k) {
     if (k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag) {
-      fading[k] = fading[k - 1];
+      decays[k] = decays[k - 1];
       out[k] = out[k - 1];
       continue;
     }
     const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
     const bool lags = lag > kShortestLag;
     const double time = lags ? lag : detail::kImpulse;
-    Fade slope;
-    ErrorFade& e = out[k];
-    e = ErrorFade{};
-    e.left = fade(h / time, &slope);
+    LagDecay slope;
+    ErrorDecay& e = out[k];
+    e = ErrorDecay{};
+    e.left = lag_decay(h / time, &slope);
     e.mean = (e.left.begin + 4.0 * e.left.middle + e.left.end) / 6.0;
-    fading[k] = lags ? e.left : Fade{};
+    decays[k] = lags ? e.left : LagDecay{};
     if (!lags) continue;
     const double dx = -h / (lag * lag);
     e.mean_slope = dx * (slope.begin + 4.0 * slope.middle + slope.end) / 6.0;
@@ -96,32 +98,33 @@ inline void error_fades(const Chain& c, const double* q, double h, Fade* fading,
 
 /// Mean errors of the generalised forces over a step; the thrusters' errors move to its end. To be
 /// called before the thrust itself is moved.
-inline void force_errors(const Chain& c, const Considered& d, const Fade* fading,
-                         const ErrorFade* fades, const Thrust& f, ThrustErrors& e,
-                         Causes force[kMaxForces]) {
+inline void force_errors(const Chain& c, const PrincipalErrors& d, const LagDecay* decays,
+                         const ErrorDecay* lag_decays, const Thrust& f, ThrustErrors& e,
+                         Loadings force[kMaxForces]) {
   for (int j = 0; j < c.n_forces; ++j) std::fill(force[j], force[j] + kMostConsidered, 0.0);
-  const Causes none = {};
+  const Loadings none = {};
   for (int k = 0; k < c.n_actuators(); ++k) {
     const std::int8_t own = c.actuators[k].lag;
-    const Causes& lag = own >= 0 ? d.constant[own] : none;
+    const Loadings& lag = own >= 0 ? d.constant[own] : none;
     const double away = f.level[k] - f.target[k];
-    const Fade& left = fading[k];
+    const LagDecay& left = decays[k];
     const double level = f.target[k] + away * (left.begin + 4.0 * left.middle + left.end) / 6.0;
-    Causes output;
+    Loadings output;
     for (int i = 0; i < kMostConsidered; ++i) {
-      const double moved =
-          e.target[k][i] + e.away[k][i] * fades[k].mean + away * fades[k].mean_slope * lag[i];
+      const double moved = e.target[k][i] + e.away[k][i] * lag_decays[k].mean +
+                           away * lag_decays[k].mean_slope * lag[i];
       output[i] = f.multiplier[k] * moved + e.multiplier[k][i] * level;
-      e.away[k][i] = e.away[k][i] * fades[k].left.end + away * fades[k].end_slope * lag[i];
+      e.away[k][i] =
+          e.away[k][i] * lag_decays[k].left.end + away * lag_decays[k].end_slope * lag[i];
     }
-    for (int j = 0; j < c.n_forces; ++j) detail::add_causes(c.mix[j][k], output, force[j]);
+    for (int j = 0; j < c.n_forces; ++j) detail::add_loadings(c.mix[j][k], output, force[j]);
   }
 }
 
-/// Accelerations by the causes in a step's middle, the velocity given.
-inline bool acceleration_errors(const Structure& s, const double* coefficient, const Considered& d,
-                                const double* nu, const double* force,
-                                const Causes force_error[kMaxForces], Causes out[kAxes]) {
+/// Accelerations by the principal errors in a step's middle, at a given velocity.
+inline bool acceleration_errors(const Structure& s, const double* coefficient,
+                                const PrincipalErrors& d, const double* nu, const double* force,
+                                const Loadings force_error[kMaxForces], Loadings out[kAxes]) {
   AccelerationJacobian j;
   double nu_dot[kAxes];
   if (!acceleration_with_jacobian(s, coefficient, nu, force, nu_dot, j)) return false;
@@ -129,19 +132,20 @@ inline bool acceleration_errors(const Structure& s, const double* coefficient, c
     std::fill(out[a], out[a] + kMostConsidered, 0.0);
     for (int i = 0; i < s.n_coefficients; ++i) {
       if (j.coefficient[a][i] != 0.0)
-        detail::add_causes(j.coefficient[a][i], d.coefficient[i], out[a]);
+        detail::add_loadings(j.coefficient[a][i], d.coefficient[i], out[a]);
     }
-    for (int i = 0; i < s.n_forces; ++i) detail::add_causes(j.force[a][i], force_error[i], out[a]);
+    for (int i = 0; i < s.n_forces; ++i)
+      detail::add_loadings(j.force[a][i], force_error[i], out[a]);
   }
   return true;
 }
 
-/// Considered errors of unit covariance in the filter, whose columns are D = cov(x, errors). Over a
-/// step the errors add G to the state, so D <- F D + G, and P gains F D G' + G D' F' + G G'.
+/// The errors in the filter, whose columns are D = cov(x, principal errors). Over a step the errors
+/// add G to the state: D <- F D + G, and P gains F D G' + G D' F' + G G'.
 class ConsideredErrors {
  public:
   /// For a step of h [s] at a heading of cosine c and sine s.
-  ConsideredErrors(const Considered& errors, double h, double c, double s)
+  ConsideredErrors(const PrincipalErrors& errors, double h, double c, double s)
       : errors_(errors), h_(h), cos_(c), sin_(s) {}
 
   bool any() const { return errors_.n > 0; }
@@ -149,13 +153,13 @@ class ConsideredErrors {
   /// The accelerations by the errors in the step's middle, at the velocity nu. False where the
   /// model has none.
   bool accelerate(const Structure& structure, const double* coefficient, const double* nu,
-                  const double* force, const Causes force_error[kMaxForces]) {
+                  const double* force, const Loadings force_error[kMaxForces]) {
     return acceleration_errors(structure, coefficient, errors_, nu, force, force_error, rate_);
   }
 
   /// D <- F D; of ekf_predict.
   template <int N, class State>
-  void columns(const StateTangent&, int, const Disturbing&, const MotionSlopes& f,
+  void columns(const StateSensitivities&, int, const Disturbing&, const MotionSlopes& f,
                const GaussMarkov<N>& others, State& b) const {
     if (!any()) return;
     const auto none = [](int, double* row) { std::fill(row, row + kMostConsidered, 0.0); };
@@ -166,7 +170,7 @@ class ConsideredErrors {
   template <int N, class State>
   void covariance(const MotionSlopes& f, State& b) const {
     if (!any()) return;
-    Causes push[kStates];
+    Loadings push[kStates];
     step_errors(f, push);
     for (int i = 0; i < kStates; ++i) {
       for (int j = i; j < N; ++j) {
@@ -178,15 +182,15 @@ class ConsideredErrors {
         b.p[i][j] = b.p[j][i] = b.p[i][j] + sum;
       }
     }
-    for (int i = 0; i < kStates; ++i) detail::add_causes(1.0, push[i], b.d[i]);
+    for (int i = 0; i < kStates; ++i) detail::add_loadings(1.0, push[i], b.d[i]);
   }
 
  private:
   /// G: pose in the world and velocity. f: less the identity.
-  void step_errors(const MotionSlopes& f, Causes push[kStates]) const {
+  void step_errors(const MotionSlopes& f, Loadings push[kStates]) const {
     for (int i = 0; i < kMostConsidered; ++i) {
       const double gained[kAxes] = {h_ * rate_[0][i], h_ * rate_[1][i], h_ * rate_[2][i]};
-      for (int a = 0; a < kAxes; ++a) {  // an error at the begin is damped for all of the step
+      for (int a = 0; a < kAxes; ++a) {  // an acceleration in the step is damped by half of it
         push[3 + a][i] = gained[a];
         for (int b = 0; b < kAxes; ++b) push[3 + a][i] += 0.5 * f[3 + a][1 + b] * gained[b];
       }
@@ -196,11 +200,11 @@ class ConsideredErrors {
     }
   }
 
-  const Considered& errors_;
+  const PrincipalErrors& errors_;
   double h_;  // [s]
   double cos_;
   double sin_;
-  Causes rate_[kAxes] = {};
+  Loadings rate_[kAxes] = {};
 };
 
 }  // namespace seatrial

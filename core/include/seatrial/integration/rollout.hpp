@@ -14,32 +14,32 @@ inline constexpr int kChunk = 512;  // intervals that are scheduled at once: bou
 
 namespace detail {
 
-/// A state on its way, with tangents where they are wanted. After a divergence all is NaN.
+/// A state along a roll-out, with optional sensitivities. After a divergence all is NaN.
 struct Traveller {
   double x[kStates];
-  StateTangent dx;
-  bool tangents;
+  StateSensitivities dx;
+  bool sensitivities;
   bool good = true;
 
-  Traveller(const Columns& columns, const double* x0, bool with_tangents)
-      : tangents(with_tangents) {
+  Traveller(const Columns& columns, const double* x0, bool with_sensitivities)
+      : sensitivities(with_sensitivities) {
     std::copy(x0, x0 + kStates, x);
-    if (tangents) seed(columns, dx);
+    if (sensitivities) seed(columns, dx);
   }
 
-  void cross(const Schedule& schedule, int interval) {
+  void cross(const StepSchedule& schedule, int interval) {
     if (!good) return;
-    good = tangents ? schedule.run(interval, x, dx) : schedule.run(interval, x);
+    good = sensitivities ? schedule.run(interval, x, dx) : schedule.run(interval, x);
     if (good) return;
     std::fill(x, x + kStates, std::nan(""));
     for (double(&row)[kMaxColumns] : dx.row) std::fill(row, row + kMaxColumns, std::nan(""));
   }
 
   /// Row i of the results.
-  void write(std::ptrdiff_t i, int width, double* out, double* tangent) const {
+  void write(std::ptrdiff_t i, int width, double* out, double* sensitivities) const {
     std::copy(x, x + kStates, out + i * kStates);
-    for (int row = 0; tangents && row < kStates; ++row) {
-      std::copy(dx.row[row], dx.row[row] + width, tangent + (i * kStates + row) * width);
+    for (int row = 0; sensitivities && row < kStates; ++row) {
+      std::copy(dx.row[row], dx.row[row] + width, sensitivities + (i * kStates + row) * width);
     }
   }
 };
@@ -47,20 +47,21 @@ struct Traveller {
 }  // namespace detail
 
 /// States at `time` (n, rising) from x0 at time[0]: out has n rows of 6; out[0] = x0.
-/// With `tangent` (n rows of 6 x columns) also the sensitivities. Returns the rows that are good.
-inline int simulate(const Boat& boat, const Trace& trace, const double* x0, const double* time,
-                    int n, double* out, double* tangent) {
+/// With `sensitivities` (n rows of 6 x columns) also the sensitivities. Returns the rows that are
+/// good.
+inline int simulate(const Boat& boat, const ThrustTrace& trace, const double* x0,
+                    const double* time, int n, double* out, double* sensitivities) {
   if (n < 1) return 0;
   const int width = trace.columns().size();
-  detail::Traveller boat_state(trace.columns(), x0, tangent != nullptr);
-  boat_state.write(0, width, out, tangent);
+  detail::Traveller boat_state(trace.columns(), x0, sensitivities != nullptr);
+  boat_state.write(0, width, out, sensitivities);
   int reached = 1;
   for (int first = 0; first < n - 1; first += kChunk) {
     const int last = std::min(n - 1, first + kChunk);
-    const Schedule schedule(boat, trace, time, first, last, tangent != nullptr);
+    const StepSchedule schedule(boat, trace, time, first, last, sensitivities != nullptr);
     for (int i = first; i < last; ++i) {
       boat_state.cross(schedule, i);
-      boat_state.write(i + 1, width, out, tangent);
+      boat_state.write(i + 1, width, out, sensitivities);
       reached += boat_state.good ? 1 : 0;
     }
   }
@@ -68,10 +69,10 @@ inline int simulate(const Boat& boat, const Trace& trace, const double* x0, cons
 }
 
 /// From j in [begin, end): state x0[j] at time[start[j]], carried to time[stop[j]]. Returns the
-/// state there (out, m rows of 6) and, where asked, its sensitivities.
-inline void predict_range(const Boat& boat, const Trace& trace, const double* time,
+/// state there (out, m rows of 6) and, optionally, its sensitivities.
+inline void predict_range(const Boat& boat, const ThrustTrace& trace, const double* time,
                           const int* start, const int* stop, const double* x0, int begin, int end,
-                          double* out, double* tangent) {
+                          double* out, double* sensitivities) {
   const int width = trace.columns().size();
   for (int j = begin; j < end;) {
     int next = j + 1;  // starts that lie close together share a schedule
@@ -86,24 +87,24 @@ inline void predict_range(const Boat& boat, const Trace& trace, const double* ti
       high = next_high;
       last = std::max(last, stop[next]);
     }
-    const Schedule schedule(boat, trace, time, low, last, tangent != nullptr);
+    const StepSchedule schedule(boat, trace, time, low, last, sensitivities != nullptr);
     for (; j < next; ++j) {
       const double* from = x0 + static_cast<std::ptrdiff_t>(j) * kStates;
-      detail::Traveller boat_state(trace.columns(), from, tangent != nullptr);
+      detail::Traveller boat_state(trace.columns(), from, sensitivities != nullptr);
       for (int k = start[j]; k < stop[j]; ++k) boat_state.cross(schedule, k);
-      boat_state.write(j, width, out, tangent);
+      boat_state.write(j, width, out, sensitivities);
     }
   }
 }
 
 /// All m starts, spread over threads. Every start writes only its own rows, so that the result
 /// does not depend on the number of threads.
-inline void predict(const Boat& boat, const Trace& trace, const double* time, const int* start,
-                    const int* stop, const double* x0, int m, int threads, double* out,
-                    double* tangent) {
+inline void predict(const Boat& boat, const ThrustTrace& trace, const double* time,
+                    const int* start, const int* stop, const double* x0, int m, int threads,
+                    double* out, double* sensitivities) {
   const int n = std::max(1, std::min(threads, m / 64));
   if (n == 1) {
-    predict_range(boat, trace, time, start, stop, x0, 0, m, out, tangent);
+    predict_range(boat, trace, time, start, stop, x0, 0, m, out, sensitivities);
     return;
   }
   std::vector<std::thread> pool;
@@ -111,7 +112,7 @@ inline void predict(const Boat& boat, const Trace& trace, const double* time, co
     const int begin = static_cast<int>(static_cast<long long>(m) * i / n);
     const int end = static_cast<int>(static_cast<long long>(m) * (i + 1) / n);
     pool.emplace_back([&, begin, end] {
-      predict_range(boat, trace, time, start, stop, x0, begin, end, out, tangent);
+      predict_range(boat, trace, time, start, stop, x0, begin, end, out, sensitivities);
     });
   }
   for (auto& thread : pool) thread.join();

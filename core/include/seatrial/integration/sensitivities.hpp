@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The step once more, with its exact derivatives to initial state, coefficients and constants.
+// The step with its exact derivatives (sensitivities) to initial state, coefficients and constants.
 #pragma once
 #include "seatrial/integration/step.hpp"
 
 namespace seatrial {
 
-/// Columns of a tangent matrix: initial state (6 or 0), chosen coefficients, chosen constants.
+/// Columns of the sensitivities: initial state (6 or 0), chosen coefficients, chosen
+/// constants.
 struct Columns {
   int n_initial = 0;
   int n_coefficients = 0;
@@ -19,19 +20,19 @@ struct Columns {
 inline constexpr int kMaxColumns = kStates + kMaxCoefficients + kMaxConstants;
 
 /// d x / d parameters: one row for each state, one column for each parameter.
-struct StateTangent {
+struct StateSensitivities {
   double row[kStates][kMaxColumns];
 };
 
 /// Derivatives of a Thrust to the chosen constants.
-struct ThrustTangent {
+struct ThrustSensitivities {
   double level[kMaxActuators][kMaxConstants] = {};
   double target[kMaxActuators][kMaxConstants] = {};
   double multiplier[kMaxActuators][kMaxConstants] = {};
 };
 
 /// Starts the columns of the initial state as the identity, all others at 0.
-inline void seed(const Columns& columns, StateTangent& dx) {
+inline void seed(const Columns& columns, StateSensitivities& dx) {
   for (int i = 0; i < kStates; ++i) {
     for (int c = 0; c < columns.size(); ++c) dx.row[i][c] = 0.0;
     if (columns.n_initial == kStates) dx.row[i][i] = 1.0;
@@ -40,12 +41,13 @@ inline void seed(const Columns& columns, StateTangent& dx) {
 
 namespace detail {
 
-using ForceTangent = double[kMaxForces][kMaxConstants];
+using ForceSensitivities = double[kMaxForces][kMaxConstants];
 
 /// x_dot and d x_dot = J dx + explicit dependence on coefficients and forces.
-inline bool state_rate_tangent(const Structure& s, const double* coefficient, const double* x,
-                               const double* force, const Columns& columns, const StateTangent& dx,
-                               const ForceTangent& dforce, double* x_dot, StateTangent& dx_dot) {
+inline bool state_rate_sensitivities(const Structure& s, const double* coefficient, const double* x,
+                                     const double* force, const Columns& columns,
+                                     const StateSensitivities& dx, const ForceSensitivities& dforce,
+                                     double* x_dot, StateSensitivities& dx_dot) {
   AccelerationJacobian j;
   const double cp = std::cos(x[2]);
   const double sp = std::sin(x[2]);
@@ -78,8 +80,9 @@ inline bool state_rate_tangent(const Structure& s, const double* coefficient, co
 }
 
 /// out = dx + share (h dk + dh k), where only constants (a latency) move the step's length.
-inline void shift_tangent(const Columns& columns, const StateTangent& dx, const StateTangent& dk,
-                          const double* k, double h, const double* dh, StateTangent& out) {
+inline void shift_sensitivities(const Columns& columns, const StateSensitivities& dx,
+                                const StateSensitivities& dk, const double* k, double h,
+                                const double* dh, StateSensitivities& out) {
   const int n = columns.size();
   for (int i = 0; i < kStates; ++i) {
     for (int c = 0; c < n; ++c) out.row[i][c] = dx.row[i][c] + h * dk.row[i][c];
@@ -94,27 +97,28 @@ inline void scaled(const double* from, int n, double share, double* to) {
 
 }  // namespace detail
 
-/// Forward Euler with tangents; h is fixed by the stamps.
-inline bool euler_step_tangent(const Structure& s, const double* coefficient,
-                               const Columns& columns, double h, const double* force,
-                               const detail::ForceTangent& dforce, double* x, StateTangent& dx) {
+/// Forward Euler with sensitivities; h is fixed by the stamps.
+inline bool euler_step_sensitivities(const Structure& s, const double* coefficient,
+                                     const Columns& columns, double h, const double* force,
+                                     const detail::ForceSensitivities& dforce, double* x,
+                                     StateSensitivities& dx) {
   double k[kStates];
-  StateTangent dk;
-  if (!detail::state_rate_tangent(s, coefficient, x, force, columns, dx, dforce, k, dk)) {
+  StateSensitivities dk;
+  if (!detail::state_rate_sensitivities(s, coefficient, x, force, columns, dx, dforce, k, dk)) {
     return false;
   }
   const double still[kMaxConstants] = {0.0};
-  detail::shift_tangent(columns, dx, dk, k, h, still, dx);
+  detail::shift_sensitivities(columns, dx, dk, k, h, still, dx);
   for (int i = 0; i < kStates; ++i) x[i] += h * k[i];
   return true;
 }
 
-/// Runge-Kutta with tangents. dh: derivative of the step's length to each constant.
-inline bool runge_kutta_step_tangent(const Structure& s, const double* coefficient,
-                                     const Columns& columns, double h, const double* dh,
-                                     const double force[3][kMaxForces],
-                                     const detail::ForceTangent dforce[3], double* x,
-                                     StateTangent& dx) {
+/// Runge-Kutta with sensitivities. dh: derivative of the step's length to each constant.
+inline bool runge_kutta_step_sensitivities(const Structure& s, const double* coefficient,
+                                           const Columns& columns, double h, const double* dh,
+                                           const double force[3][kMaxForces],
+                                           const detail::ForceSensitivities dforce[3], double* x,
+                                           StateSensitivities& dx) {
   static constexpr int kNode[4] = {0, 1, 1, 2};
   static constexpr double kShare[4] = {0.0, 0.5, 0.5, 1.0};
   static constexpr double kWeight[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
@@ -122,20 +126,20 @@ inline bool runge_kutta_step_tangent(const Structure& s, const double* coefficie
   double sum[kStates] = {0.0};
   double at[kStates];
   double part[kMaxConstants];
-  StateTangent dk;
-  StateTangent shifted;
-  StateTangent dsum;
-  const StateTangent* dat = &dx;
+  StateSensitivities dk;
+  StateSensitivities shifted;
+  StateSensitivities dsum;
+  const StateSensitivities* dat = &dx;
   const int n = columns.size();
   for (int stage = 0; stage < 4; ++stage) {
     for (int i = 0; i < kStates; ++i) at[i] = x[i] + kShare[stage] * h * k[i];
     if (stage > 0) {
       detail::scaled(dh, columns.n_constants, kShare[stage], part);
-      detail::shift_tangent(columns, dx, dk, k, kShare[stage] * h, part, shifted);
+      detail::shift_sensitivities(columns, dx, dk, k, kShare[stage] * h, part, shifted);
       dat = &shifted;
     }
-    if (!detail::state_rate_tangent(s, coefficient, at, force[kNode[stage]], columns, *dat,
-                                    dforce[kNode[stage]], k, dk)) {
+    if (!detail::state_rate_sensitivities(s, coefficient, at, force[kNode[stage]], columns, *dat,
+                                          dforce[kNode[stage]], k, dk)) {
       return false;
     }
     for (int i = 0; i < kStates; ++i) {
@@ -145,7 +149,7 @@ inline bool runge_kutta_step_tangent(const Structure& s, const double* coefficie
       }
     }
   }
-  detail::shift_tangent(columns, dx, dsum, sum, h, dh, dx);
+  detail::shift_sensitivities(columns, dx, dsum, sum, h, dh, dx);
   for (int i = 0; i < kStates; ++i) x[i] += h * sum[i];
   return true;
 }
@@ -155,7 +159,7 @@ namespace detail {
 /// Levels at begin, middle and end of a step with their derivatives, mixed into forces.
 struct StepForces {
   double force[3][kMaxForces];
-  ForceTangent dforce[3];
+  ForceSensitivities dforce[3];
 };
 
 inline void mix_node(const Chain& c, const Columns& columns, const double* output,
@@ -170,9 +174,9 @@ inline void mix_node(const Chain& c, const Columns& columns, const double* outpu
   }
 }
 
-/// What is left of the distance to the target after `h`, and its derivatives.
-inline double decay_tangent(const Chain& c, const double* q, const Columns& columns, int k,
-                            double h, const double* dh, double* dremains) {
+/// The remaining distance to the target after `h`, and its derivatives.
+inline double decay_sensitivities(const Chain& c, const double* q, const Columns& columns, int k,
+                                  double h, const double* dh, double* dremains) {
   const double remains = decay(c, q, k, h);
   const double lag = constant(q, c.actuators[k].lag, 0.0);
   for (int p = 0; p < columns.n_constants; ++p) {
@@ -187,8 +191,9 @@ inline double decay_tangent(const Chain& c, const double* q, const Columns& colu
 }
 
 /// The level after `h` and its derivatives: target + (level - target) remains.
-inline double level_tangent(const Columns& columns, const Thrust& f, const ThrustTangent& df, int k,
-                            double remains, const double* dremains, double* dlevel) {
+inline double level_sensitivities(const Columns& columns, const Thrust& f,
+                                  const ThrustSensitivities& df, int k, double remains,
+                                  const double* dremains, double* dlevel) {
   const double away = f.level[k] - f.target[k];
   for (int p = 0; p < columns.n_constants; ++p) {
     const double daway = df.level[k][p] - df.target[k][p];
@@ -198,8 +203,9 @@ inline double level_tangent(const Columns& columns, const Thrust& f, const Thrus
 }
 
 /// output = multiplier level, with derivatives.
-inline double output_tangent(const Columns& columns, const Thrust& f, const ThrustTangent& df,
-                             int k, double level, const double* dlevel, double* doutput) {
+inline double output_sensitivities(const Columns& columns, const Thrust& f,
+                                   const ThrustSensitivities& df, int k, double level,
+                                   const double* dlevel, double* doutput) {
   for (int p = 0; p < columns.n_constants; ++p) {
     doutput[p] = df.multiplier[k][p] * level + f.multiplier[k] * dlevel[p];
   }
@@ -208,23 +214,23 @@ inline double output_tangent(const Columns& columns, const Thrust& f, const Thru
 
 }  // namespace detail
 
-/// `step_forces` of step.hpp with tangents, for a step of h [s] that the constants move by dh.
-inline void step_forces_tangent(const Chain& c, const double* q, const Columns& columns, double h,
-                                const double* dh, Thrust& f, ThrustTangent& df,
-                                detail::StepForces& to) {
+/// `step_forces` of step.hpp with sensitivities, for a step of h [s] that the constants move by dh.
+inline void step_forces_sensitivities(const Chain& c, const double* q, const Columns& columns,
+                                      double h, const double* dh, Thrust& f,
+                                      ThrustSensitivities& df, detail::StepForces& to) {
   double output[3][kMaxActuators];
   double doutput[3][kMaxActuators][kMaxConstants];
   bool lags = false;
-  Fade fading;
-  Fade slope;
+  LagDecay decays;
+  LagDecay slope;
   double dx[kMaxConstants];
   for (int k = 0; k < c.n_actuators(); ++k) {
     const std::int8_t own = c.actuators[k].lag;
     if (k == 0 || own != c.actuators[k - 1].lag) {
       const double lag = detail::constant(q, own, 0.0);
       lags = lag > kShortestLag;
-      slope = Fade{};
-      fading = lags ? fade(h / lag, &slope) : Fade{};
+      slope = LagDecay{};
+      decays = lags ? lag_decay(h / lag, &slope) : LagDecay{};
       for (int p = 0; p < columns.n_constants; ++p) {
         const double dlag = columns.constant[p] == own ? 1.0 : 0.0;
         dx[p] = lags ? (dh[p] - h * dlag / lag) / lag : 0.0;
@@ -233,14 +239,14 @@ inline void step_forces_tangent(const Chain& c, const double* q, const Columns& 
     double dfade[kMaxConstants];
     double dlevel[kMaxConstants];
     detail::scaled(dx, columns.n_constants, slope.begin, dfade);
-    double level = detail::level_tangent(columns, f, df, k, fading.begin, dfade, dlevel);
-    output[0][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[0][k]);
+    double level = detail::level_sensitivities(columns, f, df, k, decays.begin, dfade, dlevel);
+    output[0][k] = detail::output_sensitivities(columns, f, df, k, level, dlevel, doutput[0][k]);
     detail::scaled(dx, columns.n_constants, slope.middle, dfade);
-    level = detail::level_tangent(columns, f, df, k, fading.middle, dfade, dlevel);
-    output[1][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[1][k]);
+    level = detail::level_sensitivities(columns, f, df, k, decays.middle, dfade, dlevel);
+    output[1][k] = detail::output_sensitivities(columns, f, df, k, level, dlevel, doutput[1][k]);
     detail::scaled(dx, columns.n_constants, slope.end, dfade);
-    level = detail::level_tangent(columns, f, df, k, fading.end, dfade, dlevel);
-    output[2][k] = detail::output_tangent(columns, f, df, k, level, dlevel, doutput[2][k]);
+    level = detail::level_sensitivities(columns, f, df, k, decays.end, dfade, dlevel);
+    output[2][k] = detail::output_sensitivities(columns, f, df, k, level, dlevel, doutput[2][k]);
     f.level[k] = level;
     std::copy(dlevel, dlevel + columns.n_constants, df.level[k]);
   }
@@ -249,19 +255,19 @@ inline void step_forces_tangent(const Chain& c, const double* q, const Columns& 
   }
 }
 
-/// `advance` of step.hpp with tangents. dlength: derivative of the interval to each constant.
-inline bool advance_tangent(const Structure& s, const double* coefficient, const Chain& c,
-                            const double* q, const Columns& columns, double length,
-                            const double* dlength, double longest, Thrust& f, ThrustTangent& df,
-                            double* x, StateTangent& dx) {
+/// `advance` of step.hpp with sensitivities. dlength: derivative of the interval to each constant.
+inline bool advance_sensitivities(const Structure& s, const double* coefficient, const Chain& c,
+                                  const double* q, const Columns& columns, double length,
+                                  const double* dlength, double longest, Thrust& f,
+                                  ThrustSensitivities& df, double* x, StateSensitivities& dx) {
   const int n = steps_for(length, longest);
   double dh[kMaxConstants] = {0.0};
   detail::scaled(dlength, columns.n_constants, 1.0 / n, dh);
   for (int i = 0; i < n; ++i) {
     detail::StepForces forces;
-    step_forces_tangent(c, q, columns, length / n, dh, f, df, forces);
-    if (!runge_kutta_step_tangent(s, coefficient, columns, length / n, dh, forces.force,
-                                  forces.dforce, x, dx)) {
+    step_forces_sensitivities(c, q, columns, length / n, dh, f, df, forces);
+    if (!runge_kutta_step_sensitivities(s, coefficient, columns, length / n, dh, forces.force,
+                                        forces.dforce, x, dx)) {
       return false;
     }
   }

@@ -56,7 +56,7 @@ inline bool runge_kutta_step(const Structure& s, const T* coefficient, const T& 
   return solved;
 }
 
-/// Whether the boat is still anywhere: false where it diverged.
+/// Whether the state is bounded: false where it diverged.
 inline bool bounded(const double* x) {
   return std::all_of(x, x + kStates, [](double value) { return std::abs(value) < 1e9; });
 }
@@ -66,24 +66,24 @@ inline int steps_for(double length, double longest) {
   return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
 }
 
-/// The fade of each actuator over a step of h [s]; none is left of a distance without a lag.
-inline void fades(const Chain& c, const double* q, double h, Fade* fading) {
+/// Decay of each actuator's lag over a step of h [s]; at once where it has none.
+inline void lag_decays(const Chain& c, const double* q, double h, LagDecay* decays) {
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
     const bool same = k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag;
-    fading[k] = same ? fading[k - 1] : (lag > kShortestLag ? fade(h / lag) : Fade{});
+    decays[k] = same ? decays[k - 1] : (lag > kShortestLag ? lag_decay(h / lag) : LagDecay{});
   }
 }
 
 /// Forces at begin, middle and end of a step without a break; the levels move to its end.
-inline void step_forces(const Chain& c, const Fade* fading, Thrust& f,
+inline void step_forces(const Chain& c, const LagDecay* decays, Thrust& f,
                         double force[3][kMaxForces]) {
   double output[3][kMaxActuators];
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double away = f.level[k] - f.target[k];
-    const double end = f.target[k] + away * fading[k].end;
-    output[0][k] = f.multiplier[k] * (f.target[k] + away * fading[k].begin);
-    output[1][k] = f.multiplier[k] * (f.target[k] + away * fading[k].middle);
+    const double end = f.target[k] + away * decays[k].end;
+    output[0][k] = f.multiplier[k] * (f.target[k] + away * decays[k].begin);
+    output[1][k] = f.multiplier[k] * (f.target[k] + away * decays[k].middle);
     output[2][k] = f.multiplier[k] * end;
     f.level[k] = end;
   }
@@ -96,13 +96,13 @@ inline bool advance(const Structure& s, const double* coefficient, const Chain& 
   if (!(length > 0.0)) return true;
   const int n = steps_for(length, longest);
   const double h = length / n;
-  Fade fading[kMaxActuators];
+  LagDecay decays[kMaxActuators];
   double force[3][kMaxForces];
-  fades(c, q, h, fading);
+  lag_decays(c, q, h, decays);
   // without a lag the level has jumped to its target
   for (int k = 0; k < c.n_actuators(); ++k) f.level[k] = level_after(c, q, f, k, 0.0);
   for (int i = 0; i < n; ++i) {
-    step_forces(c, fading, f, force);
+    step_forces(c, decays, f, force);
     if (!runge_kutta_step(s, coefficient, h, force, x)) return false;
   }
   return bounded(x);

@@ -9,7 +9,7 @@
 
 namespace seatrial {
 
-/// A model and the way it is integrated.
+/// A model and its integrator.
 struct Boat {
   Structure structure;
   double coefficient[kMaxCoefficients] = {};
@@ -19,18 +19,18 @@ struct Boat {
 
 /// Steps of the intervals time[first] .. time[last]: Runge-Kutta steps that break at every change
 /// of the input, or one forward-Euler step an interval with the force at its begin.
-class Schedule {
+class StepSchedule {
  public:
-  Schedule(const Boat& boat, const Trace& trace, const double* time, int first, int last,
-           bool tangents)
-      : boat_(boat), trace_(trace), first_(first), tangents_(tangents) {
+  StepSchedule(const Boat& boat, const ThrustTrace& trace, const double* time, int first, int last,
+               bool sensitivities)
+      : boat_(boat), trace_(trace), first_(first), sensitivities_(sensitivities) {
     begin_.reserve(static_cast<std::size_t>(last - first) + 1);
     for (int i = first; i < last; ++i) {
       begin_.push_back(steps_.size());
       if (boat.integrator == Integrator::kForwardEuler) {
         add_euler(time[i], time[i + 1]);
-      } else if (tangents) {
-        add_tangent(time[i], time[i + 1]);
+      } else if (sensitivities) {
+        add_sensitivities(time[i], time[i + 1]);
       } else {
         add(time[i], time[i + 1]);
       }
@@ -52,10 +52,10 @@ class Schedule {
     return bounded(x);
   }
 
-  /// The same with tangents to trace.columns().
-  bool run(int i, double* x, StateTangent& dx) const {
+  /// The same with sensitivities to trace.columns().
+  bool run(int i, double* x, StateSensitivities& dx) const {
     const Columns& columns = trace_.columns();
-    detail::ForceTangent dforce[3];
+    detail::ForceSensitivities dforce[3];
     double dh[kMaxConstants] = {0.0};
     const auto at = static_cast<std::size_t>(i - first_);
     for (std::size_t k = begin_[at]; k < begin_[at + 1]; ++k) {
@@ -63,10 +63,10 @@ class Schedule {
       unpack(k, dh, dforce);
       const bool solved =
           boat_.integrator == Integrator::kForwardEuler
-              ? euler_step_tangent(boat_.structure, boat_.coefficient, columns, step.h,
-                                   step.force[0], dforce[0], x, dx)
-              : runge_kutta_step_tangent(boat_.structure, boat_.coefficient, columns, step.h, dh,
-                                         step.force, dforce, x, dx);
+              ? euler_step_sensitivities(boat_.structure, boat_.coefficient, columns, step.h,
+                                         step.force[0], dforce[0], x, dx)
+              : runge_kutta_step_sensitivities(boat_.structure, boat_.coefficient, columns, step.h,
+                                               dh, step.force, dforce, x, dx);
       if (!solved) return false;
     }
     return bounded(x);
@@ -82,25 +82,25 @@ class Schedule {
     Step step{t1 - t0, {}};
     Thrust f;
     const int at = trace_.find(t0);
-    if (!tangents_) {
+    if (!sensitivities_) {
       trace_.at(at, t0, f);
       forces_after(trace_.chain(), trace_.constants(), f, 0.0, step.force[0]);
       steps_.push_back(step);
       return;
     }
     const double still[kMaxConstants] = {0.0};
-    ThrustTangent df;
+    ThrustSensitivities df;
     trace_.at(at, t0, nullptr, f, df);
     detail::StepForces forces;
-    step_forces_tangent(trace_.chain(), trace_.constants(), trace_.columns(), 0.0, still, f, df,
-                        forces);
+    step_forces_sensitivities(trace_.chain(), trace_.constants(), trace_.columns(), 0.0, still, f,
+                              df, forces);
     std::copy(forces.force[0], forces.force[0] + kMaxForces, step.force[0]);
     steps_.push_back(step);
     pack(still, forces.dforce);
   }
 
   void add(double t0, double t1) {
-    Fade fading[kMaxActuators];
+    LagDecay decays[kMaxActuators];
     Thrust f;
     int cursor = trace_.find(t0);
     for (double t = t0; t < t1;) {
@@ -110,9 +110,9 @@ class Schedule {
       const int n = steps_for(end - t, boat_.longest_step);
       Step step{(end - t) / n, {}};
       trace_.at(cursor, t, f);
-      fades(trace_.chain(), trace_.constants(), step.h, fading);
+      lag_decays(trace_.chain(), trace_.constants(), step.h, decays);
       for (int i = 0; i < n; ++i) {
-        step_forces(trace_.chain(), fading, f, step.force);
+        step_forces(trace_.chain(), decays, f, step.force);
         steps_.push_back(step);
       }
       t = end;
@@ -121,7 +121,7 @@ class Schedule {
 
   /// A break moves with its latency, a stamp does not. Where both coincide a jump's derivative is
   /// the one from the left: the break came first.
-  void add_tangent(double t0, double t1) {
+  void add_sensitivities(double t0, double t1) {
     if (!(t0 < t1)) return;
     const int n = trace_.columns().n_constants;
     int cursor = trace_.find(t0);
@@ -132,7 +132,7 @@ class Schedule {
       const double end = more ? trace_.time(cursor + 1) : t1;
       double dend[kMaxConstants] = {0.0};
       double dlength[kMaxConstants];
-      if (more) trace_.time_tangent(cursor + 1, 1.0, dend);
+      if (more) trace_.time_sensitivities(cursor + 1, 1.0, dend);
       bool apart = false;
       for (int p = 0; p < n; ++p) {
         dlength[p] = dend[p] - dbegin[p];
@@ -155,8 +155,8 @@ class Schedule {
     trace_.at(cursor, t, dt, f, moving_);
     for (int i = 0; i < n; ++i) {
       detail::StepForces forces;
-      step_forces_tangent(trace_.chain(), trace_.constants(), columns, length / n, dh, f, moving_,
-                          forces);
+      step_forces_sensitivities(trace_.chain(), trace_.constants(), columns, length / n, dh, f,
+                                moving_, forces);
       Step step{length / n, {}};
       for (int node = 0; node < 3; ++node) {
         std::copy(forces.force[node], forces.force[node] + kMaxForces, step.force[node]);
@@ -172,7 +172,7 @@ class Schedule {
   }
 
   // Rows are a few numbers long: loops are quicker than a call to move memory for each.
-  void pack(const double* dh, const detail::ForceTangent dforce[3]) {
+  void pack(const double* dh, const detail::ForceSensitivities dforce[3]) {
     const int n = trace_.columns().n_constants;
     slopes_.resize(slopes_.size() + packed());
     double* to = slopes_.data() + slopes_.size() - packed();
@@ -184,7 +184,7 @@ class Schedule {
     }
   }
 
-  void unpack(std::size_t k, double* dh, detail::ForceTangent dforce[3]) const {
+  void unpack(std::size_t k, double* dh, detail::ForceSensitivities dforce[3]) const {
     const int n = trace_.columns().n_constants;
     const double* from = slopes_.data() + k * packed();
     for (int p = 0; p < n; ++p) dh[p] = *from++;
@@ -196,10 +196,10 @@ class Schedule {
   }
 
   const Boat& boat_;
-  const Trace& trace_;
+  const ThrustTrace& trace_;
   int first_;
-  bool tangents_;
-  ThrustTangent moving_;  // loaded anew for every interval
+  bool sensitivities_;
+  ThrustSensitivities moving_;  // of the interval
   std::vector<std::size_t> begin_;
   std::vector<Step> steps_;
   std::vector<double> slopes_;

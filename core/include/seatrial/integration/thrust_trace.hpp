@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the thrusters do along a whole recording. It depends on commands and constants only,
-// never on the boat, so it is computed once and shared by all roll-outs. Host side: uses heap.
+// Thrust along a whole recording. It depends on commands and constants only, not on the boat, so it
+// is computed once and shared by all roll-outs. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -20,11 +20,11 @@ struct Held {
 };
 
 /// Thrust between breaks. A break is where a (delayed) command or a scale signal changes.
-class Trace {
+class ThrustTrace {
  public:
   /// The first row of each signal is taken to have held for ever before.
-  Trace(const Chain& chain, const double* q, const Held& commands, const Held& scales,
-        const Columns& columns)
+  ThrustTrace(const Chain& chain, const double* q, const Held& commands, const Held& scales,
+              const Columns& columns)
       : chain_(chain), columns_(columns) {
     std::copy(q, q + chain.n_constants, q_);
     if (scales.n > 0) {
@@ -52,7 +52,7 @@ class Trace {
   }
 
   /// Derivative of a break's time to the chosen constants: 1 for its own latency.
-  void time_tangent(int i, double sign, double* dtime) const {
+  void time_sensitivities(int i, double sign, double* dtime) const {
     const int own = moved_by_[static_cast<std::size_t>(i)];
     for (int p = 0; p < columns_.n_constants; ++p) {
       if (own >= 0 && columns_.constant[p] == own) dtime[p] += sign;
@@ -72,15 +72,15 @@ class Trace {
   }
 
   /// The same with derivatives; t itself is fixed, or moves with the constants by dt.
-  void at(int i, double t, const double* dt, Thrust& f, ThrustTangent& df) const {
+  void at(int i, double t, const double* dt, Thrust& f, ThrustSensitivities& df) const {
     load(i, f);
-    load_tangent(i, df);
+    load_sensitivities(i, df);
     const bool finite = std::isfinite(time(i));
     const double length = finite ? t - time(i) : 0.0;
     double dlength[kMaxConstants] = {0.0};
     if (finite) {
       for (int p = 0; p < columns_.n_constants; ++p) dlength[p] = dt == nullptr ? 0.0 : dt[p];
-      time_tangent(i, -1.0, dlength);
+      time_sensitivities(i, -1.0, dlength);
     }
     settle(length, dlength, f, df);
   }
@@ -121,7 +121,7 @@ class Trace {
 
   void sweep(const Held& commands, const Held& scales) {
     Thrust f;
-    ThrustTangent df;
+    ThrustSensitivities df;
     for (int k = 0; k < chain_.n_actuators(); ++k) aim(commands.row(0), k, f, df);
     rescale(f, df);
     std::copy(f.target, f.target + kMaxActuators, f.level);
@@ -149,8 +149,8 @@ class Trace {
     changes_.shrink_to_fit();
   }
 
-  static ThrustTangent start(const ThrustTangent& df) {
-    ThrustTangent out = df;
+  static ThrustSensitivities start(const ThrustSensitivities& df) {
+    ThrustSensitivities out = df;
     std::copy(&df.target[0][0], &df.target[0][0] + std::ptrdiff_t{kMaxActuators} * kMaxConstants,
               &out.level[0][0]);
     return out;
@@ -161,7 +161,7 @@ class Trace {
   }
 
   /// Target of actuator k for a new row of commands.
-  void aim(const double* command, int k, Thrust& f, ThrustTangent& df) const {
+  void aim(const double* command, int k, Thrust& f, ThrustSensitivities& df) const {
     double thruster[kMaxActuators];
     double slope[kMaxConstants] = {0.0};
     allocate(chain_.allocation, command, thruster);
@@ -169,7 +169,7 @@ class Trace {
     choose(slope, df.target[k]);
   }
 
-  void rescale(Thrust& f, ThrustTangent& df) const {
+  void rescale(Thrust& f, ThrustSensitivities& df) const {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       double slope[kMaxConstants] = {0.0};
       f.multiplier[k] = multiplier(chain_, q_, k, scale_, slope);
@@ -178,25 +178,25 @@ class Trace {
   }
 
   /// Levels (and their derivatives) after `length` in the interval that f, df begin.
-  void settle(double length, const double* dlength, Thrust& f, ThrustTangent& df) const {
+  void settle(double length, const double* dlength, Thrust& f, ThrustSensitivities& df) const {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       double dremains[kMaxConstants];
       double dlevel[kMaxConstants];
       const double remains =
-          detail::decay_tangent(chain_, q_, columns_, k, length, dlength, dremains);
-      f.level[k] = detail::level_tangent(columns_, f, df, k, remains, dremains, dlevel);
+          detail::decay_sensitivities(chain_, q_, columns_, k, length, dlength, dremains);
+      f.level[k] = detail::level_sensitivities(columns_, f, df, k, remains, dremains, dlevel);
       std::copy(dlevel, dlevel + columns_.n_constants, df.level[k]);
     }
   }
 
-  void store(double t, int latency, const Thrust& f, const ThrustTangent& df) {
+  void store(double t, int latency, const Thrust& f, const ThrustSensitivities& df) {
     time_.push_back(t);
     moved_by_.push_back(latency);
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       value_.insert(value_.end(), {f.level[k], f.target[k], f.multiplier[k]});
       for (const auto* block : {&df.level, &df.target, &df.multiplier}) {
         const double* from = (*block)[k];
-        tangent_.insert(tangent_.end(), from, from + columns_.n_constants);
+        sensitivities_.insert(sensitivities_.end(), from, from + columns_.n_constants);
       }
     }
   }
@@ -211,10 +211,10 @@ class Trace {
     }
   }
 
-  void load_tangent(int i, ThrustTangent& df) const {
+  void load_sensitivities(int i, ThrustSensitivities& df) const {
     const int n = chain_.n_actuators();
     const int w = columns_.n_constants;
-    const double* from = tangent_.data() + static_cast<std::ptrdiff_t>(i) * 3 * n * w;
+    const double* from = sensitivities_.data() + static_cast<std::ptrdiff_t>(i) * 3 * n * w;
     for (int k = 0; k < n; ++k) {
       for (auto* block : {&df.level, &df.target, &df.multiplier}) {
         std::copy(from, from + w, (*block)[k]);
@@ -231,7 +231,7 @@ class Trace {
   std::vector<double> time_;
   std::vector<int> moved_by_;
   std::vector<double> value_;
-  std::vector<double> tangent_;
+  std::vector<double> sensitivities_;
 };
 
 }  // namespace seatrial

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the on-board predictor is doing, and where its model was identified. No heap, no exceptions.
+// Health of the on-board predictor: flags with advice, results of inputs, and the range in which
+// the model was identified. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -11,20 +12,20 @@ namespace seatrial {
 
 /// Flags of an estimate.
 enum Health : std::uint32_t {
-  kNoPose = 1U << 0,           // no pose was used yet, or none since it diverged: nothing is known
-  kDeadReckoning = 1U << 1,    // no pose was used lately
-  kGateRejecting = 1U << 2,    // the last pose was taken for a false match
-  kReinitialised = 1U << 3,    // lately the poses were right and the filter was not
+  kNoPose = 1U << 0,           // no pose used yet, or none since a divergence: state unknown
+  kDeadReckoning = 1U << 1,    // no recent pose
+  kGateRejecting = 1U << 2,    // the last pose failed the gate
+  kReinitialised = 1U << 3,    // reset recently to poses that contradicted the filter
   kCommandSilence = 1U << 4,   // no command is in force
-  kOutsideSpeeds = 1U << 5,    // faster than the model was identified
-  kOutsideCommands = 1U << 6,  // more thrust than the model was identified with
-  kBadInput = 1U << 7,         // lately an input was refused: not a number, stale or no room for it
-  kDiverged = 1U << 8,         // lately the model ran away, or stamps leapt: it began anew
-  kBeyondReach = 1U << 9,      // the time asked for is too far away: the estimate is of another
-  kModelDoubted = 1U << 10  // poses overruled the filter again and again: it is wary of the model
+  kOutsideSpeeds = 1U << 5,    // outside the speeds of identification
+  kOutsideCommands = 1U << 6,  // outside the thrust of identification
+  kBadInput = 1U << 7,         // an input was refused recently: not a number, stale, or no room
+  kDiverged = 1U << 8,         // reset recently after a divergence or a jump of the stamps
+  kBeyondReach = 1U << 9,      // the requested time is outside the buffer: `time` differs from it
+  kModelDoubted = 1U << 10  // poses contradicted the model repeatedly: process noise is increased
 };
 
-/// A flag in words.
+/// Name of a flag and advice to the user.
 struct HealthWords {
   Health flag;
   const char* name;
@@ -32,41 +33,45 @@ struct HealthWords {
 };
 
 inline constexpr HealthWords kHealthWords[] = {
-    {kNoPose, "no pose", "no pose yet: pose and velocity are not known; check that poses arrive"},
-    {kDeadReckoning, "dead reckoning", "no pose was used lately: trust the covariance, it grows"},
+    {kNoPose, "no pose",
+     "no pose received yet: pose and velocity are unknown. Check that poses arrive"},
+    {kDeadReckoning, "dead reckoning",
+     "no recent pose: dead reckoning by the model. The covariance grows accordingly"},
     {kGateRejecting, "gate rejecting",
-     "the last pose was far from its prediction and was not used"},
+     "the last pose failed the innovation gate and was not used. Check it for false matches"},
     {kReinitialised, "reinitialised",
-     "poses agreed with each other and not with the filter: it follows them now"},
-    {kCommandSilence, "command silence", "no command in force: the thrusters are taken to be off"},
+     "consecutive poses agreed with each other, not with the filter. The filter was reset to them"},
+    {kCommandSilence, "command silence",
+     "no valid command: thrust is assumed zero. Check that commands arrive"},
     {kOutsideSpeeds, "outside speeds",
-     "faster than the model was identified: record and identify there"},
+     "speed is outside the range of identification. Record data there and identify again"},
     {kOutsideCommands, "outside commands",
-     "more thrust than the model was identified with: record and identify there"},
+     "thrust is outside the range of identification. Record data there and identify again"},
     {kBadInput, "bad input",
-     "an input was refused: not a number, too late, or its stamp is far off"},
-    {kDiverged, "diverged", "the model ran away, or stamps leapt: it began anew at the next pose"},
+     "an input was refused: not a number, too late, or its stamp is implausible. Check the clocks"},
+    {kDiverged, "diverged",
+     "the estimate diverged, or stamps jumped. The filter restarts at the next pose"},
     {kBeyondReach, "beyond reach",
-     "the time asked for is not kept any more, or too far ahead: the estimate is of its own time"},
+     "the requested time is outside the buffer. The estimate is for the time in its stamp"},
     {kModelDoubted, "model doubted",
-     "poses overruled the model more than once: a current, wind, another payload, or a SLAM that "
-     "jumps? It counts with disturbances now; if it was the boat, identify again"}};
+     "poses contradicted the model repeatedly, so process noise is increased. Check for current, "
+     "wind, payload and SLAM jumps. If the boat changed, identify again"}};
 
-/// What became of an input.
+/// Result of an input.
 enum class Taken : std::uint8_t {
   kUsed,       // or will be, at its stamp; a pose, if it passes the gate
   kNotNumber,  // NaN, infinite or absurdly large, or no covariance
-  kStale,      // older than what is kept
-  kAhead,      // its stamp leaps ahead: used when the next one does, too
-  kTwice,      // the same pose once more
-  kNoRoom      // more within the window than there is room for
+  kStale,      // older than the buffer
+  kAhead,      // its stamp is far ahead: used once a second one agrees
+  kTwice,      // a duplicate of a pose
+  kNoRoom      // the window holds as many inputs as fit
 };
 
-/// In words, in the same order.
+/// Their names, in the same order.
 inline constexpr const char* kTakenWords[] = {"used",  "not a number", "stale",
                                               "ahead", "twice",        "no room"};
 
-/// Ranges that the model was identified in.
+/// Ranges of the data that the model was identified from.
 struct Envelope {
   double speed[kAxes][2];                 // [m/s, m/s, rad/s] least, most
   double force[kMaxForces][2];            // generalised forces, after the actuator chain

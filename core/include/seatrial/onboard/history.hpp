@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The newest rows of a piecewise-constant signal, in the order of their stamps however they arrive.
-// Fixed room, no heap, no exceptions.
+// Recent rows of a piecewise-constant signal, sorted by stamp in whatever order they arrive. Fixed
+// capacity, no heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The way since the start, by the filtered velocity: the pose in REP-105's `odom`. No heap, no
+// Odometry: the filtered velocity integrated into the pose in REP-105's `odom`. No heap, no
 // exceptions.
 #pragma once
 #include <algorithm>
@@ -10,34 +10,34 @@
 
 namespace seatrial {
 
-/// a followed by b, both x, y [m], psi [rad].
+/// Composition of two poses: a, then b; x, y [m], psi [rad].
 inline void compose(const double* a, const double* b, double* out) {
-  double way[kPose];
-  body_to_earth(a[2], b, way);
-  for (int i = 0; i < 2; ++i) out[i] = a[i] + way[i];
+  double moved[kPose];
+  body_to_earth(a[2], b, moved);
+  for (int i = 0; i < 2; ++i) out[i] = a[i] + moved[i];
   out[2] = wrap(a[2] + b[2]);
 }
 
-/// a backwards: a followed by it leads nowhere.
+/// Inverse pose: compose(a, inverse) is the origin.
 inline void inverse(const double* a, double* out) {
   const double back[kPose] = {-a[0], -a[1], 0.0};
   earth_to_body(a[2], back, out);
   out[2] = wrap(-a[2]);
 }
 
-/// x, y [m], psi [rad] since the start, and how far that may be off.
+/// x, y [m], psi [rad] since the start, with covariance.
 ///
-/// Errors of a filtered velocity are correlated. They are taken as L w: L the root of the
-/// velocity's covariance of the moment, w of unit covariance, each component forgetting with a time
-/// constant. Kept are the covariance P of the way and D = cov(way, w); as one matrix with I they
-/// stay positive semidefinite whatever L does.
-class Way {
+/// Errors of a filtered velocity are correlated in time. The model of them is L w: L is the root of
+/// the current velocity covariance, w has unit covariance and each component of it is a
+/// Gauss-Markov process. The state is the covariance P of the pose and D = cov(pose, w). With I
+/// they form one matrix that stays positive semidefinite for every L.
+class OdomIntegrator {
  public:
   const double* pose() const { return pose_; }
   const double (&covariance() const)[kPose][kPose] { return p_; }
 
-  /// h [s] further at the body velocity nu [m/s, m/s, rad/s] of covariance `spread`, whose errors
-  /// last `memory` [s, each].
+  /// A step of h [s] at the body velocity nu [m/s, m/s, rad/s] of covariance `spread`, whose errors
+  /// have the time constants `memory` [s].
   void advance(double h, const double* nu, const double spread[kAxes][kAxes],
                const double* memory) {
     const double psi = pose_[2] + 0.5 * h * nu[2];  // halfway
@@ -70,7 +70,7 @@ class Way {
     return true;
   }
 
-  /// An error of heading turns what is moved from now on.
+  /// An error of the heading turns this step's displacement.
   static void turn(const double* moved, double m[kPose][kAxes]) {
     for (int j = 0; j < kAxes; ++j) {
       m[0][j] -= moved[1] * m[2][j];
@@ -83,7 +83,7 @@ class Way {
     row[1] += moved[0] * row[2];
   }
 
-  /// P + D B' + B D' + B B' with the push B.
+  /// P + D B' + B D' + B B' of the step B.
   void add(const double b[kPose][kAxes]) {
     for (int i = 0; i < kPose; ++i) {
       for (int j = 0; j <= i; ++j) {
@@ -95,7 +95,7 @@ class Way {
     }
   }
 
-  /// D + B, of which less stays the shorter the memory.
+  /// D + B, decayed with the time constants.
   void forget(double h, const double* memory, const double b[kPose][kAxes]) {
     for (int k = 0; k < kAxes; ++k) {
       const double stays = std::exp(-h / memory[k]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a node publishes: the predictor's motion in the frames of REP-105, stamped in nanoseconds.
-// `odom` integrates the filtered velocity and never jumps, so it drifts; the pose in `map` follows
-// the poses. No heap, no exceptions.
+// Odometry as a node publishes it: the predictor's motion in the frames of REP-105, stamped in
+// nanoseconds. `odom` integrates the filtered velocity: it never jumps, and drifts. The pose in
+// `map` follows the poses. No heap, no exceptions.
 #pragma once
 #include <new>
 
@@ -14,25 +14,26 @@ namespace seatrial {
 struct Odometry {
   std::int64_t stamp = 0;                // [ns]
   double pose[kPose] = {};               // x, y [m], psi [rad] in odom
-  double covariance[kPose][kPose] = {};  // of the way since the start
+  double covariance[kPose][kPose] = {};  // of the same
   Estimate motion;                       // pose in map, body velocity, covariance, health
-  double map_to_odom[kPose] = {};        // x, y [m], psi [rad]: where odom is in map
-  bool known = false;                    // a pose was used: before that it is all nothing
+  double map_to_odom[kPose] = {};        // x, y [m], psi [rad]: pose of odom in map
+  bool known = false;                    // a pose was used; before that all is zero
 };
 
-/// Inputs that are counted apart.
+/// Sources of inputs; each is counted by outcome.
 enum class Source : std::uint8_t { kCommand, kScale, kPose };
 inline constexpr int kSources = 3;
 inline constexpr int kOutcomes = 6;  // of Taken
 
-/// kMarks, kRows: as of the predictor. kRecent: inputs that are kept for another model.
-template <int kMarks, int kRows, int kRecent>
+/// kCheckpoints, kRows: of the predictor. kRecent: inputs that are kept for a reload.
+template <int kCheckpoints, int kRows, int kRecent>
 class BasicOdometer {
  public:
-  static constexpr double kLongestStep = 0.05;  // [s] of the way
-  static constexpr double kAhead = 0.05;        // [s] over which growth of a variance is looked at
+  static constexpr double kLongestStep = 0.05;  // [s] of the integration
+  static constexpr double kAhead = 0.05;  // [s] over which the growth of a variance is evaluated
   static constexpr std::int64_t kFarStamp = 4000000000000000000;  // [ns]
-  static constexpr std::int64_t kSetBack = 5000000000;  // [ns] earlier than before: another clock
+  static constexpr std::int64_t kSetBack =
+      5000000000;  // [ns] a stamp so much earlier is of another clock
 
   /// lever: forward, left [m] of the measured point from the boat's origin.
   explicit BasicOdometer(const OnboardModel& model, const double* lever = nullptr)
@@ -56,23 +57,23 @@ class BasicOdometer {
     return take(stamp, Source::kPose, eta, covariance);
   }
 
-  /// Motion at any stamp [ns] within reach; the way is not moved.
+  /// Motion at any stamp [ns] within reach; `odom` is not integrated.
   Estimate look(std::int64_t stamp) { return predictor_.at(seconds(stamp)); }
 
-  /// What is published at a stamp [ns]; stamps rise from call to call, or the way stands still
-  /// until they do.
+  /// Odometry at a stamp [ns]. Stamps rise from call to call; `odom` is not integrated until they
+  /// do.
   Odometry at(std::int64_t stamp) {
     Odometry out;
     out.stamp = stamp;
     out.motion = look(stamp);
     known_ = known_ || (out.motion.health & kNoPose) == 0U;
-    if (known_ && moved_) go(stamp, out.motion);
+    if (known_ && moved_) integrate(stamp, out.motion);
     const bool rises = !moved_ || stamp > last_stamp_ || stamp < last_stamp_ - kSetBack;
     if (rises && usable(stamp)) remember(stamp, out.motion);
     out.known = known_;
-    std::copy(way_.pose(), way_.pose() + kPose, out.pose);
+    std::copy(odom_.pose(), odom_.pose() + kPose, out.pose);
     for (int i = 0; i < kPose; ++i) {
-      std::copy(way_.covariance()[i], way_.covariance()[i] + kPose, out.covariance[i]);
+      std::copy(odom_.covariance()[i], odom_.covariance()[i] + kPose, out.covariance[i]);
     }
     double back[kPose];
     inverse(out.pose, back);
@@ -80,15 +81,16 @@ class BasicOdometer {
     return out;
   }
 
-  /// From now on by another model of the same inputs: what came lately is taken again. The way goes
-  /// on where it is.
+  /// Changes to another model of the same inputs; recent inputs are processed again. `odom`
+  /// continues at its pose.
   void reload(const OnboardModel& model, const double* lever) {
-    new (&predictor_) BasicPredictor<kMarks, kRows>(model);  // in its place: too large for a stack
+    new (&predictor_)
+        BasicPredictor<kCheckpoints, kRows>(model);  // in its place: too large for a stack
     std::copy(lever, lever + 2, lever_);
     for (int i = 0; i < recents_; ++i) give(recent_[(first_ + i) % kRecent]);
   }
 
-  /// How many inputs of a source came to what.
+  /// Number of inputs of a source with this outcome.
   std::uint64_t count(Source source, Taken outcome) const {
     return counts_[static_cast<int>(source)][static_cast<int>(outcome)];
   }
@@ -101,7 +103,7 @@ class BasicOdometer {
  private:
   static constexpr int kCells = kPose * kPose;
 
-  /// An input as it came.
+  /// An input as received.
   struct Recent {
     Source source = Source::kCommand;
     bool own_noise = false;  // with a covariance
@@ -140,7 +142,7 @@ class BasicOdometer {
     return taken;
   }
 
-  /// Room for an input; the oldest one goes.
+  /// A place for an input; the oldest one is dropped.
   Recent& next() {
     if (recents_ == kRecent) {
       first_ = (first_ + 1) % kRecent;
@@ -187,17 +189,17 @@ class BasicOdometer {
     }
   }
 
-  /// The way from the last stamp to this one, where `now` is known; the motion between, if that is
-  /// long ago, by the predictor. After a gap beyond its reach the way stands still.
-  void go(std::int64_t stamp, const Estimate& now) {
+  /// Integrates from the last stamp to this one, where `now` is known; over a long interval the
+  /// predictor gives the motion between. A gap beyond its reach is skipped.
+  void integrate(std::int64_t stamp, const Estimate& now) {
     if (stamp <= last_stamp_) return;
     const double from = seconds(last_stamp_);
     const double length = seconds(stamp) - from;
-    if (!(length <= BasicPredictor<kMarks, kRows>::kReach)) return;
+    if (!(length <= BasicPredictor<kCheckpoints, kRows>::kReach)) return;
     const int n = steps_for(length, kLongestStep);
     const double h = length / n;
     double memory[kAxes];
-    last_long(stamp, now, memory);
+    error_memory(stamp, now, memory);
     Estimate before = last_;
     for (int i = 1; i <= n; ++i) {
       const Estimate after = i == n ? now : predictor_.at(from + h * i);
@@ -207,15 +209,15 @@ class BasicOdometer {
         nu[a] = 0.5 * (before.velocity[a] + after.velocity[a]);
         std::copy(after.covariance[3 + a] + 3, after.covariance[3 + a] + kStates, spread[a]);
       }
-      way_.advance(h, nu, spread, memory);
+      odom_.advance(h, nu, spread, memory);
       before = after;
     }
   }
 
-  /// How long an error of the velocity lasts [s, each]. A filter takes from its errors what
-  /// uncertainty adds, in steady state the share g / P a second, with P the variance and g its
-  /// growth between poses; without poses they last as long as the disturbance.
-  void last_long(std::int64_t stamp, const Estimate& now, double* memory) {
+  /// Time constants of the velocity's errors [s]. A filter corrects what uncertainty adds: in
+  /// steady state it removes the share g / P a second, P the variance and g its growth between
+  /// poses. Without poses the errors have the disturbance's time constant.
+  void error_memory(std::int64_t stamp, const Estimate& now, double* memory) {
     const Estimate ahead = predictor_.at(seconds(stamp) + kAhead);
     for (int a = 0; a < kAxes; ++a) {
       const double variance = now.covariance[3 + a][3 + a];
@@ -231,8 +233,8 @@ class BasicOdometer {
     moved_ = true;
   }
 
-  BasicPredictor<kMarks, kRows> predictor_;
-  Way way_;
+  BasicPredictor<kCheckpoints, kRows> predictor_;
+  OdomIntegrator odom_;
   double lever_[2] = {};  // [m]
   bool begun_ = false;
   bool known_ = false;

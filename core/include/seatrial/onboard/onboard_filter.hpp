@@ -26,7 +26,7 @@ struct OnboardBoat {
   NoiseParameters noise;
   DisturbanceFrame frame = DisturbanceFrame::kEarth;
   double current[2] = {0.0, 0.0};  // [m/s] earth-fixed; u, v are then those in the water
-  Considered considered;           // errors of coefficients and chain constants
+  PrincipalErrors considered;      // errors of coefficients and chain constants
 };
 
 /// Adds an acceleration to every axis, the structure's last three coefficients. False: no room.
@@ -57,7 +57,8 @@ inline int states_for(const NoiseParameters& n) {
 
 namespace detail {
 
-inline constexpr ForceTangent kFixedForces[3] = {};  // no constant is differentiated to on board
+inline constexpr ForceSensitivities kFixedForces[3] =
+    {};  // no constant is differentiated to on board
 inline constexpr double kFixedStep[kMaxConstants] = {};
 
 /// `run` with the number of states in use as a constant.
@@ -80,13 +81,13 @@ inline Columns onboard_columns(const Structure& s) {
 /// One step of the boat with its sensitivities. False where the model has no acceleration.
 inline bool step_with_slopes(const OnboardBoat& boat, const double* coefficient,
                              const Columns& columns, double h, const double force[3][kMaxForces],
-                             double* x, StateTangent& dx) {
+                             double* x, StateSensitivities& dx) {
   if (boat.integrator == Integrator::kForwardEuler) {
-    return euler_step_tangent(boat.structure, coefficient, columns, h, force[0], kFixedForces[0], x,
-                              dx);
+    return euler_step_sensitivities(boat.structure, coefficient, columns, h, force[0],
+                                    kFixedForces[0], x, dx);
   }
-  return runge_kutta_step_tangent(boat.structure, coefficient, columns, h, kFixedStep, force,
-                                  kFixedForces, x, dx);
+  return runge_kutta_step_sensitivities(boat.structure, coefficient, columns, h, kFixedStep, force,
+                                        kFixedForces, x, dx);
 }
 
 /// Whether s is positive definite, by its leading minors.
@@ -113,7 +114,7 @@ inline bool plausible(const StateEstimate& b) {
 /// Prediction over h [s] under the forces at its begin, middle and end, and, where errors are
 /// considered, the forces' mean errors. False where the boat diverged.
 inline bool predict(const OnboardBoat& boat, const NoiseParameters& noise, double h,
-                    const double force[3][kMaxForces], const Causes force_error[kMaxForces],
+                    const double force[3][kMaxForces], const Loadings force_error[kMaxForces],
                     StateEstimate& b) {
   const double none[kAxes] = {};
   const bool earth = boat.frame == DisturbanceFrame::kEarth;
@@ -124,7 +125,7 @@ inline bool predict(const OnboardBoat& boat, const NoiseParameters& noise, doubl
   double coefficient[kMaxCoefficients];
   std::copy(boat.coefficient, boat.coefficient + boat.structure.n_coefficients, coefficient);
   std::copy(disturbing.total, disturbing.total + kAxes, coefficient + columns.coefficient[0]);
-  const auto move = [&](double* x, StateTangent& dx) {
+  const auto move = [&](double* x, StateSensitivities& dx) {
     const double before[kAxes] = {x[3], x[4], x[5]};
     if (!detail::step_with_slopes(boat, coefficient, columns, h, force, x, dx)) return false;
     for (int i = 0; i < 2; ++i) x[i] += h * boat.current[i];
@@ -143,7 +144,7 @@ inline bool predict(const OnboardBoat& boat, const NoiseParameters& noise, doubl
 /// The same without errors of the forces.
 inline bool predict(const OnboardBoat& boat, double h, const double force[3][kMaxForces],
                     StateEstimate& b) {
-  const Causes none[kMaxForces] = {};
+  const Loadings none[kMaxForces] = {};
   return predict(boat, boat.noise, h, force, none, b);
 }
 

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
-// The on-board predictor's last half second: inputs put in their place by stamp, and what follows
-// from them done again. No heap, no exceptions.
+// Out-of-sequence measurements on board: the inputs of the last half second, sorted by stamp, and
+// the states that follow from them. No heap, no exceptions.
 //
-// The state at any time is a function of the inputs in the order of their stamps, not of how they
-// arrived, to the last bit: integration breaks where an input takes effect, at poses and at
-// multiples of kGrid, whoever asks for what and when. Instants are kept at poses and on the grid;
-// what comes late is put in, and all after it is done again from the instant before.
+// The state at any time is a function of the inputs in the order of their stamps, not of their
+// arrival, to the last bit: integration breaks where an input takes effect, at poses and at
+// multiples of kGrid, whatever the queries. Checkpoints keep the state at poses and on the grid. A
+// late input is inserted, and all checkpoints after it are computed again from the one before.
 #pragma once
 #include "seatrial/onboard/history.hpp"
 #include "seatrial/onboard/predictor_state.hpp"
 
 namespace seatrial {
 
-/// kMarks: instants that are kept. kRows: commands that are kept, and as many scales.
-template <int kMarks, int kRows>
-class Timeline {
+/// kCheckpoints: states that are kept. kRows: commands that are kept, and as many scales.
+template <int kCheckpoints, int kRows>
+class OutOfSequenceBuffer {
  public:
   static constexpr double kGrid = 0.125;  // [s] a power of two: its multiples are exact
 
-  explicit Timeline(const OnboardModel& model)
+  explicit OutOfSequenceBuffer(const OnboardModel& model)
       : m_(model),
         commands_(model.chain.allocation.n_commands, model.command_timeout),
         scales_(model.chain.n_scales) {
@@ -26,52 +26,52 @@ class Timeline {
   }
 
   const OnboardModel& model() const { return m_; }
-  bool begun() const { return marks_ > 0; }
-  double newest() const { return newest_; }  // [s] what time it is at least
-  double oldest() const { return mark(0).time; }
-  double last() const { return mark(marks_ - 1).time; }
+  bool begun() const { return checkpoints_ > 0; }
+  double newest() const { return newest_; }  // [s] the present at the earliest
+  double oldest() const { return checkpoint(0).time; }
+  double last() const { return checkpoint(checkpoints_ - 1).time; }
   double shortest() const { return shortest_; }  // [s] latency
-  /// How old an effect may be [s]; a latency below zero reaches back further.
+  /// Oldest effect of an input [s]; a negative latency reaches back further.
   double window() const { return m_.window * (1.0 + 1e-9) - std::min(0.0, shortest_); }
 
-  /// As at the start.
+  /// Resets to the start.
   void forget() {
-    marks_ = 0;
+    checkpoints_ = 0;
     tip_valid_ = false;
     commands_.clear();
     scales_.clear();
   }
 
-  /// The first instant, well before t [s]: thrusters settled at what is in force, else nothing
-  /// known.
+  /// The first checkpoint, well before t [s]: thrusters settled at the commands in force, else
+  /// unknown.
   void begin(double t) {
-    marks_ = 1;
+    checkpoints_ = 1;
     newest_ = t;
     tip_valid_ = false;
-    Instant& now = instant(0);
-    now = Instant{};
+    PredictorState& now = state(0);
+    now = PredictorState{};
     now.time = std::floor((t - 2.0 * window()) / kGrid) * kGrid;
-    detail::know_nothing(m_, now.belief);
+    detail::reset_to_unknown(m_, now.state);
     for (int g = 0; g < groups_; ++g) aim(g, now);
     rescale(now);
     std::copy(now.thrust.target, now.thrust.target + kMaxActuators, now.thrust.level);
-    for (Causes& away : now.thrust_errors.away) std::fill(away, away + kMostConsidered, 0.0);
-    mark(0) = Mark{now.time, false, {}};
+    for (Loadings& away : now.thrust_errors.away) std::fill(away, away + kMostConsidered, 0.0);
+    checkpoint(0) = Checkpoint{now.time, false, {}};
   }
 
-  /// It is now t [s], if not later: instants on the grid up to it; those that nothing can reach any
-  /// more are forgotten.
+  /// The present is t [s] or later: checkpoints on the grid up to it. Those that no input can reach
+  /// any more are dropped.
   void extend(double t) {
     newest_ = std::max(newest_, t);
     double next = grid_after(last());
     while (next <= newest_) {
-      if (marks_ == kMarks) drop();
-      Instant now = latest(next);
+      if (checkpoints_ == kCheckpoints) drop();
+      PredictorState now = latest(next);
       run(now, next, false);
-      mark(marks_) = Mark{next, false, {}};
-      instant(marks_) = now;
-      ++marks_;
-      while (marks_ > 1 && mark(1).time <= newest_ - window()) drop();
+      checkpoint(checkpoints_) = Checkpoint{next, false, {}};
+      state(checkpoints_) = now;
+      ++checkpoints_;
+      while (checkpoints_ > 1 && checkpoint(1).time <= newest_ - window()) drop();
       next += kGrid;
     }
   }
@@ -90,28 +90,31 @@ class Timeline {
 
   /// A pose of time t [s].
   Taken put_pose(double t, const PoseSample& pose) {
-    int i = marks_;
-    while (i > 0 && mark(i - 1).time > t) --i;
-    for (int k = i - 1; k >= 0 && mark(k).time == t; --k) {
-      if (mark(k).posed && same(mark(k).pose, pose)) return Taken::kTwice;
+    // its place among the checkpoints; a duplicate is not used twice
+    int i = checkpoints_;
+    while (i > 0 && checkpoint(i - 1).time > t) --i;
+    for (int k = i - 1; k >= 0 && checkpoint(k).time == t; --k) {
+      if (checkpoint(k).posed && same(checkpoint(k).pose, pose)) return Taken::kTwice;
     }
-    if (marks_ == kMarks && i > 1) {
+    // where all places are taken the oldest checkpoint goes
+    if (checkpoints_ == kCheckpoints && i > 1) {
       drop();
       --i;
     }
-    if (i < 1 || marks_ == kMarks) return i < 1 ? Taken::kStale : Taken::kNoRoom;
-    const Instant from = i == marks_ ? latest(t) : instant(i - 1);
-    for (int k = marks_++; k > i; --k) mark(k) = mark(k - 1);
-    mark(i) = Mark{t, true, pose};
+    if (i < 1 || checkpoints_ == kCheckpoints) return i < 1 ? Taken::kStale : Taken::kNoRoom;
+    // the checkpoint, and all after it again
+    const PredictorState from = i == checkpoints_ ? latest(t) : state(i - 1);
+    for (int k = checkpoints_++; k > i; --k) checkpoint(k) = checkpoint(k - 1);
+    checkpoint(i) = Checkpoint{t, true, pose};
     if (tip_valid_ && tip_.time >= t) tip_valid_ = false;
     renew(i, from);
-    for (int k = i + 1; k < marks_; ++k) renew(k, instant(k - 1));
+    for (int k = i + 1; k < checkpoints_; ++k) renew(k, state(k - 1));
     return Taken::kUsed;
   }
 
-  /// The instant t >= oldest() [s].
-  Instant look(double t) {
-    Instant now = latest(t);
+  /// The state at t >= oldest() [s].
+  PredictorState at(double t) {
+    PredictorState now = latest(t);
     run(now, t, true);
     return now;
   }
@@ -124,8 +127,8 @@ class Timeline {
   }
 
  private:
-  /// A place where the state is kept: after the pose, if there is one.
-  struct Mark {
+  /// A time at which the state is kept: after the pose, if there is one.
+  struct Checkpoint {
     double time = 0.0;
     bool posed = false;
     PoseSample pose;
@@ -140,38 +143,40 @@ class Timeline {
   static double grid_after(double t) { return (std::floor(t / kGrid) + 1.0) * kGrid; }
 
   void drop() {
-    first_ = (first_ + 1) % kMarks;
-    --marks_;
+    first_ = (first_ + 1) % kCheckpoints;
+    --checkpoints_;
   }
 
-  /// From t [s] on all is different.
+  /// An input changed the state from t [s] on.
   bool changed(double t) {
     if (tip_valid_ && tip_.time >= t) tip_valid_ = false;
-    int i = marks_;
-    while (i > 1 && mark(i - 1).time >= t) --i;
-    for (; i < marks_; ++i) renew(i, instant(i - 1));
+    int i = checkpoints_;
+    while (i > 1 && checkpoint(i - 1).time >= t) --i;
+    for (; i < checkpoints_; ++i) renew(i, state(i - 1));
     return true;
   }
 
-  /// The i-th instant again, from one before it.
-  void renew(int i, const Instant& from) {
-    Instant& to = instant(i);
+  /// The state of checkpoint i again, from one before it.
+  void renew(int i, const PredictorState& from) {
+    PredictorState& to = state(i);
     to = from;
-    run(to, mark(i).time, false);
-    if (mark(i).posed) use_pose(m_, mark(i).pose, to);
+    run(to, checkpoint(i).time, false);
+    if (checkpoint(i).posed) update_by_pose(m_, checkpoint(i).pose, to);
   }
 
-  /// The latest instant that is known at or before t.
-  const Instant& latest(double t) const {
-    int i = marks_ - 1;
-    while (i > 0 && mark(i).time > t) --i;
-    const bool tip = tip_valid_ && i == marks_ - 1 && tip_.time <= t && tip_.time > mark(i).time;
-    return tip ? tip_ : instant(i);
+  /// The latest known state at or before t.
+  const PredictorState& latest(double t) const {
+    int i = checkpoints_ - 1;
+    while (i > 0 && checkpoint(i).time > t) --i;
+    const bool tip =
+        tip_valid_ && i == checkpoints_ - 1 && tip_.time <= t && tip_.time > checkpoint(i).time;
+    return tip ? tip_ : state(i);
   }
 
-  /// To time t [s]. `keep`: the next look begins at the last break before it.
-  void run(Instant& now, double t, bool keep) {
+  /// Prediction to t [s]. `keep`: the next query begins at the last break before it.
+  void run(PredictorState& now, double t, bool keep) {
     while (now.time < t) {
+      // the next break: the grid, a command that takes effect or expires, a scale
       double changes[kMaxActuators];
       const double scaled = scales_.next(now.time, 0.0);
       double next = std::min(grid_after(now.time), scaled);
@@ -186,7 +191,8 @@ class Timeline {
         }
         next = t;
       }
-      drift(m_, next - now.time, now);
+      // the boat up to there, then the thrusters' new targets
+      propagate(m_, next - now.time, now);
       now.time = next;
       for (int g = 0; g < groups_; ++g) {
         if (changes[g] <= next) aim(g, now);
@@ -195,8 +201,8 @@ class Timeline {
     }
   }
 
-  /// Targets of a group's actuators by what is in force; nothing in force is zero.
-  void aim(int g, Instant& now) const {
+  /// Targets of a group's actuators by the command in force; without one they are zero.
+  void aim(int g, PredictorState& now) const {
     const double zero[kMaxCommands] = {};
     const double* values = commands_.values(now.time, latency_[g]);
     double thruster[kMaxActuators];
@@ -216,21 +222,21 @@ class Timeline {
     }
   }
 
-  void rescale(Instant& now) const {
+  void rescale(PredictorState& now) const {
     const double* values = scales_.values(now.time, 0.0);
     const double* known = values == nullptr ? m_.chain.scale_reference : values;
     for (int k = 0; k < m_.chain.n_actuators(); ++k) {
       double slope[kMaxConstants] = {};
       now.thrust.multiplier[k] = multiplier(m_.chain, m_.q, k, known, slope);
-      Causes& error = now.thrust_errors.multiplier[k];
+      Loadings& error = now.thrust_errors.multiplier[k];
       std::fill(error, error + kMostConsidered, 0.0);
       detail::add_constants(considered(), slope, m_.chain.n_constants, error);
     }
   }
 
-  const Considered& considered() const { return m_.boat.considered; }
+  const PrincipalErrors& considered() const { return m_.boat.considered; }
 
-  /// Actuators of one latency are aimed together.
+  /// Groups the actuators by latency.
   void list_latencies() {
     for (int k = 0; k < m_.chain.n_actuators(); ++k) {
       const double own = detail::constant(m_.q, m_.chain.actuators[k].latency, 0.0);
@@ -242,10 +248,10 @@ class Timeline {
     longest_ = *std::max_element(latency_, latency_ + groups_);
   }
 
-  Mark& mark(int i) { return ring_[(first_ + i) % kMarks]; }
-  const Mark& mark(int i) const { return ring_[(first_ + i) % kMarks]; }
-  Instant& instant(int i) { return instants_[(first_ + i) % kMarks]; }
-  const Instant& instant(int i) const { return instants_[(first_ + i) % kMarks]; }
+  Checkpoint& checkpoint(int i) { return ring_[(first_ + i) % kCheckpoints]; }
+  const Checkpoint& checkpoint(int i) const { return ring_[(first_ + i) % kCheckpoints]; }
+  PredictorState& state(int i) { return states_[(first_ + i) % kCheckpoints]; }
+  const PredictorState& state(int i) const { return states_[(first_ + i) % kCheckpoints]; }
 
   OnboardModel m_;
   History<kRows, kMaxCommands> commands_;
@@ -256,12 +262,12 @@ class Timeline {
   double shortest_ = 0.0;               // [s]
   double longest_ = 0.0;                // [s]
   double newest_ = 0.0;                 // [s]
-  Instant tip_;                         // the last break that a look came to
+  PredictorState tip_;                  // the state at the last break of a query
   bool tip_valid_ = false;
   int first_ = 0;
-  int marks_ = 0;
-  Mark ring_[kMarks];
-  Instant instants_[kMarks];
+  int checkpoints_ = 0;
+  Checkpoint ring_[kCheckpoints];
+  PredictorState states_[kCheckpoints];
 };
 
 }  // namespace seatrial

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What the on-board filter believes of a model: its noise, and the errors of its parameters. Host
+// Uncertainty of a model's parameters on board: its process noise and the considered errors. Host
 // side: uses heap.
 //
-// Where structure and noise explain what was recorded, the parameters are constants, and their
-// errors are considered as such (causes.hpp). Else they are averages over what the structure lacks,
-// and their errors change with what the boat does: then they are taken for noise. Along a drive
-// errors of covariance C make the velocity wrong by S e, S = d nu / d parameters, with covariance
-// P = S C S'. A walk of power Q has dP/dt = J P + P J' + Q, J = d nu_dot / d nu. On average P
-// neither grows nor shrinks, so that Q = -(J P + P J'), averaged over the drive, is the walk which
-// makes the velocity as wrong.
+// Where structure and noise explain the data, the parameters are constants and their errors are
+// considered (principal_errors.hpp, schmidt_kalman.hpp). Under model mismatch the parameters are
+// averages over what the structure lacks, and their errors vary with the motion: then they are
+// process noise. Along a drive errors of covariance C give the velocity an error S e, S = d nu /
+// d parameters, of covariance P = S C S'. A random walk of power Q has dP/dt = J P + P J' + Q,
+// J = d nu_dot / d nu. On average P neither grows nor shrinks, so that Q = -(J P + P J'), averaged
+// over the drive, is the random walk of the same velocity error.
 #pragma once
 #include "seatrial/onboard/onboard_filter.hpp"
 #include "seatrial/onboard/principal_errors.hpp"
@@ -16,7 +16,8 @@
 namespace seatrial {
 namespace detail {
 
-/// Less is not believed, so that the covariance keeps its digits.
+/// Least noise of the filter on board, so that the covariance keeps its digits over days. The
+/// estimator's floors (NOISE_LEAST of Python) are lower: they end the search of a logarithm.
 inline constexpr NoiseParameters kLeastNoise{1e-4, 1e-4, 1e-6, 1e-6, 1e-5,
                                              1e-5, 0.3,  1e-5, 1e-5, 0.02};
 
@@ -52,21 +53,21 @@ inline UncertainModel part_of(const UncertainModel& m, bool timing) {
   return part;
 }
 
-/// The boat at one instant of a drive.
-struct Glance {
+/// Jacobian and slopes at one instant of a drive.
+struct DriveSample {
   AccelerationJacobian j;
   double slope[kAxes][kMaxColumns] = {};  // d nu_dot / d parameters
   bool good = false;
 
-  Glance(const UncertainModel& m, const Trace& trace, double t, const double* nu) {
+  DriveSample(const UncertainModel& m, const ThrustTrace& trace, double t, const double* nu) {
     const double still[kMaxConstants] = {0.0};
     const Columns& columns = trace.columns();
     Thrust f;
-    ThrustTangent df;
+    ThrustSensitivities df;
     StepForces forces;
     double nu_dot[kAxes];
     trace.at(trace.find(t), t, nullptr, f, df);
-    step_forces_tangent(m.chain, m.q, columns, 0.0, still, f, df, forces);
+    step_forces_sensitivities(m.chain, m.q, columns, 0.0, still, f, df, forces);
     good = acceleration_with_jacobian(m.boat.structure, m.boat.coefficient, nu, forces.force[0],
                                       nu_dot, j);
     for (int a = 0; a < kAxes && good; ++a) {
@@ -83,12 +84,12 @@ struct Glance {
 /// Sums over a drive.
 struct PowerSums {
   double variance[kAxes] = {};  // of the acceleration, by all but latency and lag
-  double pushed[kAxes] = {};    // power, by the same
-  double kicked[kAxes] = {};    // power, by latency and lag
+  double steady[kAxes] = {};    // power, by the same
+  double timing[kAxes] = {};    // power, by latency and lag
 };
 
-/// add[a] += power of the noise that would make the velocity as wrong.
-inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
+/// add[a] += power of the random walk of the same velocity error.
+inline bool add_power(const AccelerationJacobian& j, const StateSensitivities& dx,
                       const UncertainModel& m, double* add) {
   double p[kAxes][kAxes];
   covariance_of(dx.row + 3, m.covariance, m.n_parameters(), p);
@@ -100,25 +101,26 @@ inline bool add_power(const AccelerationJacobian& j, const StateTangent& dx,
 
 }  // namespace detail
 
-/// What the errors of a model do as it is driven.
-struct Doubt {
+/// Process noise in place of parameter errors.
+struct ErrorNoise {
   double disturbance[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2] standard deviations
   double memory[kAxes] = {};       // [s]
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
-/// The doubt about a model as noise; none where there is no drive.
-inline Doubt doubt(const UncertainModel& m) {
-  Doubt out;
+/// A model's parameter errors as process noise, along a random drive; none without such a drive.
+inline ErrorNoise error_noise(const UncertainModel& m) {
+  ErrorNoise out;
   const UncertainModel lasting = detail::part_of(m, false);
   const UncertainModel timing = detail::part_of(m, true);
-  strongest(m, [&](double most) {
+  with_strongest_commands(m, [&](double most) {
     detail::PowerSums sum;
-    const auto look = [&](const Trace& trace, double t, const double* x, const StateTangent& dx) {
-      const detail::Glance now(m, trace, t, x + 3);
+    const auto look = [&](const ThrustTrace& trace, double t, const double* x,
+                          const StateSensitivities& dx) {
+      const detail::DriveSample now(m, trace, t, x + 3);
       detail::PowerSums next = sum;
-      if (!now.good || !detail::add_power(now.j, dx, lasting, next.pushed) ||
-          !detail::add_power(now.j, dx, timing, next.kicked)) {
+      if (!now.good || !detail::add_power(now.j, dx, lasting, next.steady) ||
+          !detail::add_power(now.j, dx, timing, next.timing)) {
         return false;
       }
       double p[kAxes][kAxes];
@@ -131,10 +133,10 @@ inline Doubt doubt(const UncertainModel& m) {
     if (instants < detail::kEnough) return false;
     for (int a = 0; a < kAxes; ++a) {
       const double variance = std::max(sum.variance[a] / instants, 0.0);
-      const double power = std::max(sum.pushed[a] / instants, 0.0);
+      const double power = std::max(sum.steady[a] / instants, 0.0);
       out.disturbance[a] = std::sqrt(variance);
       if (variance > 0.0) out.memory[a] = power / (2.0 * variance);
-      out.walk[a] = std::sqrt(std::max(sum.kicked[a] / instants, 0.0));
+      out.walk[a] = std::sqrt(std::max(sum.timing[a] / instants, 0.0));
     }
     return true;
   });
@@ -143,34 +145,35 @@ inline Doubt doubt(const UncertainModel& m) {
 
 namespace detail {
 
-/// Disturbances of two causes as one: their variances and their powers add up.
-struct Together {
+/// Sum of two disturbances: variances and powers add up.
+struct SumOfDisturbances {
   double spread = 0.0;  // standard deviation
   double memory = 0.0;  // [s]
 
-  Together(double own, double own_memory, double more, double more_memory)
+  SumOfDisturbances(double own, double own_memory, double more, double more_memory)
       : spread(std::hypot(own, more)) {
     const double share = more > 0.0 ? (more / spread) * (more / spread) : 0.0;
     memory = own_memory + share * (more_memory - own_memory);
   }
 };
 
-/// Surge and sway share one number.
+/// One number for surge and sway.
 inline double root_mean_square(const double* axes) {
   return std::hypot(axes[0], axes[1]) / std::sqrt(2.0);
 }
 
 }  // namespace detail
 
-/// The noise that the on-board filter believes: the model's own, and what its errors do. All
-/// disturbances have one memory, the mean; with it each keeps its power at low frequencies.
-inline NoiseParameters believed_noise(const NoiseParameters& own, const Doubt& d) {
+/// Noise of the filter on board: the model's own and that of its parameter errors. All disturbances
+/// share one time constant, the mean; each keeps its power at low frequencies.
+inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNoise& d) {
   const double linear = detail::root_mean_square(d.disturbance);
   const double power[2] = {d.disturbance[0] * std::sqrt(d.memory[0]),
                            d.disturbance[1] * std::sqrt(d.memory[1])};
   const double ratio = linear > 0.0 ? detail::root_mean_square(power) / linear : 0.0;
-  const detail::Together ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
-  const detail::Together turning(own.disturbance_yaw, own.memory, d.disturbance[2], d.memory[2]);
+  const detail::SumOfDisturbances ahead(own.disturbance_linear, own.memory, linear, ratio * ratio);
+  const detail::SumOfDisturbances turning(own.disturbance_yaw, own.memory, d.disturbance[2],
+                                          d.memory[2]);
   const NoiseParameters& least = detail::kLeastNoise;
   NoiseParameters n = own;
   n.position = std::max(own.position, least.position);
@@ -190,12 +193,12 @@ inline NoiseParameters believed_noise(const NoiseParameters& own, const Doubt& d
   return n;
 }
 
-/// What is believed of a boat whose own noise is `own`. explained: by structure and noise, see
-/// above.
-inline void believe(const UncertainModel& m, const NoiseParameters& own, bool explained,
-                    OnboardBoat& boat) {
-  boat.noise = believed_noise(own, explained ? Doubt{} : doubt(m));
-  boat.considered = explained ? causes(m) : Considered{};
+/// Noise and considered errors of a boat whose model has the noise `own`. explained: whether
+/// structure and noise explain the data, see above.
+inline void set_uncertainty(const UncertainModel& m, const NoiseParameters& own, bool explained,
+                            OnboardBoat& boat) {
+  boat.noise = onboard_noise(own, explained ? ErrorNoise{} : error_noise(m));
+  boat.considered = explained ? principal_errors(m) : PrincipalErrors{};
 }
 
 }  // namespace seatrial

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
 // The on-board predictor: commands and poses in, late or out of order; motion, its covariance and
-// health out at any time. No heap, no exceptions; what can't be used is refused, and said.
+// health out at any time. Every input returns what was done with it. No heap, no exceptions.
 #pragma once
 #include "seatrial/onboard/out_of_sequence.hpp"
 
 namespace seatrial {
 
-/// kMarks: instants that are kept within the window, one a pose and eight a second. kRows: commands
-/// that are kept within window and latency.
-template <int kMarks, int kRows>
+/// kCheckpoints: states within the window, one a pose and eight a second. kRows: commands within
+/// window and latency.
+template <int kCheckpoints, int kRows>
 class BasicPredictor {
  public:
-  static constexpr double kReach = 60.0;    // [s] it looks ahead at most; after a gap so long: anew
-  static constexpr double kLeap = 5.0;      // [s] a stamp so far ahead of all others is doubted
-  static constexpr int kStaleRun = 10;      // so many old stamps near each other: clock set back
-  static constexpr double kFarthest = 1e8;  // [m] of a pose
-  static constexpr double kStrongest = 1e3;  // of a command or a scale
+  static constexpr double kReach = 60.0;    // [s] of prediction; a longer gap restarts the buffer
+  static constexpr double kLeap = 5.0;      // [s] a stamp so far ahead of all others needs a second
+  static constexpr int kStaleRun = 10;      // old stamps near each other: the clock was set back
+  static constexpr double kFarthest = 1e8;  // [m] largest coordinate of a pose
+  static constexpr double kStrongest = 1e3;  // largest command or scale
 
-  explicit BasicPredictor(const OnboardModel& model) : line_(model) {}
+  explicit BasicPredictor(const OnboardModel& model) : buffer_(model) {}
 
   /// Commands to all inputs, stamped t [s].
   Taken command(double t, const double* values) {
@@ -42,36 +42,39 @@ class BasicPredictor {
     return take(in);
   }
 
-  /// Motion at t [s], by all inputs up to then; ahead of them by the commands in force.
+  /// Motion at t [s] by all inputs up to then; after the newest one, prediction by the commands in
+  /// force.
   Estimate at(double t) {
-    const bool begun = line_.begun();
-    Instant now;
-    detail::know_nothing(model(), now.belief);
+    // the state at t, or at the nearest time that is available
+    const bool begun = buffer_.begun();
+    PredictorState now;
+    detail::reset_to_unknown(model(), now.state);
     now.time = std::isfinite(t) ? t : newest();
     if (begun) {
-      const double back = std::max(now.time, line_.oldest());
-      now = line_.look(std::min(back, newest() + kReach));
+      const double back = std::max(now.time, buffer_.oldest());
+      now = buffer_.at(std::min(back, newest() + kReach));
     }
+    // the estimate, with the flags that depend on the inputs
     Estimate out = estimate(model(), now);
     const auto flag = [&out](bool raised, Health which) { out.health |= raised ? which : 0U; };
-    flag(!begun || line_.silent(now.time), kCommandSilence);
+    flag(!begun || buffer_.silent(now.time), kCommandSilence);
     flag(now.time != t, kBeyondReach);
-    flag(bad_ != kLongAgo && newest() - bad_ <= model().lately, kBadInput);
-    flag(newest() - restarted_ <= model().lately, kDiverged);
+    flag(bad_ != kLongAgo && newest() - bad_ <= model().flag_for, kBadInput);
+    flag(newest() - restarted_ <= model().flag_for, kDiverged);
     return out;
   }
 
-  /// As at the start: no inputs, no state.
+  /// Resets to the start: no inputs, no state.
   void forget() {
-    line_.forget();
+    buffer_.forget();
     held_valid_ = false;
     stale_run_ = 0;
     bad_ = restarted_ = kLongAgo;
   }
 
   /// Stamp of the newest input [s]; 0 before the first.
-  double newest() const { return line_.begun() ? line_.newest() : 0.0; }
-  const OnboardModel& model() const { return line_.model(); }
+  double newest() const { return buffer_.begun() ? buffer_.newest() : 0.0; }
+  const OnboardModel& model() const { return buffer_.model(); }
 
  private:
   enum class Kind : std::uint8_t { kCommand, kScale, kPose };
@@ -92,7 +95,7 @@ class BasicPredictor {
     return true;
   }
 
-  /// Covariance of the white error. False where the pose's own is no covariance.
+  /// Covariance of the white noise. False where the pose's own matrix is no covariance.
   bool spread(const double* covariance, double noise[kPose][kPose]) const {
     const NoiseParameters& n = model().boat.noise;
     for (int i = 0; i < kPose; ++i) {
@@ -105,7 +108,7 @@ class BasicPredictor {
     double root[kPose][kPose];
     if (!numbers(&noise[0][0], kPose * kPose, kFarthest)) return false;
     if (!detail::lower_root(noise, root)) return false;
-    if (covariance != nullptr) detail::leave_white(n, noise);
+    if (covariance != nullptr) detail::keep_white_part(n, noise);
     return true;
   }
 
@@ -125,19 +128,23 @@ class BasicPredictor {
 
   /// When an input first has an effect [s].
   double effect(const Input& in) const {
-    return in.kind == Kind::kCommand ? in.time + line_.shortest() : in.time;
+    return in.kind == Kind::kCommand ? in.time + buffer_.shortest() : in.time;
   }
 
-  /// What time it is at least, by an input's stamp [s].
+  /// The earliest present time that an input's stamp allows [s].
   double present(const Input& in) const { return std::min(in.time, effect(in)); }
 
+  /// The algorithm: an input takes its place by its stamp, and all after it is computed again.
   Taken take(const Input& in) {
     if (!std::isfinite(in.time)) return refuse(Taken::kNotNumber);
-    if (!line_.begun()) {
-      line_.begin(present(in));
+    if (!buffer_.begun()) {
+      // the first input starts the buffer
+      buffer_.begin(present(in));
     } else if (present(in) > newest() + kLeap) {
-      return leap(in);
-    } else if (effect(in) < newest() - line_.window()) {
+      // a stamp far ahead of all others waits for a second one that agrees
+      return hold(in);
+    } else if (effect(in) < newest() - buffer_.window()) {
+      // a stamp before the window is refused; many in a row mean that the clock was set back
       return stale(in);
     }
     stale_run_ = 0;
@@ -145,8 +152,30 @@ class BasicPredictor {
     return enter(in);
   }
 
-  /// One stamp far ahead of all others is doubted; when a second one agrees both are used.
-  Taken leap(const Input& in) {
+  /// An input of a plausible stamp.
+  Taken enter(const Input& in) {
+    // after a gap beyond the reach the buffer starts again
+    const double now = std::max(newest(), present(in));
+    if (now - buffer_.last() > kReach) {
+      buffer_.begin(now);
+      restarted_ = now;
+    }
+    // checkpoints up to the present; old ones are dropped
+    buffer_.extend(now);
+    // the input at its stamp, and all checkpoints after it again
+    Taken done = Taken::kUsed;
+    if (in.kind == Kind::kPose) {
+      done = buffer_.put_pose(in.time, in.pose);
+    } else {
+      const bool kept = in.kind == Kind::kCommand ? buffer_.put_command(in.time, in.values)
+                                                  : buffer_.put_scale(in.time, in.values);
+      if (!kept) done = Taken::kNoRoom;
+    }
+    return done == Taken::kUsed || done == Taken::kTwice ? done : refuse(done);
+  }
+
+  /// A stamp far ahead of all others: used with the second one that agrees with it.
+  Taken hold(const Input& in) {
     if (!held_valid_ || std::abs(present(in) - present(held_)) > kLeap) {
       held_ = in;
       held_valid_ = true;
@@ -160,44 +189,28 @@ class BasicPredictor {
     return in_order ? second : first;
   }
 
-  /// Many stamps in a row that are old, but near each other: the clock was set back.
+  /// An old stamp. Many in a row that are near each other: the clock was set back.
   Taken stale(const Input& in) {
     const bool near = stale_run_ > 0 && std::abs(in.time - stale_time_) < kLeap;
     stale_run_ = near ? stale_run_ + 1 : 1;
     stale_time_ = in.time;
     if (stale_run_ < kStaleRun) return refuse(Taken::kStale);
     forget();
-    line_.begin(present(in));
+    buffer_.begin(present(in));
     restarted_ = newest();
     return enter(in);
   }
 
-  Taken enter(const Input& in) {
-    const double now = std::max(newest(), present(in));
-    if (now - line_.last() > kReach) {
-      line_.begin(now);
-      restarted_ = now;
-    }
-    line_.extend(now);
-    if (in.kind == Kind::kPose) {
-      const Taken done = line_.put_pose(in.time, in.pose);
-      return done == Taken::kUsed || done == Taken::kTwice ? done : refuse(done);
-    }
-    const bool kept = in.kind == Kind::kCommand ? line_.put_command(in.time, in.values)
-                                                : line_.put_scale(in.time, in.values);
-    return kept ? Taken::kUsed : refuse(Taken::kNoRoom);
-  }
-
-  Timeline<kMarks, kRows> line_;
-  double bad_ = kLongAgo;        // [s] when an input was refused last
-  double restarted_ = kLongAgo;  // [s] when stamps leapt
+  OutOfSequenceBuffer<kCheckpoints, kRows> buffer_;
+  double bad_ = kLongAgo;        // [s] of the last refused input
+  double restarted_ = kLongAgo;  // [s] of the last restart of the buffer
   double stale_time_ = 0.0;      // [s]
   int stale_run_ = 0;
   bool held_valid_ = false;
-  Input held_;  // an input whose stamp leapt ahead
+  Input held_;  // an input with a stamp far ahead
 };
 
-/// For commands at 100 Hz, poses at up to 200 Hz, and room to spare: 1.1 MB.
+/// For commands at 100 Hz and poses at up to 200 Hz: 1.3 MB.
 using Predictor = BasicPredictor<128, 1024>;
 
 }  // namespace seatrial

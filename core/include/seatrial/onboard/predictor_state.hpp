@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One instant of the on-board predictor: thrusters, belief, and the second belief that poses are
-// held against which the first one does not believe. No heap, no exceptions.
+// State of the on-board predictor at one instant: thrusters, state estimate, and an alternative
+// estimate that starts at a rejected pose. No heap, no exceptions.
 #pragma once
 #include "seatrial/onboard/health.hpp"
 #include "seatrial/onboard/onboard_filter.hpp"
@@ -9,49 +9,49 @@ namespace seatrial {
 
 inline constexpr double kLongAgo = -1e300;  // [s]
 
-/// All that the predictor is told beforehand.
+/// The model and the settings of the predictor.
 struct OnboardModel {
   OnboardBoat boat;
   Chain chain;
   double q[kMaxConstants] = {};
   Envelope envelope;
-  double command_timeout = std::numeric_limits<double>::infinity();  // [s] then none is in force
+  double command_timeout = std::numeric_limits<double>::infinity();  // [s] validity of a command
 
-  double window = 0.5;            // [s] that an input may be late
-  double gate = 25.0;             // of e' S^-1 e, three degrees of freedom: one in 65 000 by chance
-  double near[2] = {0.02, 0.05};  // [m], [rad] a pose so near to its prediction is no false match
-  double outlier = 4.0;           // [sigma] from where on a pose's error counts linearly
-  int votes = 10;                 // agreeing poses that overrule the filter ...
-  double agreement = 0.5;         // [s] ... and at least so long
-  double velocity_spread[kAxes] = {0.5, 0.3, 0.6};  // [m/s, m/s, rad/s] at the first pose
-  double doubt[kAxes] = {0.1, 0.1, 0.2};            // [m/s, m/s, rad/s] where the filter was wrong
-  double again = 60.0;                              // [s] overruled twice within these ...
-  double wary = 600.0;                              // [s] ... it is wary of the model for so long
-  double lately = 1.0;                              // [s] that a flag stays
-  double patience = 0.5;  // [s] without a used pose after which it is dead reckoning
+  double window = 0.5;  // [s] by which an input may be late
+  double gate = 25.0;   // of the NIS, 3 degrees of freedom: false alarm rate 1 in 65 000
+  double always_accepted[2] = {0.02, 0.05};  // [m], [rad] innovation that is no false match
+  double outlier = 4.0;    // [sigma] innovation from which the cost grows linearly (Huber)
+  int votes = 10;          // rejected poses that agree and reset the filter ...
+  double votes_for = 0.5;  // [s] ... over at least this time
+  double velocity_spread[kAxes] = {0.5, 0.3, 0.6};     // [m/s, m/s, rad/s] at the first pose
+  double alternative_spread[kAxes] = {0.1, 0.1, 0.2};  // [m/s, m/s, rad/s] added where it starts
+  double overruled_within = 60.0;                      // [s] after two resets within this time ...
+  double cautious_for = 600.0;        // [s] ... process noise is increased for this time
+  double flag_for = 1.0;              // [s] duration of a flag
+  double dead_reckoning_after = 0.5;  // [s] without a used pose
 };
 
-/// A pose as it is used, with the covariance of its white error.
+/// A pose with the covariance of its white noise.
 struct PoseSample {
   double eta[kPose] = {};
   double noise[kPose][kPose] = {};
 };
 
 /// The predictor at one instant.
-struct Instant {
+struct PredictorState {
   double time = 0.0;
   Thrust thrust;
   ThrustErrors thrust_errors;
-  StateEstimate belief;
-  StateEstimate rival;  // begun at a pose that was rejected; counts while votes > 0
+  StateEstimate state;
+  StateEstimate alternative;  // from a rejected pose on; valid while votes > 0
   int votes = 0;
-  double rival_since = 0.0;  // [s]
-  int rejected = 0;          // poses in a row
-  bool alive = false;        // a pose was used, and the model has not run away since
-  double last_pose = kLongAgo;
-  double reinitialised = kLongAgo;
-  double overruled = kLongAgo;  // by poses
-  double doubted = kLongAgo;    // overruled again
+  double alternative_since = 0.0;   // [s]
+  int rejected = 0;                 // consecutive poses
+  bool initialised = false;         // a pose was used, and no divergence since
+  double last_pose = kLongAgo;      // [s] of the last used pose; of the last event, as what follows
+  double reinitialised = kLongAgo;  // reset to poses
+  double overruled = kLongAgo;      // reset to poses that contradicted the filter
+  double doubted = kLongAgo;        // the same again within overruled_within
   double diverged = kLongAgo;
 };
 
@@ -60,10 +60,11 @@ namespace detail {
 inline constexpr double kFirstSpread = 3.0;        // of a first pose, in standard deviations of one
 inline constexpr double kUnknownPosition = 100.0;  // [m]
 inline constexpr double kUnknownHeading = 3.0;     // [rad]
-inline constexpr double kLostHeading = 1.0;        // [rad] from where on nothing is linear
+inline constexpr double kLostHeading =
+    1.0;  // [rad] standard deviation beyond which the EKF is not linear enough
 
-/// Begins the correlated errors of the poses anew: as large as they ever are.
-inline void begin_colour(const NoiseParameters& n, StateEstimate& b) {
+/// Coloured pose noise at its stationary variance, uncorrelated with all else.
+inline void reset_coloured_noise(const NoiseParameters& n, StateEstimate& b) {
   if (!b.coloured()) return;
   for (int c = kFilterStates; c < b.n; ++c) {
     b.x[c] = 0.0;
@@ -73,29 +74,28 @@ inline void begin_colour(const NoiseParameters& n, StateEstimate& b) {
   }
 }
 
-/// Pose out of nothing but the sample; what else is believed stays, its links to the pose do not.
-inline void place(const NoiseParameters& n, const PoseSample& pose, StateEstimate& b) {
+/// The pose from the sample alone. The other states stay; their correlations with it go.
+inline void reset_pose(const NoiseParameters& n, const PoseSample& pose, StateEstimate& b) {
   for (int i = 0; i < kPose; ++i) {
     b.x[i] = pose.eta[i];
     for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
     std::fill(b.d[i], b.d[i] + kMostConsidered, 0.0);
   }
-  begin_colour(n, b);
+  reset_coloured_noise(n, b);
   for (int i = 0; i < kPose; ++i) {
     for (int j = 0; j < kPose; ++j) {
       b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
     }
     if (!b.coloured()) continue;
-    const double colour = n.colour_variance(i);  // the pose is eta less it
+    const double colour = n.colour_variance(i);  // the pose is eta less this noise
     b.p[i][i] += kFirstSpread * kFirstSpread * colour;
     b.p[i][kFilterStates + i] = b.p[kFilterStates + i][i] = -colour;
   }
 }
 
-/// A pose's own covariance is of all its error: its white part is what the correlated errors
-/// leave of it, no less than the model's white noise, or all of it where it is smaller
-/// than that. Correlations stay.
-inline void leave_white(const NoiseParameters& n, double noise[kPose][kPose]) {
+/// A pose's own covariance is of its total noise. Its white part is what the coloured noise leaves,
+/// at least the model's white noise, or all of it where it is smaller than that. Correlations stay.
+inline void keep_white_part(const NoiseParameters& n, double noise[kPose][kPose]) {
   if (!n.coloured()) return;
   double share[kPose];
   for (int i = 0; i < kPose; ++i) {
@@ -108,83 +108,85 @@ inline void leave_white(const NoiseParameters& n, double noise[kPose][kPose]) {
   }
 }
 
-/// Nothing known but that a boat is slow.
-inline void know_nothing(const OnboardModel& m, StateEstimate& b) {
+/// Unknown pose, a slow boat.
+inline void reset_to_unknown(const OnboardModel& m, StateEstimate& b) {
   const NoiseParameters& n = m.boat.noise;
   const double spread[kFilterStates] = {
       kUnknownPosition,     kUnknownPosition,     kUnknownHeading,
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
       n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
   b = StateEstimate{};
-  b.n = n.oscillating() ? kOscillatingStates : n.coloured() ? kColouredStates : kFilterStates;
+  b.n = states_for(n);
   for (int i = 0; i < kFilterStates; ++i) b.p[i][i] = spread[i] * spread[i];
-  begin_colour(n, b);
+  reset_coloured_noise(n, b);
 }
 
-/// Whether a pose may be of this boat.
-inline bool passes(const OnboardModel& m, const Innovation& found) {
+/// The innovation gate.
+inline bool passes_gate(const OnboardModel& m, const Innovation& found) {
   if (!std::isfinite(found.nis)) return false;
-  const bool near =
-      std::hypot(found.e[0], found.e[1]) <= m.near[0] && std::abs(found.e[2]) <= m.near[1];
+  const bool near = std::hypot(found.e[0], found.e[1]) <= m.always_accepted[0] &&
+                    std::abs(found.e[2]) <= m.always_accepted[1];
   return near || found.nis <= m.gate;
 }
 
-/// A second belief: at the pose, with the first one's velocity, which may be wrong.
-inline void begin_rival(const OnboardModel& m, const PoseSample& pose, Instant& now) {
-  now.rival = now.belief;
-  place(m.boat.noise, pose, now.rival);
-  for (int a = 0; a < kAxes; ++a) now.rival.p[3 + a][3 + a] += m.doubt[a] * m.doubt[a];
+/// The alternative: at the rejected pose, with the filter's velocity, which is less certain.
+inline void begin_alternative(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
+  now.alternative = now.state;
+  reset_pose(m.boat.noise, pose, now.alternative);
+  for (int a = 0; a < kAxes; ++a) {
+    now.alternative.p[3 + a][3 + a] += m.alternative_spread[a] * m.alternative_spread[a];
+  }
   now.votes = 1;
-  now.rival_since = now.time;
+  now.alternative_since = now.time;
 }
 
-/// Poses that the filter rejects vote for the second belief, or against it: the majority of them,
-/// by Boyer and Moore. True once it has won.
-inline bool overruled(const OnboardModel& m, const PoseSample& pose, Instant& now) {
+/// A rejected pose votes for the alternative or against it (majority vote of Boyer and Moore). True
+/// once the alternative has won.
+inline bool alternative_wins(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
   if (now.votes == 0) {
-    begin_rival(m, pose, now);
+    begin_alternative(m, pose, now);
     return false;
   }
-  const Innovation found = innovation(now.rival, pose.eta, pose.noise, m.outlier);
-  if (!passes(m, found)) {
-    if (--now.votes == 0) begin_rival(m, pose, now);
+  const Innovation found = innovation(now.alternative, pose.eta, pose.noise, m.outlier);
+  if (!passes_gate(m, found)) {
+    if (--now.votes == 0) begin_alternative(m, pose, now);
     return false;
   }
-  update(found, pose.noise, now.rival);
-  return ++now.votes >= m.votes && now.time - now.rival_since >= m.agreement;
+  update(found, pose.noise, now.alternative);
+  return ++now.votes >= m.votes && now.time - now.alternative_since >= m.votes_for;
 }
 
 }  // namespace detail
 
-/// The model ran away: its pose is the last one, and nothing is known until the next.
-inline void give_up(const OnboardModel& m, const StateEstimate& last, Instant& now) {
+/// After a divergence: the last pose, all else unknown until the next pose.
+inline void reset_diverged(const OnboardModel& m, const StateEstimate& last, PredictorState& now) {
   const double pose[kPose] = {last.x[0], last.x[1], last.x[2]};
-  detail::know_nothing(m, now.belief);
-  std::copy(pose, pose + kPose, now.belief.x);
-  now.alive = false;
+  detail::reset_to_unknown(m, now.state);
+  std::copy(pose, pose + kPose, now.state.x);
+  now.initialised = false;
   now.votes = now.rejected = 0;
   now.diverged = now.time;
 }
 
-/// Gate, correction and recovery at the time of a pose.
-inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now) {
-  const double heading = now.belief.p[2][2];
-  const bool lost = now.alive && heading > detail::kLostHeading * detail::kLostHeading;
-  const StateEstimate before = now.belief;
+/// Use of a pose at its time: start, gate and update, or reset to what the poses agree on.
+inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
+  const double heading = now.state.p[2][2];
+  const bool lost = now.initialised && heading > detail::kLostHeading * detail::kLostHeading;
+  const StateEstimate before = now.state;
   bool used = true;
-  if (!now.alive || lost) {
-    detail::place(m.boat.noise, pose, now.belief);
-    now.alive = true;
+  if (!now.initialised || lost) {  // the first pose, or the heading is lost
+    detail::reset_pose(m.boat.noise, pose, now.state);
+    now.initialised = true;
     if (lost) now.reinitialised = now.time;
   } else {
-    const Innovation found = innovation(now.belief, pose.eta, pose.noise, m.outlier);
-    used = detail::passes(m, found);
-    if (used) {
-      update(found, pose.noise, now.belief);
-    } else if (detail::overruled(m, pose, now)) {
-      now.belief = now.rival;
+    const Innovation found = innovation(now.state, pose.eta, pose.noise, m.outlier);
+    used = detail::passes_gate(m, found);
+    if (used) {  // the usual case
+      update(found, pose.noise, now.state);
+    } else if (detail::alternative_wins(m, pose, now)) {  // rejected poses agree with each other
+      now.state = now.alternative;
       now.reinitialised = now.time;
-      if (now.time - now.overruled <= m.again) now.doubted = now.time;
+      if (now.time - now.overruled <= m.overruled_within) now.doubted = now.time;
       now.overruled = now.time;
       used = true;
     }
@@ -195,43 +197,46 @@ inline void use_pose(const OnboardModel& m, const PoseSample& pose, Instant& now
   }
   now.votes = now.rejected = 0;
   now.last_pose = now.time;
-  if (!plausible(now.belief)) give_up(m, before, now);
+  if (!plausible(now.state)) reset_diverged(m, before, now);
 }
 
-/// Over `length` [s] without a break of the input; does not move the time.
-inline void drift(const OnboardModel& m, double length, Instant& now) {
+/// Prediction over `length` [s] in which no input changes. It leaves `time` to the caller.
+inline void propagate(const OnboardModel& m, double length, PredictorState& now) {
   const Chain& c = m.chain;
-  Thrust& f = now.thrust;
+  const PrincipalErrors& considered = m.boat.considered;
+  // after repeated resets the process noise is larger
+  const bool doubted = now.time - now.doubted <= m.cautious_for;
+  const NoiseParameters noise = doubted ? with_default_process_noise(m.boat.noise) : m.boat.noise;
+  // equal steps, each with the same decay of the lags
   const int n = steps_for(length, m.boat.longest_step);
   const double h = length / n;
-  Fade fading[kMaxActuators];
-  ErrorFade errors[kMaxActuators];
-  double force[3][kMaxForces];
-  Causes force_error[kMaxForces] = {};
-  const Considered& considered = m.boat.considered;
-  const bool doubted = now.time - now.doubted <= m.wary;
-  const NoiseParameters noise = doubted ? with_default_process_noise(m.boat.noise) : m.boat.noise;
+  LagDecay decays[kMaxActuators];
+  ErrorDecay error_decay[kMaxActuators];
   if (considered.n > 0) {
-    error_fades(c, m.q, h, fading, errors);
+    error_decays(c, m.q, h, decays, error_decay);
   } else {
-    fades(c, m.q, h, fading);
+    lag_decays(c, m.q, h, decays);
   }
+  double force[3][kMaxForces];
+  Loadings force_error[kMaxForces] = {};
   for (int i = 0; i < n; ++i) {
+    // thrusters and their errors
     if (considered.n > 0) {
-      force_errors(c, considered, fading, errors, f, now.thrust_errors, force_error);
+      force_errors(c, considered, decays, error_decay, now.thrust, now.thrust_errors, force_error);
     }
-    step_forces(c, fading, f, force);
-    if (!now.alive) continue;
-    const StateEstimate before = now.belief;
-    if (!predict(m.boat, noise, h, force, force_error, now.belief)) {
-      give_up(m, before, now);
-    } else if (now.votes > 0 && !predict(m.boat, noise, h, force, force_error, now.rival)) {
+    step_forces(c, decays, now.thrust, force);
+    // boat, in both estimates
+    if (!now.initialised) continue;
+    const StateEstimate before = now.state;
+    if (!predict(m.boat, noise, h, force, force_error, now.state)) {
+      reset_diverged(m, before, now);
+    } else if (now.votes > 0 && !predict(m.boat, noise, h, force, force_error, now.alternative)) {
       now.votes = 0;
     }
   }
 }
 
-/// What is published.
+/// An estimate as it is published.
 struct Estimate {
   double time = 0.0;                         // [s]
   double pose[kPose] = {};                   // x, y [m], psi [rad] in (-pi, pi], earth-fixed
@@ -244,7 +249,7 @@ struct Estimate {
 
 namespace detail {
 
-/// Velocity over ground: that in the water plus R' c. Its covariance with what the heading makes.
+/// Velocity over ground: that through the water plus R' c; with the heading's share of covariance.
 inline void add_current(const OnboardBoat& boat, Estimate& out) {
   const double* w = boat.current;
   if (w[0] == 0.0 && w[1] == 0.0) return;
@@ -266,11 +271,11 @@ inline void add_current(const OnboardBoat& boat, Estimate& out) {
 
 }  // namespace detail
 
-/// The estimate of an instant, with the flags that it knows of itself.
-inline Estimate estimate(const OnboardModel& m, const Instant& now) {
+/// The estimate of a predictor state, with the flags that follow from it.
+inline Estimate estimate(const OnboardModel& m, const PredictorState& now) {
   Estimate out;
   out.time = now.time;
-  const StateEstimate& b = now.belief;
+  const StateEstimate& b = now.state;
   std::copy(b.x, b.x + 2, out.pose);
   out.pose[2] = wrap(b.x[2]);
   std::copy(b.x + 3, b.x + kStates, out.velocity);
@@ -281,12 +286,12 @@ inline Estimate estimate(const OnboardModel& m, const Instant& now) {
   forces_after(m.chain, m.q, now.thrust, 0.0, force);
   const Envelope& e = m.envelope;
   const auto flag = [&out](bool raised, Health which) { out.health |= raised ? which : 0U; };
-  flag(!now.alive, kNoPose);
-  flag(now.alive && now.time - now.last_pose > m.patience, kDeadReckoning);
+  flag(!now.initialised, kNoPose);
+  flag(now.initialised && now.time - now.last_pose > m.dead_reckoning_after, kDeadReckoning);
   flag(now.rejected > 0, kGateRejecting);
-  flag(now.time - now.reinitialised <= m.lately, kReinitialised);
-  flag(now.time - now.doubted <= m.wary, kModelDoubted);
-  flag(now.time - now.diverged <= m.lately, kDiverged);
+  flag(now.time - now.reinitialised <= m.flag_for, kReinitialised);
+  flag(now.time - now.doubted <= m.cautious_for, kModelDoubted);
+  flag(now.time - now.diverged <= m.flag_for, kDiverged);
   flag(Envelope::outside(out.velocity, e.speed, kAxes), kOutsideSpeeds);
   flag(Envelope::outside(force, e.force, m.chain.n_forces), kOutsideCommands);
   detail::add_current(m.boat, out);

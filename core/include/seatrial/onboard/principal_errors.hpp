@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What of a model's covariance matters on board: the few causes that explain nearly all that errors
-// of its parameters do to the boat. Host side: uses heap.
+// Principal errors: the few combinations of parameter errors that explain nearly all of their
+// effect on the motion. Host side: uses heap.
 //
-// Along a drive the errors e (covariance C = R R') make the state wrong by S e, S = d state / d
-// parameters, the pose's from where it was up to ten seconds before. With e = R z the causes z are
-// independent; the principal directions U of R' W R, W the sum of S' S over the drive, each state
-// in parts of its own mean square, sort them by what they do. Errors that cancel where the boat
-// goes cancel in S.
+// Along a drive parameter errors e of covariance C = R R' give the state an error S e, S = d state
+// / d parameters; of the pose, that of the last ten seconds. With e = R z the errors z are
+// independent and of unit variance. W is the sum of S' S over the drive, each state relative to its
+// own mean square. The principal directions U of R' W R sort z by their effect. Errors that cancel
+// in the range of motion cancel in S.
 #pragma once
 #include <numeric>
 
@@ -67,14 +67,14 @@ inline void diagonalise(Square& a, Square& v) {
   }
 }
 
-/// What a drive adds up to, state by state.
+/// Sums over a drive, state by state.
 struct DriveSums {
   std::vector<Square> slopes;  // S' S
 
   explicit DriveSums(int n) : slopes(kStates, Square(n)) {}
 
-  /// False where the numbers are none.
-  bool add(const StateTangent& dx, int n) {
+  /// False where a number is not finite.
+  bool add(const StateSensitivities& dx, int n) {
     double size = 0.0;
     for (const auto& row : dx.row) {
       for (int i = 0; i < n; ++i) size += std::abs(row[i]);
@@ -106,7 +106,7 @@ inline Square root_of(const double (*c)[kMaxParameters], int n) {
   return root;
 }
 
-/// R' W R, W of the axes in parts of what C does to each of them.
+/// R' W R, W of each state relative to its mean square by C.
 inline Square effects(const DriveSums& sum, const Square& root) {
   const int n = root.size();
   Square out(n);
@@ -135,7 +135,7 @@ inline Square effects(const DriveSums& sum, const Square& root) {
 }
 
 /// R U of the largest eigenvalues.
-inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
+inline PrincipalErrors principal(const UncertainModel& m, const DriveSums& sum) {
   const int n = m.n_parameters();
   const int own = m.boat.structure.n_coefficients;
   const Square root = root_of(m.covariance, n);
@@ -146,7 +146,7 @@ inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](int i, int j) { return values(i, i) > values(j, j); });
-  Considered out;
+  PrincipalErrors out;
   for (const int k : order) {
     if (out.n == kMostConsidered || !(values(k, k) > 0.0)) break;
     for (int i = 0; i < n; ++i) {
@@ -160,13 +160,13 @@ inline Considered principal(const UncertainModel& m, const DriveSums& sum) {
 
 }  // namespace detail
 
-/// The causes that matter most along a random drive; none where there is no such drive.
-inline Considered causes(const UncertainModel& m) {
-  Considered out;
-  strongest(m, [&m, &out](double most) {
+/// The principal errors along a random drive; none where there is no such drive.
+inline PrincipalErrors principal_errors(const UncertainModel& m) {
+  PrincipalErrors out;
+  with_strongest_commands(m, [&m, &out](double most) {
     detail::DriveSums sum(m.n_parameters());
     const int instants = detail::random_drive(
-        m, most, [&](const Trace&, double, const double*, const StateTangent& dx) {
+        m, most, [&](const ThrustTrace&, double, const double*, const StateSensitivities& dx) {
           return sum.add(dx, m.n_parameters());
         });
     if (instants < detail::kEnough) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A model with what is known of its errors, and a simulated drive to see what these do to the
-// boat. Host side: uses heap.
+// A model with the covariance of its parameters, and a simulated drive with random commands that
+// shows the effect of parameter errors. Host side: uses heap.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace seatrial {
 
 inline constexpr int kMaxParameters = kMaxCoefficients + kMaxConstants;
 
-/// A model, with what is known of its errors and where it was identified.
+/// A model with the covariance of its parameters and the range of its identification.
 struct UncertainModel {
   Boat boat;
   Chain chain;
@@ -28,16 +28,17 @@ struct UncertainModel {
 
 namespace detail {
 
-inline constexpr double kHold[2] = {1.0, 3.0};    // [s] that a command is held
-inline constexpr double kTick = 0.1;              // [s] between instants
-inline constexpr int kTicks = 6000;               // ten minutes
-inline constexpr int kEnough = kTicks / 10;       // instants that a sum is made of
-inline constexpr int kPiece = 100;                // ticks that are scheduled at once
-inline constexpr double kGentlest = 1.0 / 64;     // share of full commands
-inline constexpr double kScaled[2] = {0.7, 1.3};  // of its reference that a scale signal is
+inline constexpr double kHold[2] = {1.0, 3.0};  // [s] that a command is held
+inline constexpr double kTick = 0.1;            // [s] between instants
+inline constexpr int kTicks = 6000;             // ten minutes
+inline constexpr int kEnough = kTicks / 10;     // instants that a sum needs
+inline constexpr int kPiece = 100;              // ticks that are scheduled at once
+inline constexpr double kGentlest = 1.0 / 64;   // least share of full commands
+inline constexpr double kScaled[2] = {0.7,
+                                      1.3};  // range of a scale signal, relative to its reference
 
 /// Splitmix64: the same numbers on every machine.
-class Dice {
+class SplitMix {
  public:
   double operator()(double low, double high) {
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15U;
@@ -51,17 +52,18 @@ class Dice {
   std::uint64_t state_ = 0;
 };
 
-/// Commands and scale signals of a drive, each to any other.
-struct Sticks {
+/// Random commands and scale signals of a drive.
+struct RandomCommands {
   int n_commands;
   int n_scales;
   std::vector<double> time;   // [s]
   std::vector<double> value;  // rows of commands
   std::vector<double> scale;  // rows of scales
 
-  Sticks(const Chain& c, double most) : n_commands(c.allocation.n_commands), n_scales(c.n_scales) {
-    Dice dice;
-    Dice other;
+  RandomCommands(const Chain& c, double most)
+      : n_commands(c.allocation.n_commands), n_scales(c.n_scales) {
+    SplitMix dice;
+    SplitMix other;
     double t = 0.0;
     while (t < kTick * kTicks) {
       time.push_back(t);
@@ -97,8 +99,8 @@ inline Columns all_columns(const UncertainModel& m) {
 template <class Look>
 inline int random_drive(const UncertainModel& m, double most, Look look) {
   const Columns columns = all_columns(m);
-  const Sticks sticks(m.chain, most);
-  const Trace trace(m.chain, m.q, sticks.commands(), sticks.scales(), columns);
+  const RandomCommands sticks(m.chain, most);
+  const ThrustTrace trace(m.chain, m.q, sticks.commands(), sticks.scales(), columns);
   Boat boat = m.boat;
   boat.integrator = Integrator::kRungeKutta;
   boat.longest_step = kTick;
@@ -106,11 +108,11 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
   for (int i = 0; i <= kTicks; ++i) time.push_back(kTick * i);
   int instants = 0;
   double x[kStates] = {};
-  StateTangent dx;
+  StateSensitivities dx;
   seed(columns, dx);
   for (int i = 0; i < kTicks; i += kPiece) {
     for (int a = 0; a < kAxes; ++a) std::fill(dx.row[a], dx.row[a] + columns.size(), 0.0);
-    const Schedule schedule(boat, trace, time.data(), i, i + kPiece, true);
+    const StepSchedule schedule(boat, trace, time.data(), i, i + kPiece, true);
     for (int k = i; k < i + kPiece; ++k) {
       bool good = schedule.run(k, x, dx);
       if (good && !Envelope::outside(x + 3, m.speed, kAxes)) {
@@ -127,14 +129,14 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
 
 }  // namespace detail
 
-/// The strength of the random commands: up to the stops, or as strong as leave the boat within its
-/// envelope for a tenth of the time. `sum(most)`: whether that was so. False: no such command, or
-/// no doubt.
+/// Calls `sum(most)` with random commands up to `most`, at first full ones, until it returns true:
+/// until the boat stays within its envelope for a tenth of the time. False: there are no such
+/// commands, or the parameters have no errors.
 template <class Sum>
-inline bool strongest(const UncertainModel& m, Sum sum) {
-  bool doubted = false;
-  for (int i = 0; i < m.n_parameters(); ++i) doubted = doubted || m.covariance[i][i] > 0.0;
-  for (double most = 1.0; doubted && most >= detail::kGentlest; most *= 0.5) {
+inline bool with_strongest_commands(const UncertainModel& m, Sum sum) {
+  bool uncertain = false;
+  for (int i = 0; i < m.n_parameters(); ++i) uncertain = uncertain || m.covariance[i][i] > 0.0;
+  for (double most = 1.0; uncertain && most >= detail::kGentlest; most *= 0.5) {
     if (sum(most)) return true;
   }
   return false;

@@ -153,7 +153,7 @@ inline void read_parameters(const Value& file, const BoardVehicle& vehicle,
   }
   std::copy(&m.envelope.speed[0][0], &m.envelope.speed[0][0] + std::ptrdiff_t{2} * kAxes,
             &uncertain.speed[0][0]);
-  believe(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
+  set_uncertainty(uncertain, read_noise(file.at("noise")), explained(file.at("estimator")), m.boat);
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
   std::copy(uncertain.q, uncertain.q + kMaxConstants, m.q);
 }
@@ -165,13 +165,16 @@ inline void read_integration(const Value& integration, OnboardBoat& boat) {
   boat.longest_step = integration.at("step").positive();
 }
 
+/// "model 2" has the estimator's findings as sentences; a node reads neither.
 inline void expect_format(const Value& file) {
   const auto format = file.find("seatrial");
-  if (format && format->is_word() && format->text() == "model 2") return;
+  if (format && format->is_word() && (format->text() == "model 3" || format->text() == "model 2")) {
+    return;
+  }
   const std::string said = format && format->is_word() ? "says 'seatrial: " + format->text() + "'"
                                                        : "has no line 'seatrial: ...'";
   file.refuse(said +
-              "; expected 'seatrial: model 2': is it another file, or from another version of "
+              "; expected 'seatrial: model 3': is it another file, or from another version of "
               "seatrial?");
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import sanity
+from seatrial.boat.physics import axis_physics
 from seatrial.control.mpc.problem import MOTION, POSE, Grid, Weights
 from seatrial.control.mpc.step import Layout, step_function
 from seatrial.control.mpc.thrusters import by_thrusters, thrusters_of
@@ -52,7 +52,7 @@ class Nmpc:
                 f"pool {pool}, clearance {clearance:g} m: expected length and width [m], above twice the "
                 "clearance"
             )
-        sanity(model)
+        axis_physics(model)
         self.model = by_thrusters(model)
         self.thrusters = thrusters_of(self.model)
         self.grid, self.layout = grid, Layout(len(self.thrusters.lag), grid.stages)

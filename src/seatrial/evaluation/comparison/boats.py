@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.physics import AxisPhysics, axis_physics
 from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry
 from seatrial.boat.vehicle import as_column
 from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
@@ -33,7 +33,7 @@ def meaning(a: Model, b: Model) -> list[AxisMeaning]:
     for label, model in (("A", a), ("B", b)):
         try:
             both.append(
-                sanity(replace(model, envelope=EnvelopeEntry(model.envelope.speeds, common)))
+                axis_physics(replace(model, envelope=EnvelopeEntry(model.envelope.speeds, common)))
             )
         except ModelError as error:
             raise ModelError(f"{label}: {error}") from None
@@ -51,7 +51,7 @@ def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
     return out
 
 
-def _side_by_side(x: AxisSanity, y: AxisSanity) -> AxisMeaning:
+def _side_by_side(x: AxisPhysics, y: AxisPhysics) -> AxisMeaning:
     return AxisMeaning(
         AXES[x.axis],
         x.command,

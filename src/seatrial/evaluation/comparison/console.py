@@ -199,7 +199,7 @@ def _noise(found: Comparison) -> Iterator[str]:
 def _correlated(entry: CorrelatedEntry | None) -> str:
     if entry is None or max(entry.position, entry.heading) < HARDLY:
         return NONE
-    return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.lasting}"
+    return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.memory_text}"
 
 
 def _prediction(found: Comparison) -> Iterator[str]:

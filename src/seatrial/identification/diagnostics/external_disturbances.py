@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of, finding_text
 from seatrial.boat.noise_parameters import loosened
 from seatrial.evaluation.disturbed_intervals import (
     MANY,
@@ -20,12 +21,12 @@ from seatrial.evaluation.disturbed_intervals import (
     Stretch,
     squared_errors,
     stretches,
-    stretches_said,
+    stretches_found,
     together,
 )
-from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.uncertainty.covariance import sandwich
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array
 
@@ -39,25 +40,26 @@ Afresh = Callable[[Problem], Point]  # the search from start values
 
 def bumps(at: Point) -> list[Stretch]:
     """Stretches in which the filter's errors are larger than elsewhere."""
-    recordings, each = at.passes.problem.recordings, at.passes.each
+    recordings, each = at.runs.problem.recordings, at.runs.by_recording
     return stretches(recordings, [squared_errors(p) for p in each])
 
 
-def bumps_said(seen: Point | None, at: Point, covariance: Array, afresh: Afresh) -> list[str]:
-    """What is to be said of such stretches; nothing where there are none.
+def bumps_said(seen: Point | None, at: Point, covariance: Array, afresh: Afresh) -> list[Finding]:
+    """Such stretches, and what it changes to leave them out; none where there are none.
 
     seen: the likelihood's choice, where its errors show some; at: the solution, which may be believed less
     closely just because of them, or have more stages; covariance: (p, p) of its free parameters.
     """
     near = at if seen is None else seen
-    problem = near.passes.problem
-    best, said = SHARPER, []
+    problem = near.runs.problem
+    best, findings = SHARPER, []
     for begin in _beginnings(seen, near, problem, afresh):
         found, after = _followed(begin, afresh)
-        ratio, words = (1.0, "") if after is None else _difference(at, covariance, after)
-        if ratio < best:
-            best, said = ratio, [f"{stretches_said(problem.recordings, found)}. {words}"]
-    return said
+        influence = None if after is None else _difference(at, covariance, after)
+        if influence is not None and influence.number("ratio") < best:
+            best = influence.number("ratio")
+            findings = [*stretches_found(problem.recordings, found), influence]
+    return findings
 
 
 def bumps_tried(problem: Problem, afresh: Afresh) -> str:
@@ -65,8 +67,8 @@ def bumps_tried(problem: Problem, afresh: Afresh) -> str:
     for begin in _beginnings(None, None, problem, afresh):
         found, after = _followed(begin, afresh)
         if after is not None:
-            said = stretches_said(problem.recordings, found)
-            return f". There is a solution without some of it: {said}"
+            texts = map(finding_text, stretches_found(problem.recordings, found))
+            return f". There is a solution without some of it: {'; '.join(texts)}"
     return ""
 
 
@@ -87,8 +89,8 @@ def _beginnings(
         own = replace(problem, recordings=tuple(recordings))
         middle = afresh(own) if near is None else _searched(own, near, afresh)
         noise = loosened(middle.noise, 1.0)  # so that it finds back from what it does not foresee
-        passes = problem.passes(middle.theta, noise, repeatable=False)
-        yield Point(middle.theta, noise, passes)
+        runs = problem.run_filter(middle.theta, noise, repeatable=False)
+        yield Point(middle.theta, noise, runs)
 
 
 def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
@@ -96,7 +98,7 @@ def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
 
     None where they are too many to be exceptions.
     """
-    problem, there = at.passes.problem, at
+    problem, there = at.runs.problem, at
     found: list[Stretch] = []
     for _ in range(ROUNDS):
         new = bumps(there)
@@ -116,7 +118,7 @@ def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
 def _searched(problem: Problem, near: Point, afresh: Afresh) -> Point:
     """The solution of a problem, from a point or, where that leads nowhere, from start values."""
     try:
-        return search(problem, near.theta, near.noise)
+        return maximise_likelihood(problem, near.theta, near.noise)
     except IdentificationError:
         return afresh(problem)
 
@@ -140,25 +142,25 @@ def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
     return replace(problem, recordings=tuple(recordings))
 
 
-def _difference(at: Point, covariance: Array, after: Point) -> tuple[float, str]:
-    """What it makes of standard errors to leave stretches out, as a factor; and of parameters, in words."""
+def _difference(at: Point, covariance: Array, after: Point) -> Finding | None:
+    """What it makes of standard errors to leave stretches out, and of the parameter that changes most."""
     try:
-        errors = _named(after, sandwich(after))
+        errors = _named(after, sandwich_covariance(after))
     except IdentificationError:  # what is left does not tell them apart
-        return 1.0, ""
+        return None
     old = _named(at, covariance)
     both = [n for n in old if n in errors and min(old[n][1], errors[n][1]) > 0.0]
     if not both:
-        return 1.0, ""
+        return None
     ratio = float(np.median([errors[n][1] / old[n][1] for n in both]))
     most = max(both, key=lambda n: abs(errors[n][0] - old[n][0]) / old[n][1])
-    value = f"{errors[most][0]:.3g} ± {errors[most][1]:.2g}"
-    words = f"Standard errors are then {ratio:.2g} times these, and {most}, which changes most, is {value}"
-    return ratio, words
+    value, error = errors[most]
+    kind = FindingKind.DISTURBANCE_INFLUENCE
+    return finding_of(kind, most, ratio=ratio, value=value, error=error)
 
 
 def _named(at: Point, covariance: Array) -> dict[str, tuple[float, float]]:
     """Values and standard errors of the free parameters."""
-    problem, errors = at.passes.problem, np.sqrt(np.diag(covariance)).tolist()
+    problem, errors = at.runs.problem, np.sqrt(np.diag(covariance)).tolist()
     pairs = zip(at.theta[list(problem.free)].tolist(), errors, strict=True)
     return dict(zip((problem.names[i] for i in problem.free), pairs, strict=True))

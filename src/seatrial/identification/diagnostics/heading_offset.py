@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.selection.score_test import MUCH
+from seatrial.identification.selection.score_test import LARGE_GAIN
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Axes
@@ -35,16 +36,16 @@ class Askew:
     problem: Problem  # with the poses turned back
 
 
-def askew_said(at: Point, first: Askew, least: Array) -> list[str]:
-    """How far the heading is off, and what to write; nothing where there is no solution about it.
+def askew_said(at: Point, first: Askew, least: Array) -> list[Finding]:
+    """How far the heading is off, and what to write; none where there is no solution about it.
 
     least: noise that the search does not go below.
     """
-    vehicle, found, total = at.passes.problem.vehicle, first, first.by
+    vehicle, found, total = at.runs.problem.vehicle, first, first.by
     there = at
     for _ in range(ROUNDS):
         try:
-            there = search(found.problem, there.theta, there.noise, least=least)
+            there = maximise_likelihood(found.problem, there.theta, there.noise, least=least)
         except IdentificationError:
             return []
         again = askew(there)
@@ -53,20 +54,17 @@ def askew_said(at: Point, first: Askew, least: Array) -> list[str]:
         total, found = total + again.by, again
         if abs(again.by) < SETTLED:
             break
-    if abs(total) < LEAST or there.passes.cost > at.passes.cost - MUCH:
+    if abs(total) < LEAST or there.runs.cost > at.runs.cost - LARGE_GAIN:
         return []
-    return [
-        f"poses fit far better with a heading that is off by {abs(np.degrees(total)):.2g} degrees: if that may "
-        f"be, write offset: {psi_offset(vehicle, total):.4g} at pose: psi in the vehicle file and identify again, "
-        "before further terms are sought"
-    ]
+    offset = psi_offset(vehicle, total)
+    return [finding_of(FindingKind.HEADING_OFFSET, size=abs(total), psi_offset=offset)]
 
 
 def askew(at: Point) -> Askew | None:
     """The heading that is likelier than the recorded one, by a parabola; None where the data don't tell one."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     back, ahead = (_cost(_turned(problem, by), at) for by in (-STEP, STEP))
-    slope, bend = (ahead - back) / (2.0 * STEP), (ahead + back - 2.0 * at.passes.cost) / STEP**2
+    slope, bend = (ahead - back) / (2.0 * STEP), (ahead + back - 2.0 * at.runs.cost) / STEP**2
     if not (np.isfinite(slope) and bend > 2.0 / SHARP**2):
         return None
     by = float(np.clip(-slope / bend, -MOST, MOST))
@@ -93,6 +91,6 @@ def without_offset(recording: Recording, by: float) -> Recording:
 
 def _cost(problem: Problem, at: Point) -> float:
     """-2 log likelihood there once the free parameters have taken one step of Gauss and Newton."""
-    passes = problem.passes(at.theta, at.noise, repeatable=False)
-    taken = passes.gradient @ np.linalg.pinv(passes.information, hermitian=True) @ passes.gradient
-    return float(passes.cost - taken)
+    runs = problem.run_filter(at.theta, at.noise, repeatable=False)
+    taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
+    return float(runs.cost - taken)

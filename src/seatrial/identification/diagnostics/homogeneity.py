@@ -8,52 +8,59 @@ none, and its errors do not say so. So each recording's own factor is tested, an
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.identification.diagnostics.scale_factors import (
     SHARP,
     WORTH,
     Change,
-    Told,
     WithFactors,
     changes,
+    dead_zone_of,
 )
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_test import ScoreTest, score_test
-from seatrial.util.frames import Array
+from seatrial.util.frames import AXES, Array
 
 LATER = 0.04  # [s] between recordings: less is nothing to speak of
-DISAGREE = "the recordings do not agree"  # begins what is said of them
+DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
 
 
-def disagreements(at: Point) -> list[str]:
-    """What is to be said where recordings are of different boats; nothing where chance explains it."""
-    if at.passes.problem.prior is not None or len(at.passes.each) < 2:
+def disagreements(at: Point) -> list[Finding]:
+    """How recordings are of different boats; none where chance explains it."""
+    if at.runs.problem.prior is not None or len(at.runs.by_recording) < 2:
         return []
-    told = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
-    said = max(told, _clocks(at), key=lambda t: t.gain).text
-    if not said:
-        return []
-    return [f"{DISAGREE}: {said} To check, identify them separately and run compare"]
+    manifest = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
+    delays, gain = _clocks(at)
+    if gain > sum(change.test.gain for change in manifest):
+        return delays
+    return [_finding(at, change) for change in manifest]
 
 
-def _clocks(at: Point) -> Told:
-    """What is to be said of a delay from commands to poses that is not the same in all recordings."""
-    problem = at.passes.problem
+def _finding(at: Point, change: Change) -> Finding:
+    return finding_of(
+        FindingKind.HOMOGENEITY,
+        *(AXES[change.axis], change.less, change.more),
+        change=1.0 - change.ratio,
+        quantity=change.what,
+        dead_zone=dead_zone_of(at, change.what),
+    )
+
+
+def _clocks(at: Point) -> tuple[list[Finding], float]:
+    """A delay from commands to poses that is not the same in all recordings, and the gain that it promises."""
+    problem = at.runs.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
     found = _apart(at, late.astype(float))
     if found is None:
-        return Told("", 0.0)
+        return [], 0.0
     known, test = found
     delays = np.concatenate([[0.0], test.step])
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
     if not (test.likely and test.gain >= WORTH and more >= LATER):
-        return Told("", 0.0)
+        return [], 0.0
     one, other = (problem.recordings[known[i]].name for i in (last, early))
-    return Told(
-        f"commands act {more:.2f} s later in {one} than in {other}: were clocks set anew in between? Put "
-        "the stamps right.",
-        test.gain,
-    )
+    return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
 
 
 def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
@@ -64,7 +71,7 @@ def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
     known, test = found
     factors = np.concatenate([[1.0], 1.0 + test.step])
     low, high = int(np.argmin(factors)), int(np.argmax(factors))
-    less, more = (f"in {at.passes.problem.recordings[known[i]].name}" for i in (low, high))
+    less, more = (at.runs.problem.recordings[known[i]].name for i in (low, high))
     return Change(axis, what, less, more, float(max(factors[low], 0.0) / factors[high]), test)
 
 
@@ -72,10 +79,10 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     """Recordings that tell it, and the test of each one's own share in what moves the free parameters by
     `weights` (p,), beside that of the first; None where fewer than two do.
     """
-    problem, passes = at.passes.problem, at.passes
+    problem, runs = at.runs.problem, at.runs
     p, known, columns, scores = len(problem.free), [], [], []
-    for i, each in enumerate(passes.each):
-        to = problem.places(i)
+    for i, each in enumerate(runs.by_recording):
+        to = problem.free_columns(i)
         own = np.where(to >= 0, weights[to], 0.0)
         across = np.zeros(p)
         across[to[to >= 0]] = (np.asarray(each.information) @ own)[to >= 0]
@@ -87,7 +94,7 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     if k < 2:
         return None
     wide = np.zeros((p + k, p + k))
-    wide[:p, :p] = passes.information
+    wide[:p, :p] = runs.information
     wide[:p, p:] = np.array(columns).T
     wide[p:, :p] = wide[:p, p:].T
     wide[p:, p:] = np.diag(np.array(columns) @ weights)
@@ -96,5 +103,5 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     for j, i in enumerate(known):
         blocks[ends[i] - len(scores[i]) : ends[i], j] = scores[i]
     tested = list(range(p + 1, p + k))  # one for all is in the coefficients
-    test = score_test(WithFactors(wide, np.hstack([passes.scores, blocks])), tested, neutral=[p])
+    test = score_test(WithFactors(wide, np.hstack([runs.scores, blocks])), tested, neutral=[p])
     return known, test

@@ -11,13 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.identification.diagnostics.scale_factors import SHARP, Change, changes
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.identification.diagnostics.scale_factors import (
+    SHARP,
+    Change,
+    changes,
+    dead_zone_of,
+)
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import Passes
+from seatrial.identification.likelihood.problem import FilterRuns
 from seatrial.identification.selection.score_test import ScoreTest
-from seatrial.util.frames import Array
-
-CHANGES = "the boat changes in the course of a recording"  # begins what is said of it
+from seatrial.util.frames import AXES, Array
 
 
 @dataclass(frozen=True)
@@ -34,40 +38,48 @@ class _Blocks:
 class _Course:
     """All recordings, block by block."""
 
-    passes: Passes
+    runs: FilterRuns
     blocks: list[_Blocks]
     longest: str  # recording
     span: float  # [s] its length, over which a factor changes by what is sought
 
 
-def wear(at: Point) -> list[str]:
-    """What is to be said where the boat changes in the course of a recording, if it does."""
-    if at.passes.problem.prior is not None:
+def wear(at: Point) -> list[Finding]:
+    """How the boat changes in the course of a recording, if it does."""
+    if at.runs.problem.prior is not None:
         return []
     course = _course(at)
     if course.span <= 0.0:
         return []
-    said = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights)).text
-    if not said:
-        return []
-    return [
-        f"{CHANGES}: {said} Coefficients hold for its middle; "
-        "for other parts, cut the recording with --without and run compare"
-    ]
+    manifest = changes(at, lambda axis, what, weights: _tested(course, axis, what, weights))
+    return [_finding(at, course, change) for change in manifest]
+
+
+def _finding(at: Point, course: _Course, change: Change) -> Finding:
+    return finding_of(
+        FindingKind.PARAMETER_DRIFT,
+        *(AXES[change.axis], course.longest),
+        change=1.0 - change.ratio,
+        quantity=change.what,
+        lower=change.less,
+        higher=change.more,
+        of="one recording" if len(course.blocks) == 1 else "all recordings",
+        dead_zone=dead_zone_of(at, change.what),
+    )
 
 
 def _course(at: Point) -> _Course:
-    problem = at.passes.problem
-    passes = problem.passes(at.theta, at.noise, repeatable=False, shares=True)
+    problem = at.runs.problem
+    runs = problem.run_filter(at.theta, at.noise, repeatable=False, shares=True)
     found = []
-    for i, (recording, each) in enumerate(zip(problem.recordings, passes.each, strict=True)):
-        block, places = problem.blocks[i], problem.places(i)
+    for i, (recording, each) in enumerate(zip(problem.recordings, runs.by_recording, strict=True)):
+        block, places = problem.blocks[i], problem.free_columns(i)
         time = np.bincount(block, recording.t) / np.bincount(block)
         m = len(places)
         found.append(_Blocks(places, time, each.share.reshape(-1, m, m), np.asarray(each.score)))
     longest = max(range(len(found)), key=lambda i: float(np.ptp(found[i].time)))
     span = float(np.ptp(found[longest].time))
-    return _Course(passes, found, problem.recordings[longest].name, span)
+    return _Course(runs, found, problem.recordings[longest].name, span)
 
 
 def _tested(course: _Course, axis: int, what: str, weights: Array) -> Change | None:
@@ -78,9 +90,7 @@ def _tested(course: _Course, axis: int, what: str, weights: Array) -> Change | N
         return None
     test = _with_step_taken(wide, scores)
     change = float(test.step[0])
-    first, then = ("beginning", "end") if change > 0.0 else ("end", "beginning")
-    which = course.longest if len(course.blocks) == 1 else f"a recording like {course.longest}"
-    less, more = f"at the {first} of {which}", f"at its {then}"
+    less, more = ("beginning", "end") if change > 0.0 else ("end", "beginning")
     half = min(0.5 * abs(change), 1.0)
     return Change(axis, what, less, more, (1.0 - half) / (1.0 + half), test)
 

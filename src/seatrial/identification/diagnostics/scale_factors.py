@@ -10,24 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.boat.finding_kinds import QUANTITIES
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_test import ScoreTest
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import Array
 
 WORTH = 20.0  # fall of -2 log likelihood from which on factors are worth a word
 SHARP = (
     0.05  # standard error of a factor, by the information, above which the data say nothing of it
 )
 LEAST = 0.03  # between factors: less is nothing to speak of
-CAUSES = {
-    "thrust": "did the battery fall, or trim change?",
-    "drag": "did the water change, or something trailing in it, or is a drag term missing?",
-    "thrust and drag": "did the payload change?",
-}
 ZONES = ("edge_forward", "edge_reverse", "pair_dead_zone")
-UNZONED = "is that the dead zone, which was not sought (small commands thrust less for it)? Else, "
 
 
 @dataclass(frozen=True)
@@ -43,8 +38,8 @@ class Change:
     """A factor that is not the same everywhere."""
 
     axis: int
-    what: str  # of CAUSES
-    less: str  # where it is least, in words
+    what: str  # of QUANTITIES
+    less: str  # where it is least: a recording, or its beginning or end
     more: str
     ratio: float  # of these two
     test: ScoreTest
@@ -55,37 +50,24 @@ class Change:
         return self.test.likely and self.test.gain >= WORTH and self.ratio <= 1.0 - LEAST
 
 
-@dataclass(frozen=True)
-class Told:
-    """What is manifest, in words, and the fall of -2 log likelihood that it promises; "" and 0: nothing is."""
-
-    text: str
-    gain: float
-
-
 Tested = Callable[[int, str, Array], Change | None]  # of an axis, what changes, and its weights
 
 
-def changes(at: Point, tested: Tested) -> Told:
-    """What is manifest, in words: one cause for all axes, the one that explains most."""
-    by_cause: dict[str, list[Change]] = {what: [] for what in CAUSES}
+def changes(at: Point, tested: Tested) -> list[Change]:
+    """What is manifest, by axis: one cause for all axes, the one that explains most."""
+    by_cause: dict[str, list[Change]] = {what: [] for what in QUANTITIES}
     for axis in range(3):
         for what, weights in _ways(at, axis):
             found = tested(axis, what, weights)
             if found is not None and found.manifest:
                 by_cause[what].append(found)
-    what = max(by_cause, key=lambda w: sum(change.test.gain for change in by_cause[w]))
-    where: dict[str, list[str]] = {}
-    for change in by_cause[what]:
-        less = f"less {change.less} than {change.more}"
-        share = 100.0 * (1.0 - change.ratio)
-        where.setdefault(less, []).append(f"in {AXES[change.axis]} {share:.0f} %")
-    places = [f"{', '.join(axes)} {less}" for less, axes in where.items()]
-    zone = UNZONED if what == "thrust" and not _zoned(at.passes.problem.vehicle) else ""
-    if not places:
-        return Told("", 0.0)
-    gain = sum(change.test.gain for change in by_cause[what])
-    return Told(f"{what} {'; '.join(places)}: {zone}{CAUSES[what]}", gain)
+    return max(by_cause.values(), key=lambda found: sum(change.test.gain for change in found))
+
+
+def dead_zone_of(at: Point, what: str) -> str:
+    """Whether thrust changes without a dead zone that could explain it, as findings have it."""
+    lacks = what == "thrust" and not _zoned(at.runs.problem.vehicle)
+    return "not modelled" if lacks else "modelled"
 
 
 def _zoned(vehicle: Vehicle) -> bool:
@@ -96,7 +78,7 @@ def _zoned(vehicle: Vehicle) -> bool:
 
 def _ways(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
     """What changes, and how the free parameters (p,) would with a factor on it: as much as they are."""
-    problem = at.passes.problem
+    problem = at.runs.problem
     thrust, drag = thrust_and_drag(problem.vehicle.structure, axis)
     free = np.array(problem.free)
     for what, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):

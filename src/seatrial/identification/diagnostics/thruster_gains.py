@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.problem import Prior, Problem
@@ -43,17 +44,19 @@ class WithGains:
                 return False
         return True
 
-    def said(self, theta: Array) -> str:
-        """The gains that were found, over their mean, as the vehicle file takes them."""
+    def findings(self, theta: Array) -> list[Finding]:
+        """The gains that were found, by kind: over their mean, as the vehicle file takes them."""
         found, at = [], self.first
         for names in self.kinds:
             own = theta[at : at + len(names)]
             gains = np.round(own / own.mean(), 3)
             gains[0] += len(gains) - gains.sum()  # the file's mean must be 1
-            each = ", ".join(f"{n}: {g:.4g}" for n, g in zip(names, gains, strict=True))
-            found.append(f"{{gains: {{{each}}}}}")
+            weak = "several" if self.in_groups(theta) else "one"
+            each = tuple(gains.tolist())
+            kind = FindingKind.UNEQUAL_THRUSTER_GAINS
+            found.append(finding_of(kind, *names, gains=each, weak=weak))
             at += len(names)
-        return " and ".join(found)
+        return found
 
 
 def with_gains(problem: Problem, theta: Array) -> WithGains | None:
@@ -70,7 +73,7 @@ def with_gains(problem: Problem, theta: Array) -> WithGains | None:
     kinds = [kind for kind in likely if _told(vehicle, kind, problem.recordings)]
     if not kinds or sum(map(len, kinds)) > room:
         return None
-    place = problem.size + problem.constants
+    place = problem.n_coefficients + problem.n_constants
     firsts = np.cumsum([0, *map(len, kinds)])
     count = int(firsts[-1])
     places = tuple(place + k for k in range(count) if k not in firsts)
@@ -105,7 +108,7 @@ def _widened(prior: Prior, place: int, count: int) -> Prior:
     """The prior with parameters of which nothing is known."""
     here = [place] * count
     precision = np.insert(np.insert(prior.precision, here, 0.0, axis=0), here, 0.0, axis=1)
-    return Prior(np.insert(prior.at, here, 0.0), precision)
+    return Prior(np.insert(prior.mean, here, 0.0), precision)
 
 
 def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
@@ -117,7 +120,7 @@ def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]
 
     def forces(gains: Array) -> Array:
         other = _with(vehicle, "gains", kind, gains)
-        trace = _core.Trace(other.chain, other.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     now = forces(np.ones(count))

@@ -1,8 +1,21 @@
 # SPDX-License-Identifier: MIT
 """What to drive next: which manoeuvre tells most of what is not known yet, in numbers."""
 
-from seatrial.identification.experiment_design.gain import Gain, gains
-from seatrial.identification.experiment_design.information import Alone, Around, alone, around
+from seatrial.identification.experiment_design.gain import ManoeuvreGain, manoeuvre_gains
+from seatrial.identification.experiment_design.information import (
+    RecordingInformation,
+    ReferencePoint,
+    information_by_recording,
+    reference_point,
+)
 from seatrial.identification.experiment_design.sentences import next_drive
 
-__all__ = ["Alone", "Around", "Gain", "alone", "around", "gains", "next_drive"]
+__all__ = [
+    "ManoeuvreGain",
+    "RecordingInformation",
+    "ReferencePoint",
+    "information_by_recording",
+    "manoeuvre_gains",
+    "next_drive",
+    "reference_point",
+]

@@ -8,18 +8,26 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.identification.experiment_design.information import Alone, Around, information_of
-from seatrial.identification.experiment_design.manoeuvres import LENGTH, Manoeuvre, manoeuvres
+from seatrial.identification.experiment_design.information import (
+    RecordingInformation,
+    ReferencePoint,
+    information_of,
+)
+from seatrial.identification.experiment_design.manoeuvres import (
+    MANOEUVRE_LENGTH,
+    Manoeuvre,
+    manoeuvres,
+)
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array
 
-NEARLY = 1.25  # times the shortest time that a simpler manoeuvre may take instead
-MOST = 24 * 3600.0  # [s] that are looked through
-LEAD = 1.0  # [s] at rest before a manoeuvre
+NEARLY_SHORTEST = 1.25  # times the shortest time that a simpler manoeuvre may take instead
+LONGEST_TIME = 24 * 3600.0  # [s] that are looked through
+REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
 
 
 @dataclass(frozen=True)
-class Gain:
+class ManoeuvreGain:
     """What a manoeuvre does for one parameter."""
 
     parameter: str
@@ -30,9 +38,12 @@ class Gain:
     after: float  # standard error after one minute of it
 
 
-def gains(
-    point: Around, period: float, known: Sequence[Alone] = (), seen: Sequence[str] = ()
-) -> list[Gain]:
+def manoeuvre_gains(
+    point: ReferencePoint,
+    period: float,
+    known: Sequence[RecordingInformation] = (),
+    seen: Sequence[str] = (),
+) -> list[ManoeuvreGain]:
     """For every estimated parameter the manoeuvre that halves its error soonest.
 
     Expected information of each manoeuvre, simulated with the model from rest, poses every `period`
@@ -48,21 +59,23 @@ def gains(
     if not tried:
         return []
     trust = 1.0 / _scatter(covariance, [k for k in known if k.recording in seen])
-    runs = [trial(model, one, period) for one in tried]
-    good = [i for i, run in enumerate(runs) if run is not None]
+    trials = [trial(model, one, period) for one in tried]
+    good = [i for i, run in enumerate(trials) if run is not None]
     if not good:
         return []
-    passes = point.passes([run for run in runs if run is not None])
-    rates = [trust * information_of(passes, i) / (LENGTH + LEAD) for i in range(len(good))]
+    runs = point.run_filter([run for run in trials if run is not None])
+    rates = [
+        trust * information_of(runs, i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
+    ]
     errors = np.sqrt(np.diag(covariance))
-    curves = [Fall.of(covariance, rate) for rate in rates]
+    curves = [ErrorDecay.of(covariance, rate) for rate in rates]
     times = np.array([[curve.halved(k) for k in range(len(errors))] for curve in curves])
     after = np.array([[curve.error(k, 60.0) for k in range(len(errors))] for curve in curves])
     found = []
     for k, name in enumerate(point.names):
         best = _best(times[:, k], after[:, k], [tried[i].effort for i in good])
         found.append(
-            Gain(
+            ManoeuvreGain(
                 name, float(point.theta[k]), float(errors[k]), tried[good[best]].text,
                 float(times[best, k]), float(after[best, k]),
             )
@@ -74,19 +87,19 @@ def _best(times: Array, after: Array, effort: Sequence[int]) -> int:
     """The manoeuvre that is soonest there, or a simpler one that is nearly as soon."""
     if not np.isfinite(times).any():
         return int(np.argmin(after))
-    near = [j for j, t in enumerate(times.tolist()) if t <= NEARLY * times.min()]
+    near = [j for j, t in enumerate(times.tolist()) if t <= NEARLY_SHORTEST * times.min()]
     return min(near, key=lambda j: (effort[j], times[j]))
 
 
 @dataclass(frozen=True)
-class Fall:
+class ErrorDecay:
     """Errors against time at a rate of information: variance_k = sum_j V_kj^2 / (1 + t rate_j)."""
 
     squares: Array  # (p, p) of the directions in which both are diagonal
     rates: Array  # (p,) [1/s]
 
     @classmethod
-    def of(cls, covariance: Array, rate: Array) -> "Fall":
+    def of(cls, covariance: Array, rate: Array) -> "ErrorDecay":
         """From what is known (p, p), and what a second more adds (p, p)."""
         size = np.sqrt(np.diag(covariance))
         spectrum, vectors = np.linalg.eigh(covariance / np.outer(size, size))
@@ -101,7 +114,7 @@ class Fall:
     def halved(self, k: int) -> float:
         """Seconds until the error of a parameter is half of what it is; infinite: never."""
         goal = 0.5 * self.error(k, 0.0)
-        if self.error(k, MOST) > goal:
+        if self.error(k, LONGEST_TIME) > goal:
             return float("inf")
         low, high = 0.0, 1.0
         while self.error(k, high) > goal:
@@ -112,7 +125,7 @@ class Fall:
         return high
 
 
-def _scatter(covariance: Array, known: Sequence[Alone]) -> float:
+def _scatter(covariance: Array, known: Sequence[RecordingInformation]) -> float:
     """Variances over what the information of the same recordings promises; at least 1."""
     if not known:
         return 1.0
@@ -125,21 +138,21 @@ def _scatter(covariance: Array, known: Sequence[Alone]) -> float:
 
 
 def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
-    """The recording that a manoeuvre would make; None where the model runs away."""
-    t = np.arange(0.0, LENGTH + LEAD, period)
+    """The recording that a manoeuvre would make; None where the model trials away."""
+    t = np.arange(0.0, MANOEUVRE_LENGTH + REST_BEFORE, period)
     signals = [model.vehicle.file.scales[name].reference for name in model.vehicle.scales]
     scales = np.array([signals], dtype=float).reshape(1, len(signals))
     begin = np.array([-1.0])
     commands = np.vstack([np.zeros((1, one.commands.shape[1])), one.commands])
-    trace = _core.Trace(
-        model.vehicle.chain, model.constants, np.concatenate([begin, one.t + LEAD]),
+    trace = _core.ThrustTrace(
+        model.vehicle.chain, model.constants, np.concatenate([begin, one.t + REST_BEFORE]),
         np.ascontiguousarray(commands), begin, scales,
     )  # fmt: skip
     states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)
     if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > 10.0:
         return None
     stamps = np.rint(1e9 * t).astype(np.int64)
-    held = np.rint(1e9 * np.concatenate([begin, one.t + LEAD])).astype(np.int64)
+    held = np.rint(1e9 * np.concatenate([begin, one.t + REST_BEFORE])).astype(np.int64)
     every = np.ones(len(t), dtype=bool)
     return Recording(
         one.text, stamps, states[:, :3], states[:, :3], every, np.zeros(len(t), dtype=np.int64),

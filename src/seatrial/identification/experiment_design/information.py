@@ -14,24 +14,31 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import believed_noise
-from seatrial.identification.likelihood.fit_horizon import least_noise
-from seatrial.identification.likelihood.problem import Passes, Problem
-from seatrial.identification.uncertainty.parameter_verdict import TYPICAL
+from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 from seatrial.util.statistics import BLOCK
 
-LOST = 1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
-STEPS, SETTLED = 6, 0.1  # of the search; a step that gains less of the cost is the last
-PARTS = (1.0, 0.3, 0.05)  # of a step that are tried
-TINY = 1e-3  # least size of a parameter
-SHARE = 1e-2  # in a direction that says nothing: a parameter with less is known all the same
+ALONE_UNSEEN_DIRECTION = (
+    1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
+)
+SCORING_STEPS, SCORING_CONVERGED = (
+    6,
+    0.1,
+)  # of the search; a step that gains less of the cost is the last
+SCORING_STEP_SHARES = (1.0, 0.3, 0.05)  # of a step that are tried
+LEAST_SIZE = 1e-3  # least size of a parameter
+ALONE_UNSEEN_SHARE = (
+    1e-2  # in a direction that says nothing: a parameter with less is known all the same
+)
 
 
 @dataclass(frozen=True)
-class Around:
+class ReferencePoint:
     """A model's sought parameters and its noise: what information is counted around."""
 
     model: Model
@@ -43,14 +50,14 @@ class Around:
         """The likelihood of some recordings."""
         return _problem(self.model, recordings)
 
-    def passes(self, recordings: Sequence[Recording]) -> Passes:
+    def run_filter(self, recordings: Sequence[Recording]) -> FilterRuns:
         """The filter along some recordings, at the model's values."""
         problem = self.problem(recordings)
-        return problem.passes(_values(self.model, problem), self.noise, repeatable=False)
+        return problem.run_filter(_values(self.model, problem), self.noise, repeatable=False)
 
 
 @dataclass(frozen=True)
-class Alone:
+class RecordingInformation:
     """What one recording says by itself."""
 
     recording: str
@@ -61,7 +68,9 @@ class Alone:
     errors: Array  # (p,) their standard errors; infinite where it says nothing
 
 
-def around(model: Model, recordings: Sequence[Recording], noise: Array | None = None) -> Around:
+def reference_point(
+    model: Model, recordings: Sequence[Recording], noise: Array | None = None
+) -> ReferencePoint:
     """The model's estimated parameters, and the noise (11,) that it was believed with.
 
     A model without process noise gets `noise`, or that under which `recordings` are most likely.
@@ -74,22 +83,24 @@ def around(model: Model, recordings: Sequence[Recording], noise: Array | None = 
     noise = believed_noise(model, recordings) if noise is None else noise
     share = float(model.estimator.settings.get("belief") or 0.0)
     if share > 0.0:
-        noise = np.maximum(noise, least_noise(_problem(model, recordings), share))
-    return Around(model, tuple(model.parameters[i] for i in sought), values[sought], noise)
+        noise = np.maximum(noise, noise_floor(_problem(model, recordings), share))
+    return ReferencePoint(model, tuple(model.parameters[i] for i in sought), values[sought], noise)
 
 
-def alone(point: Around, recordings: Sequence[Recording]) -> list[Alone]:
+def information_by_recording(
+    point: ReferencePoint, recordings: Sequence[Recording]
+) -> list[RecordingInformation]:
     """What each recording says by itself. Raises ModelError where the model diverges in one."""
     return spread(lambda recording: _alone(point, recording), recordings)
 
 
-def _alone(point: Around, recording: Recording) -> Alone:
-    first = here = point.passes([recording])
-    if not here.each[0].good:
+def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
+    first = here = point.run_filter([recording])
+    if not here.by_recording[0].good:
         raise ModelError(f"{recording.name}: the model diverges in its own filter")
     free = list(here.problem.free)
     loose = np.diag(1.0 / np.square(_sizes(point)))  # what it does not know stays near
-    for _ in range(STEPS):
+    for _ in range(SCORING_STEPS):
         off = here.theta[free] - point.theta
         move = np.asarray(np.linalg.solve(here.information + loose, here.gradient - loose @ off))
         better = _better(here, move, point, loose)
@@ -99,39 +110,41 @@ def _alone(point: Around, recording: Recording) -> Alone:
     information = information_of(here, 0)
     inverse, known = pseudo_inverse(information)
     excess = _excess(information, here.scores)
-    return Alone(
+    return RecordingInformation(
         recording.name, recording.duration / 60.0, first.information, first.gradient,
         here.theta[free], np.where(known, np.sqrt(excess * np.diag(inverse)), np.inf),
     )  # fmt: skip
 
 
-def _better(here: Passes, move: Array, point: Around, loose: Array) -> Passes | None:
+def _better(
+    here: FilterRuns, move: Array, point: ReferencePoint, loose: Array
+) -> FilterRuns | None:
     """The passes a step or a part of it further on; None where that gains nothing."""
     problem, free = here.problem, list(here.problem.free)
 
-    def cost(passes: Passes) -> float:
-        off = passes.theta[free] - point.theta
-        return passes.cost + float(off @ loose @ off)
+    def cost(runs: FilterRuns) -> float:
+        off = runs.theta[free] - point.theta
+        return runs.cost + float(off @ loose @ off)
 
-    for part in PARTS:
+    for part in SCORING_STEP_SHARES:
         theta = here.theta.copy()
-        theta[free] += part * np.clip(move, -problem.reach, problem.reach)
-        found = problem.passes(problem.bounded(theta), point.noise, repeatable=False)
-        if cost(found) < cost(here) - SETTLED:
+        theta[free] += part * np.clip(move, -problem.step_limits, problem.step_limits)
+        found = problem.run_filter(problem.clipped(theta), point.noise, repeatable=False)
+        if cost(found) < cost(here) - SCORING_CONVERGED:
             return found
     return None
 
 
-def _sizes(point: Around) -> Array:
+def _sizes(point: ReferencePoint) -> Array:
     """What a parameter may be off by (p,): its own size, or what is typical of such a constant."""
-    typical = [TYPICAL.get(name.partition(".")[0], 0.0) for name in point.names]
-    return np.maximum(np.maximum(np.abs(point.theta), typical), TINY)
+    typical = [TYPICAL_SIZES.get(name.partition(".")[0], 0.0) for name in point.names]
+    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_SIZE)
 
 
-def information_of(passes: Passes, recording: int) -> Array:
+def information_of(runs: FilterRuns, recording: int) -> Array:
     """Fisher's information (p, p) of one recording about the free parameters."""
-    problem, own = passes.problem, np.asarray(passes.each[recording].information)
-    to = problem.places(recording)
+    problem, own = runs.problem, np.asarray(runs.by_recording[recording].information)
+    to = problem.free_columns(recording)
     use = to >= 0
     out = np.zeros((len(problem.free),) * 2)
     out[np.ix_(to[use], to[use])] = own[np.ix_(use, use)]
@@ -147,10 +160,10 @@ def pseudo_inverse(information: Array) -> tuple[Array, Array]:
         return out, known
     scale = 1.0 / size[alive]
     spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    told = spectrum > LOST * spectrum[-1]
+    told = spectrum > ALONE_UNSEEN_DIRECTION * spectrum[-1]
     inverse = (vectors[:, told] / spectrum[told]) @ vectors[:, told].T
     out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
-    known[alive] = ~np.any(np.abs(vectors[:, ~told]) > SHARE, axis=1)
+    known[alive] = ~np.any(np.abs(vectors[:, ~told]) > ALONE_UNSEEN_SHARE, axis=1)
     return out, known
 
 

@@ -9,17 +9,17 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.util.frames import AXES, Array
 
-LENGTH = 60.0  # [s] of a manoeuvre
-TICK = 0.1  # [s] between its commands
-SIZES = (1 / 3, 2 / 3, 1.0)  # of the largest command that was recorded
-SIDES = {  # what a positive and a negative force of an axis do, forward-left-up
+MANOEUVRE_LENGTH = 60.0  # [s] of a manoeuvre
+COMMAND_PERIOD = 0.1  # [s] between its commands
+COMMAND_SHARES = (1 / 3, 2 / 3, 1.0)  # of the largest command that was recorded
+SIDE_WORDS = {  # what a positive and a negative force of an axis do, forward-left-up
     0: ("ahead", "astern"),
     1: ("to the left", "to the right"),
     2: ("turning left", "turning right"),
 }
-PULSE, PAUSE = 3.0, 2.0  # [s] of a usual pulse
-QUICK = 0.8  # [s] of a quick one
-TURN = 0.5  # share of the largest yaw command that turns the boat beside another manoeuvre
+PULSE_LENGTH, PAUSE_LENGTH = 3.0, 2.0  # [s] of a usual pulse
+QUICK_PULSE_LENGTH = 0.8  # [s] of a quick one
+TURN_SHARE = 0.5  # share of the largest yaw command that turns the boat beside another manoeuvre
 
 
 @dataclass(frozen=True)
@@ -35,28 +35,28 @@ class Manoeuvre:
 def manoeuvres(model: Model) -> list[Manoeuvre]:
     """Pulses of every axis, to one side, to both, quick ones; and two axes at a time."""
     directions = list(_directions(model))
-    t = np.arange(0.0, LENGTH, TICK)
+    t = np.arange(0.0, MANOEUVRE_LENGTH, COMMAND_PERIOD)
     found = []
     for axis, name, direction in directions:
-        for size in SIZES:
+        for size in COMMAND_SHARES:
             much = f"at {100 * size * float(np.abs(direction).max()):.0f} % command"
             push = size * direction
-            for side, word in zip((1.0, -1.0), SIDES[axis], strict=True):
-                wave = side * _pulses(t, PULSE, PAUSE)
+            for side, word in zip((1.0, -1.0), SIDE_WORDS[axis], strict=True):
+                wave = side * _pulses(t, PULSE_LENGTH, PAUSE_LENGTH)
                 found.append(_made(f"{name} pulses {word} {much}", 1, t, wave, push))
-            wave = _both(t, PULSE, PAUSE)
+            wave = _both(t, PULSE_LENGTH, PAUSE_LENGTH)
             found.append(_made(f"{name} pulses to both sides {much}", 2, t, wave, push))
-            wave = _both(t, QUICK, QUICK)
-            text = f"quick {name} pulses ({QUICK:g} s) to both sides {much}"
+            wave = _both(t, QUICK_PULSE_LENGTH, QUICK_PULSE_LENGTH)
+            text = f"quick {name} pulses ({QUICK_PULSE_LENGTH:g} s) to both sides {much}"
             found.append(_made(text, 2, t, wave, push))
     turns = [direction for axis, _, direction in directions if axis == 2]
     for axis, name, direction in directions if turns else []:
         if axis == 2:
             continue
-        turn = np.outer(np.ones(len(t)), TURN * turns[0])
+        turn = np.outer(np.ones(len(t)), TURN_SHARE * turns[0])
         for wave, word in (
-            (_pulses(t, PULSE, PAUSE), SIDES[axis][0]),
-            (_both(t, PULSE, PAUSE), "both ways"),
+            (_pulses(t, PULSE_LENGTH, PAUSE_LENGTH), SIDE_WORDS[axis][0]),
+            (_both(t, PULSE_LENGTH, PAUSE_LENGTH), "both ways"),
         ):
             text = f"full {name} pulses {word} while turning left at half command"
             found.append(Manoeuvre(text, 3, t, _limited(np.outer(wave, direction) + turn)))

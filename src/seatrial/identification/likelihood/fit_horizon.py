@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""How closely the model is believed.
+"""The fit horizon under model mismatch.
 
-The likelihood weighs every pose by its own noise. A structure that is not quite right then spends
-its coefficients on what happens within a few poses, where noise is smallest, and predicts a second
-ahead the worse for it. So models that are believed less closely are tried as well: the filter takes
-the poses for noisier than they are, by a share of the way that the boat goes in one second, and the
-fit looks as much further ahead. They are compared by what they are for: the error one second
-ahead. Where the filter's errors follow no pattern, structure and noise explain them, and the
-likelihood's choice stays.
+The likelihood weighs every pose by its own noise. Under model mismatch, coefficients then fit what happens
+within a few poses, where noise is smallest, and predict worse one second ahead. So longer fit horizons are tried
+as well: pose noise of at least horizon times the RMS speed, with which the innovations span about that time.
+The RMS error one second ahead decides. Where the innovations are white, model and noise explain the poses, and
+the maximum of the likelihood stays.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
     DISTURBANCES,
@@ -26,185 +25,209 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
 from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
-from seatrial.identification.likelihood.noise_structures import WORTH, reframed
-from seatrial.identification.likelihood.optimiser import Point, search
+from seatrial.identification.likelihood.noise_structures import NOISE_SWITCH_GAIN, in_likelier_frame
+from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.likelihood.whiteness import explained, pattern, white
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.likelihood.whiteness import (
+    autocorrelation_ratio,
+    is_white,
+    without_process_noise,
+)
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
-SHARES = (0.2, 0.8)  # of the way gone in one second
-LOSS = 0.01  # share of the error one second ahead that a looser belief may cost
-CLEAR = 1.5  # times the limit from which on a pattern is no chance
-GAIN = 0.03  # share of that error that a looser belief must gain there: fits to it gain some
-KNOWN = 0.3  # of the error: what the velocity is pushed about by in the meantime is no more
-POOR = 0.9  # error over that of a velocity that stays, from which on a model says nothing
-OBEYED = 15.0  # standard errors of a force's coefficient from which on commands move the boat
-NOISY = 2.0  # errors of less than so many times their floor, squared, say nothing of the model
+FIT_HORIZONS = (
+    0.2,
+    0.8,
+)  # [s] that are tried: pose noise of at least so many seconds at the RMS speed
+CLEAR_MISMATCH = (
+    1.5  # times the limit of whiteness: beyond it the innovations show a mismatch for certain
+)
+TOLERATED_LOSS = (
+    0.01  # of the log error one second ahead, that a horizon may cost under a certain mismatch
+)
+REQUIRED_GAIN = (
+    0.03  # of the log error one second ahead, that it must gain else: any fit to it gains a little
+)
+NOISE_DOMINATED = (
+    2.0  # times the squared noise floor: below it squared errors say nothing of the model
+)
+POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
+DISTURBANCE_SHARE = (
+    0.3  # of the RMS error: with smaller process noise in a second, pose noise hides a good model
+)
+EVIDENT_THRUST = (
+    15.0  # standard errors of a force's coefficient: beyond it poses and commands belong together
+)
+ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
+REFINED_NOISE_STEPS, REFINED_NOISE_GAIN = (
+    3,
+    2.0,
+)  # filter runs, and fall of -2 log likelihood that ends them
 
 
 @dataclass(frozen=True)
-class Ahead:
-    """Errors one second ahead, over all recordings."""
+class PredictionErrors:
+    """RMS errors of the velocities one second ahead, over all recordings."""
 
     rms: Array  # (3,)
-    floor: Array  # (3,) what pose noise alone makes
-    still: Array  # (3,) of a velocity that stays as it is
-    moving: Array  # (3,) of a boat at rest: the velocity itself
+    floor: Array  # (3,) that pose noise alone makes
+    constant: Array  # (3,) of a constant velocity
+    zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
-def believed(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
-    """The likelihood's noise (11,), the solution that predicts best, and the share it was believed to.
+def with_fit_horizon(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
+    """The noise (11,) at the likelihood's maximum, the solution that predicts best, and its fit horizon [s].
 
-    A looser belief has fewer local optima, too: where the likelihood is higher there, it is followed
-    from there.
+    A longer horizon has fewer local optima, too: where the likelihood is higher there, the maximum is sought
+    again from there.
     """
-    problem = at.passes.problem
-    if hold or not _comparable(problem) or explained(at) or white(at):
+    problem = at.runs.problem
+    if hold or not _comparable(problem) or without_process_noise(at) or is_white(at):
         return at.noise, at, 0.0
-    may_cost = LOSS if pattern(at) > CLEAR else -GAIN
-    best = _ahead(problem, at.theta, at.noise)
-    if best is None or (best.rms**2 < NOISY * best.floor**2).all():
+    # a certain mismatch may cost a little one second ahead, a doubtful one must gain
+    may_cost = TOLERATED_LOSS if autocorrelation_ratio(at) > CLEAR_MISMATCH else -REQUIRED_GAIN
+    best = _prediction_errors(problem, at.theta, at.noise)
+    if best is None or (best.rms**2 < NOISE_DOMINATED * best.floor**2).all():
         return at.noise, at, 0.0
-    chosen, share = at, 0.0
-    for tried in SHARES:
+    # longer and longer horizons, each from the one before
+    chosen, horizon = at, 0.0
+    for tried in FIT_HORIZONS:
         try:
-            found = search(problem, chosen.theta, chosen.noise, least=least_noise(problem, tried))
+            found = maximise_likelihood(
+                problem, chosen.theta, chosen.noise, least=noise_floor(problem, tried)
+            )
         except IdentificationError:
             continue
-        closer = _closer(at, found)
+        closer = _likelier_near(at, found)
         if closer is not at:
-            return believed(closer)
-        ahead = _ahead(problem, found.theta, at.noise)
+            return with_fit_horizon(closer)
+        ahead = _prediction_errors(problem, found.theta, at.noise)
         if ahead is None:
             continue
         worse = float(np.mean(np.log(ahead.rms / best.rms)))
-        if worse < may_cost:  # as good a second ahead: then what was fitted a second ahead
-            chosen, share, best = found, tried, ahead if worse < 0.0 else best
-    if share:  # what is more likely so may come from another side
-        chosen = reframed(chosen, least_noise(problem, share))
-    return at.noise, chosen, share
+        if worse < may_cost:  # as good one second ahead: the longer horizon
+            chosen, horizon, best = found, tried, ahead if worse < 0.0 else best
+    if horizon:  # the other frame of the disturbance may be likelier with this noise
+        chosen = in_likelier_frame(chosen, noise_floor(problem, horizon))
+    return at.noise, chosen, horizon
 
 
-def worth(at: Point, share: float = 0.0) -> list[str]:
-    """What is to be said where the model is no better one second ahead than no model.
+def prediction_findings(at: Point, horizon: float = 0.0) -> list[Finding]:
+    """A finding if the model predicts no better one second ahead than a constant or zero velocity.
 
-    Not where errors of the poses hide how good it is: it is believed to know the velocity better than
-    that, and rightly, unless it was believed to a `share` only.
+    No note where pose noise hides how good the model is, unless it was fitted to a `horizon` [s].
     """
-    if explained(at) or not _comparable(at.passes.problem):
+    if without_process_noise(at) or not _comparable(at.runs.problem):
         return []
-    ahead = _ahead(at.passes.problem, at.theta, at.noise)
+    ahead = _prediction_errors(at.runs.problem, at.theta, at.noise)
     if ahead is None:
-        return [
-            "no second of these recordings can be predicted: the model runs away from the velocities "
-            "that occur, or there are no poses in a row; look at them with inspect"
-        ]
-    moves = ahead.moving**2 > NOISY * ahead.floor**2
-    least = np.where(moves, np.minimum(ahead.still, ahead.moving), ahead.still)
-    ratio = ahead.rms / np.maximum(least, 1e-12)
-    pushed = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
-    known = (pushed < KNOWN * ahead.rms) & (share == 0.0)
-    known |= ahead.rms**2 < NOISY * ahead.floor**2
-    known |= np.array([_obeys(at, axis) for axis in range(3)])
-    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR and not k]
+        return [finding_of(FindingKind.NOT_PREDICTABLE)]
+    moves = ahead.zero**2 > NOISE_DOMINATED * ahead.floor**2
+    least = np.where(moves, np.minimum(ahead.constant, ahead.zero), ahead.constant)
+    ratio = ahead.rms / np.maximum(least, ERROR_FLOOR)
+    process = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
+    known = (process < DISTURBANCE_SHARE * ahead.rms) & (horizon == 0.0)
+    known |= ahead.rms**2 < NOISE_DOMINATED * ahead.floor**2
+    known |= np.array([_thrust_is_evident(at, axis) for axis in range(3)])
+    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR_RATIO and not k]
     if not poor:
         return []
-    return [
-        f"in {' and '.join(poor)}, one second ahead hardly better than constant or zero velocity: do commands "
-        "and poses belong together? Check with inspect, and the vehicle file's signs"
-    ]
+    return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]
 
 
-def _obeys(at: Point, axis: int) -> bool:
-    """Whether thrust of an axis is so clearly seen that poses and commands do belong together."""
-    problem = at.passes.problem
+def _thrust_is_evident(at: Point, axis: int) -> bool:
+    """Whether a force coefficient of an axis is so significant that poses and commands belong together."""
+    problem = at.runs.problem
     thrust, _ = thrust_and_drag(problem.vehicle.structure, axis)
     free = np.array(problem.free)
-    errors = np.sqrt(np.diag(inverse_of(at.passes.information)))
+    errors = np.sqrt(np.diag(inverse_of(at.runs.information)))
     own = np.array([problem.names[i] in thrust for i in free])
-    return bool((np.abs(at.theta[free]) > OBEYED * errors)[own].any())
+    return bool((np.abs(at.theta[free]) > EVIDENT_THRUST * errors)[own].any())
 
 
-def _closer(at: Point, found: Point) -> Point:
-    """A more likely solution than `at`, followed from `found`; `at` where there is none."""
-    problem = at.passes.problem
+def _likelier_near(at: Point, found: Point) -> Point:
+    """A likelier solution than `at`, sought from `found`; `at` where there is none."""
+    problem = at.runs.problem
     likelier = []
     for process in (at.noise, found.noise):
         noise = np.concatenate([at.noise[:2], process[2:]])
-        there = Point(found.theta, noise, problem.passes(found.theta, noise))
-        if np.isfinite(there.passes.cost):
-            better, gain = likelier_noise(there.passes.each, problem.series, noise, problem.outlier)
-            likelier.append((there.passes.cost - gain, better))
+        there = Point(found.theta, noise, problem.run_filter(found.theta, noise))
+        if np.isfinite(there.runs.cost):
+            better, gain = likelier_noise(
+                there.runs.by_recording, problem.series, noise, problem.outlier
+            )
+            likelier.append((there.runs.cost - gain, better))
     cost, noise = min(likelier, key=lambda found: found[0], default=(np.inf, at.noise))
-    if cost > at.passes.cost - WORTH:
+    if cost > at.runs.cost - NOISE_SWITCH_GAIN:
         return at
     try:
-        other = search(problem, found.theta, noise)
+        other = maximise_likelihood(problem, found.theta, noise)
     except IdentificationError:
         return at
-    return other if other.passes.cost < at.passes.cost - WORTH else at
+    return other if other.runs.cost < at.runs.cost - NOISE_SWITCH_GAIN else at
 
 
-def least_noise(problem: Problem, share: float) -> Array:
-    """The noise (11,) below which the filter does not go."""
+def noise_floor(problem: Problem, horizon: float) -> Array:
+    """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed."""
     least = NOISE_LEAST.copy()
-    if share > 0.0:
+    if horizon > 0.0:
         nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
         rms = np.sqrt(np.mean(nu**2, axis=0))
-        way = share * np.array([np.hypot(rms[0], rms[1]), rms[2]])
-        least[:2] = np.maximum(least[:2], way)
+        distance = horizon * np.array([np.hypot(rms[0], rms[1]), rms[2]])
+        least[:2] = np.maximum(least[:2], distance)
     return least
 
 
-def plain_noise(at: Point, noise: Array) -> Array:
-    """The likeliest noise (11,) with the parameters as they are: what a filter is to believe.
+def likelihood_noise(at: Point, noise: Array) -> Array:
+    """The noise (11,) of highest likelihood with these parameters, for the filter on board.
 
-    `noise`: what the likelihood found before the model was believed less closely.
+    `noise`: that at the likelihood's maximum, before a fit horizon was chosen.
     """
-    problem = at.passes.problem
-    held = replace(problem, free=problem.sought)  # the filter is to know of them
-    for _ in range(3):
-        passes = held.passes(at.theta, noise)
-        if not np.isfinite(passes.cost):  # a model that runs away is refused later, in words
+    problem = at.runs.problem
+    held = replace(problem, free=problem.free_effects)  # the filter needs the effects
+    for _ in range(REFINED_NOISE_STEPS):
+        runs = held.run_filter(at.theta, noise)
+        if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(passes.each, held.series, noise, 1.0)
-        if passes.cost - cost < 2.0:
+        noise, cost = fitted_noise(runs.by_recording, held.series, noise, 1.0)
+        if runs.cost - cost < REFINED_NOISE_GAIN:
             break
     return noise
 
 
-def _ahead(problem: Problem, theta: Array, noise: Array) -> Ahead | None:
-    """Errors of the model with these parameters, the noise being (11,); None where it runs away."""
-    n, m = problem.size, problem.constants
+def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> PredictionErrors | None:
+    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
+    n, m = problem.n_coefficients, problem.n_constants
     model = Model(
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
     )  # fmt: skip
-    squares, floors, stays, moves, count = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), 0
+    squares, floors, constant, zero = np.zeros((4, 3))
+    count = 0
     for i, recording in enumerate(problem.recordings):
         lever, current = np.split(theta[problem.effects(i)][:4], 2)
         try:
-            found = predict(model, of_origin(recording, lever, current), DEFAULT_HORIZON)
+            found = predict(model, poses_of_origin(recording, lever, current), DEFAULT_HORIZON)
         except RecordingError:  # too short for that
             continue
         except ModelError:
             return None
         squares += np.sum(found.errors**2, axis=0)
         floors += len(found.t) * found.floor**2
-        stays += np.sum((found.measured - found.start) ** 2, axis=0)
-        moves += np.sum(found.measured**2, axis=0)
+        constant += np.sum((found.measured - found.start) ** 2, axis=0)
+        zero += np.sum(found.measured**2, axis=0)
         count += len(found.t)
     if count == 0:
         return None
-    rms, floor, still, moving = (np.sqrt(x / count) for x in (squares, floors, stays, moves))
-    return Ahead(rms + 1e-12, floor, still, moving)
+    rms, floor, constant, zero = (np.sqrt(x / count) for x in (squares, floors, constant, zero))
+    return PredictionErrors(rms + ERROR_FLOOR, floor, constant, zero)
 
 
 def _comparable(problem: Problem) -> bool:
-    """Whether predictions a second ahead know all effects: what pushes the boat is not among theirs."""
+    """Whether a prediction has all estimated effects: it has no trim and no wind."""
     pushes = ("trim", "wind")
-    return not any(problem.names[i].startswith(pushes) for i in problem.sought)
+    return not any(problem.names[i].startswith(pushes) for i in problem.free_effects)

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Searches that ended in a corner of the noise begin anew.
+"""Multi-start over noise structures: restarts where a solution is at a corner of the noise space.
 
-Corners hold a search though the likelihood is higher elsewhere, above all where a boat is pushed and
-errors of its poses are correlated. Such errors that were let go, since they looked like motion as long as
-parameters were far off, have no states any more to come back by; others end at the longest memory that a first
-search allows. Where they last for seconds, as those of GNSS do, a wandering velocity stands for them, and
-coefficients that follow it. Where errors are correlated and the boat is pushed, walks of the velocity may
-stand for both. Where a random walk of the velocity stands for a push that comes and goes, a little
-of the latter beside it explains nothing more. A push may turn with the boat, or come from one side of the world.
-And waves are errors that swing, which a search comes to only from
-near their period. So where there are signs of one the search begins anew from the corner opposite, and the
-likelier solution is kept.
+The likelihood has local optima in the noise, above all for a boat with a disturbance force and correlated pose
+errors:
+- Correlated pose errors that were set to 0 while the parameters were far off do not return by themselves.
+- Pose errors with a memory of seconds (GNSS) end at the longest memory of a first search; process noise and
+  wrong coefficients explain the rest.
+- A random walk of the velocity stands for a Gauss-Markov disturbance, or for both kinds of errors.
+- A disturbance may be fixed to the boat or to the earth.
+- Oscillating pose errors (waves) are found only from near their period.
+For each sign of one of these the search restarts from the opposite corner, and the likelier solution stays.
 """
 
 from collections.abc import Iterator
@@ -34,199 +33,228 @@ from seatrial.boat.noise_parameters import (
     fitted_noise,
     repeated_cost,
 )
-from seatrial.identification.likelihood.optimiser import NOTHING, Point, approach, descend
+from seatrial.identification.likelihood.optimiser import (
+    NEGLIGIBLE_NOISE,
+    Point,
+    descend_below,
+    descend_some_steps,
+)
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.start_noise import (
-    LASTING,
-    all_coloured,
-    lasting,
-    pushed_and_coloured,
-    swinging,
+    LONG_CORRELATIONS,
+    disturbance_and_gauss_markov,
+    gauss_markov_for_white,
+    gauss_markov_poses,
+    oscillating_poses,
 )
-from seatrial.identification.likelihood.whiteness import white
-from seatrial.identification.regression.start_lever import of_origin
+from seatrial.identification.likelihood.whiteness import is_white
+from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.regression.start_values import start_values
 from seatrial.identification.regression.weak_rows import Widths
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-WIDE = Widths(0.6, 3.0)  # [s] of windows that see the boat, and no waves
-BRIEF = (3.0, 0.3)  # times the white errors, [s]: errors of the poses that a drift is none of
-WAVES = np.geomspace(0.5, 10.0, 17)  # [s] periods to look at
-NEARING = 12  # steps of a search that is only to come near
-MOST_OFTEN = 3.0  # poses in a period, at the least
-SIZES = (3.0, 10.0, 30.0)  # times the white errors
-LONGER = 1.5  # times the longest memory of a first search: from there it may go on
-WORTH = 20.0  # -2 log likelihood by which another solution must be more likely
-CHANCE = 3.0  # the same of the other frame: neither is the simpler, but by chance is not found
+# All gains are falls of -2 log likelihood.
+NOISE_SWITCH_GAIN = (
+    20.0  # that another noise structure must reach: it may have several parameters more
+)
+FRAME_SWITCH_GAIN = (
+    3.0  # that the other frame of the disturbance must reach: it has no parameter more
+)
+MEMORY_EXTENSION = (
+    1.5  # times the longest memory of a first search, as start of one with a longer memory
+)
+AT_LONGEST_MEMORY = 0.99  # of that longest memory: there a search counts as stopped by it
+WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
+WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
+POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
+WAVE_FREE_WIDTHS = Widths(
+    0.6, 3.0
+)  # [s] of windows that average waves out, but not the boat's motion
+BRIEF_CORRELATION = (3.0, 0.3)  # times the white errors, [s]: too short to be taken for motion
+NEAR_STEPS = 12  # of a descent that only has to come near
 
 
-def anew(at: Point, theta: Array) -> Point:
-    """The most likely of `at` and what is found from the corners opposite.
+def multi_start(at: Point, theta: Array) -> Point:
+    """The likeliest of `at` and the solutions of restarts from other noise structures.
 
-    `theta` (p,): where the search began.
+    `theta` (p,): where the search of `at` began.
     """
+    # all pose errors correlated, where such errors were set to 0
     let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
-    if let_go and not white(at):
-        at = _likelier(at, theta, all_coloured(at.passes.problem.recordings))
-    if not white(at):
-        at = _likelier(at, theta, pushed_and_coloured(at.passes.problem.recordings))
-    if (other := longer(at.noise)) is not None:
-        at = _likelier(at, at.theta, other)
+    if let_go and not is_white(at):
+        at = _likelier_from(at, theta, gauss_markov_for_white(at.runs.problem.recordings))
+    # correlated pose errors and a disturbance force, no random walk
+    if not is_white(at):
+        at = _likelier_from(at, theta, disturbance_and_gauss_markov(at.runs.problem.recordings))
+    # a longer memory of the pose errors
+    if (other := with_longer_memory(at.noise)) is not None:
+        at = _likelier_from(at, at.theta, other)
+    # a disturbance force instead of the random walk of the same motion
     for walk, disturbance in WALKS_AND_DISTURBANCES:
-        other = exchanged(at.noise, walk, disturbance)
-        if other is not None and _promises(at, other):
-            at = _likelier(at, at.theta, other)
-    at = reframed(at)
-    problem = at.passes.problem
-    if not _disturbed(at) and not white(at):
-        pushes = pushed_and_coloured(problem.recordings)
-        at = _likelier(at, theta, pushes, _other_frame(problem))
-    for times, memory in LASTING:
-        if not white(at):
-            at = _likelier(at, theta, lasting(at.passes.problem.recordings, times, memory))
-    if not white(at) and (other := pushed(at.noise)) is not None:
-        at = _likelier(at, at.theta, other)
-    if not white(at):
-        at = _waved(at, theta)
+        other = disturbance_for_walk(at.noise, walk, disturbance)
+        if other is not None and _noise_alone_gains(at, other):
+            at = _likelier_from(at, at.theta, other)
+    # the other frame of the disturbance
+    at = in_likelier_frame(at)
+    problem = at.runs.problem
+    if not _has_disturbance(at) and not is_white(at):
+        pushes = disturbance_and_gauss_markov(problem.recordings)
+        at = _likelier_from(at, theta, pushes, _other_frame(problem))
+    # pose errors with a long memory, no process noise
+    for times, memory in LONG_CORRELATIONS:
+        if not is_white(at):
+            at = _likelier_from(
+                at, theta, gauss_markov_poses(at.runs.problem.recordings, times, memory)
+            )
+    # disturbance forces instead of all random walks
+    if not is_white(at) and (other := disturbances_for_walks(at.noise)) is not None:
+        at = _likelier_from(at, at.theta, other)
+    # oscillating pose errors
+    if not is_white(at):
+        at = _with_waves(at, theta)
     return at
 
 
-def reframed(at: Point, least: Array = NOISE_LEAST) -> Point:
-    """The more likely of `at` and what is found if what pushes the boat comes from one side of the world, or if it
-    turns with the boat where that was so before. `least` (11,): noise is not below it."""
-    if not _disturbed(at):
+def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
+    """The likelier of `at` and the solution with the disturbance force in the other frame, earth or body.
+
+    `least` (11,): lower bounds of the noise.
+    """
+    if not _has_disturbance(at):
         return at
-    other = _other_frame(at.passes.problem)
-    return _likelier(at, at.theta, at.noise, other, worth=CHANCE, least=least)
+    other = _other_frame(at.runs.problem)
+    return _likelier_from(at, at.theta, at.noise, other, gain=FRAME_SWITCH_GAIN, least=least)
 
 
-def _disturbed(at: Point) -> bool:
-    """Whether something pushes the boat that has a frame."""
-    return bool((at.noise[DISTURBANCES] > NOTHING * RAISED[DISTURBANCES]).any())
+def _has_disturbance(at: Point) -> bool:
+    """Whether there is a disturbance force, which has a frame."""
+    return bool((at.noise[DISTURBANCES] > NEGLIGIBLE_NOISE * RAISED[DISTURBANCES]).any())
 
 
 def _other_frame(problem: Problem) -> Problem:
     return replace(problem, earth_fixed=not problem.earth_fixed)
 
 
-def _waved(at: Point, theta: Array) -> Point:
-    """The most likely of `at` and what is found where the poses' errors are said to swing.
+def _with_waves(at: Point, theta: Array) -> Point:
+    """The likelier of `at` and the solution with oscillating pose errors.
 
-    Windows that are wider than such a swing see the boat without it. From there correlated errors
-    for a short while are tried: beside them the swing is seen, whose period is then the likeliest.
+    Wide windows average waves out of the start values. A short descent with briefly correlated errors comes
+    near the boat; on its linearised trajectory the likeliest period and size of the waves start the search.
     """
-    problem = at.passes.problem
-    near = _near(problem, theta)
-    waves = list(_waves(problem))
+    problem = at.runs.problem
+    near = _near_solution(problem, theta)
+    waves = list(_wave_noises(problem))
     if near is None or not waves:
         return at
-    each = near.passes.each
+    each = near.runs.by_recording
     costs = [
         (repeated_cost(each, problem.series, noise, problem.outlier), noise) for noise in waves
     ]
-    found = _likelier(at, near.theta, min(costs, key=lambda c: c[0])[1])
-    swings = found.noise[COLOUR_MEMORY] * found.noise[COLOUR_TURN] > 1.0  # else it only comes back
-    return found if swings else at
+    found = _likelier_from(at, near.theta, min(costs, key=lambda c: c[0])[1])
+    oscillates = found.noise[COLOUR_MEMORY] * found.noise[COLOUR_TURN] > 1.0  # else it only decays
+    return found if oscillates else at
 
 
-def _near(problem: Problem, theta: Array) -> Point | None:
-    """Near a solution where all that the model does not say are errors of the poses; None: there is none."""
-    with suppress(IdentificationError):  # windows that wide find no room
-        noise = lasting(problem.recordings, *BRIEF)
-        return approach(problem, _calm(problem, theta), noise, NEARING)
+def _near_solution(problem: Problem, theta: Array) -> Point | None:
+    """A point near the solution without process noise, all residuals being pose errors; None: there is none."""
+    with suppress(IdentificationError):  # no recording is as long as such a window
+        noise = gauss_markov_poses(problem.recordings, *BRIEF_CORRELATION)
+        return descend_some_steps(problem, _start_without_waves(problem, theta), noise, NEAR_STEPS)
     return None
 
 
-def _waves(problem: Problem) -> Iterator[Array]:
-    """Noise (11,) with errors that swing, of all periods that the poses show, and sizes."""
-    for period in _periods(problem):
-        for times in SIZES:
-            yield swinging(problem.recordings, times, float(period))
+def _wave_noises(problem: Problem) -> Iterator[Array]:
+    """Noise (11,) with oscillating pose errors, of all periods and sizes that are tried."""
+    for period in _wave_periods(problem):
+        for times in WAVE_SIZES:
+            yield oscillating_poses(problem.recordings, times, float(period))
 
 
-def _periods(problem: Problem) -> Array:
-    """Those of waves that the poses show [s]; none where poses are rare."""
-    least = MOST_OFTEN * float(np.median([r.period for r in problem.recordings]))
-    return np.asarray(WAVES[least < WAVES])
+def _wave_periods(problem: Problem) -> Array:
+    """Periods [s] of waves that the poses can show; none where poses are rare."""
+    least = POSES_PER_WAVE * float(np.median([r.period for r in problem.recordings]))
+    return np.asarray(WAVE_PERIODS[least < WAVE_PERIODS])
 
 
-def _calm(problem: Problem, theta: Array) -> Array:
-    """The parameters (p,) to begin with, by windows that average swings out."""
-    n, m = problem.size, problem.constants
+def _start_without_waves(problem: Problem, theta: Array) -> Array:
+    """Start values (p,) by windows that average waves out."""
+    n, m = problem.n_coefficients, problem.n_constants
     found = theta.copy()
     sought = [i - n for i in problem.free if n <= i < n + m]
     arms = (theta[problem.effects(i)][:2] for i in range(len(problem.recordings)))
-    origins = [of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
-    found[:n], found[n : n + m] = start_values(origins, problem.vehicle, sought, widths=WIDE)
+    origins = [poses_of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
+    found[:n], found[n : n + m] = start_values(
+        origins, problem.vehicle, sought, widths=WAVE_FREE_WIDTHS
+    )
     held = [i for i in range(n + m) if i not in problem.free]
     found[held] = theta[held]
     return found
 
 
-def longer(noise: Array) -> Array | None:
-    """The noise (11,) with errors that may last longer, where they last as long as a first search lets them."""
+def with_longer_memory(noise: Array) -> Array | None:
+    """The noise (11,) with a longer memory of the pose errors, where a first search stopped at its longest."""
     bound = NOISE_MOST[COLOUR_MEMORY]
-    least = (noise[COLOUR] <= _core.NO_COLOUR).all()
-    if least or not 0.99 * bound < noise[COLOUR_MEMORY] <= bound:
+    absent = (noise[COLOUR] <= _core.NO_COLOUR).all()
+    if absent or not AT_LONGEST_MEMORY * bound < noise[COLOUR_MEMORY] <= bound:
         return None
     other = noise.copy()
-    other[COLOUR_MEMORY] = LONGER * bound
+    other[COLOUR_MEMORY] = MEMORY_EXTENSION * bound
     return np.asarray(other)
 
 
-def pushed(noise: Array) -> Array | None:
-    """The noise (11,) with disturbances for all walks, and white errors; None where nothing walks."""
+def disturbances_for_walks(noise: Array) -> Array | None:
+    """The noise (11,) with disturbance forces for all random walks, and white pose errors; None: no walks."""
     walks = [walk for walk, _ in WALKS_AND_DISTURBANCES]
-    if (noise[walks] < NOTHING * RAISED[walks]).all():
+    if (noise[walks] < NEGLIGIBLE_NOISE * RAISED[walks]).all():
         return None
     other = noise.copy()
     other[MEMORY] = NOISE_START[MEMORY]
     for walk, disturbance in WALKS_AND_DISTURBANCES:
-        made = other[walk] / np.sqrt(2.0 * other[MEMORY])
-        other[disturbance] = max(other[disturbance], made, RAISED[disturbance])
+        equal = other[walk] / np.sqrt(2.0 * other[MEMORY])
+        other[disturbance] = max(other[disturbance], equal, RAISED[disturbance])
         other[walk] = NOISE_LEAST[walk]
     other[COLOUR[0] :] = NOISE_START[COLOUR[0] :]
     return other
 
 
-def exchanged(noise: Array, walk: int, disturbance: int) -> Array | None:
-    """The noise (11,) with a disturbance for the walk of the same motion; None where there is one.
+def disturbance_for_walk(noise: Array, walk: int, disturbance: int) -> Array | None:
+    """The noise (11,) with a disturbance force for the random walk of the same motion; None where there is one.
 
-    One of size d and memory T makes the velocity walk by d sqrt(2 T) in times longer than T.
+    A force of size d and memory T is a walk of d sqrt(2 T) over times longer than T.
     """
-    makes = np.sqrt(2.0 * noise[MEMORY])
-    idle = noise[walk] < NOTHING * RAISED[walk]
-    if idle or noise[disturbance] * makes > NOTHING * noise[walk]:
+    walk_per_force = np.sqrt(2.0 * noise[MEMORY])
+    absent = noise[walk] < NEGLIGIBLE_NOISE * RAISED[walk]
+    if absent or noise[disturbance] * walk_per_force > NEGLIGIBLE_NOISE * noise[walk]:
         return None
     other = noise.copy()
-    other[disturbance] = noise[walk] / makes
+    other[disturbance] = noise[walk] / walk_per_force
     other[walk] = NOISE_LEAST[walk]
     return np.asarray(other)
 
 
-def _promises(at: Point, noise: Array) -> bool:
-    """Whether other noise makes likelier what the parameters are as they are."""
-    passes = at.passes.each
-    _, cost = fitted_noise(passes, at.passes.problem.series, noise, WORTH)
-    return cost < sum(p.cost for p in passes) - WORTH
+def _noise_alone_gains(at: Point, noise: Array) -> bool:
+    """Whether other noise is likelier by `NOISE_SWITCH_GAIN` with the same parameters."""
+    runs = at.runs.by_recording
+    _, cost = fitted_noise(runs, at.runs.problem.series, noise, NOISE_SWITCH_GAIN)
+    return cost < sum(p.cost for p in runs) - NOISE_SWITCH_GAIN
 
 
-def _likelier(
+def _likelier_from(
     at: Point,
     theta: Array,
     noise: Array,
     problem: Problem | None = None,
     *,
-    worth: float = WORTH,
+    gain: float = NOISE_SWITCH_GAIN,
     least: Array = NOISE_LEAST,
 ) -> Point:
-    """The more likely of `at` and what is found from other parameters and noise, or as another problem.
+    """The likelier of `at` and the solution from another start, or of another problem.
 
-    The other by `worth` at least.
+    gain: fall of -2 log likelihood that the other must reach.
     """
     try:
-        other = descend(problem or at.passes.problem, theta, noise, at.passes.cost, least)
+        other = descend_below(problem or at.runs.problem, theta, noise, at.runs.cost, least)
     except IdentificationError:
         return at
-    return other if other.passes.cost < at.passes.cost - worth else at
+    return other if other.runs.cost < at.runs.cost - gain else at

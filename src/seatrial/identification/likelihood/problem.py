@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What the prediction-error estimator minimises: the filter over all recordings.
+"""The cost that the prediction-error estimator minimises: -2 log likelihood of the innovations.
 
-Parameters are numbered through: the structure's coefficients, the constants of the actuator
-chain, and effects: the lever arm, then for every recording its current, trim and wind.
+The parameter vector theta has the structure's coefficients, then the constants of the actuator chain,
+then the effects: the lever arm, and current, trim and wind of every recording.
 """
 
 from collections import Counter
@@ -21,15 +21,15 @@ from seatrial.recording.recording import Recording
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.parallel import spread
 
-LEVER = ("lever_x", "lever_y")  # [m] the measured point from the origin
-EFFECTS = (  # of one recording, in the order of the core's Effects after the lever arm
+LEVER_NAMES = ("lever_x", "lever_y")  # [m] the measured point from the origin
+EFFECT_NAMES = (  # of one recording, in the order of the core's Effects after the lever arm
     "current_x", "current_y",  # [m/s] earth-fixed
     "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
     "wind_x", "wind_y",  # [m/s^2] earth-fixed
 )  # fmt: skip
-KINDS = ("lever", "current", "trim", "wind")
-LONG = 100_000  # poses of all recordings from which on memory that was let go is given back
-BOUNDS = {  # of the constants that are estimated
+EFFECT_KINDS = ("lever", "current", "trim", "wind")
+MANY_POSES = 100_000  # poses of all recordings: from here on, freed memory goes back to the system
+CHAIN_BOUNDS = {  # lowest and highest value of the estimated constants of the chain
     "latency": (-1.0, 2.0),  # [s]
     "lag": (0.002, 3.0),  # [s]
     "edge_forward": (0.0, 0.6),
@@ -42,7 +42,7 @@ BOUNDS = {  # of the constants that are estimated
     "pair_offset_across": (-0.5, 0.5),
     "pair_dead_zone": (0.0, 0.6),
 }
-REACH = {  # of one step of the search
+CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is far from linear
     "latency": 0.1,  # [s]
     "lag": 0.1,  # [s]
     "edge_forward": 0.1,
@@ -55,8 +55,8 @@ REACH = {  # of one step of the search
 
 
 def quadratic_drag(structure: Structure) -> set[str]:
-    """Coefficients of |u| u in surge, |v| v in sway, |r| r in yaw: what grows without end, and so
-    would drive the boat without end if it were positive."""
+    """Coefficients of |u| u in surge, |v| v in sway, |r| r in yaw: a positive one makes the boat unstable,
+    as no other term of the axis outgrows it."""
     terms = [t for t in structure.terms if t.coefficient is not None]
     used = Counter(t.coefficient for t in terms)
     return {
@@ -72,43 +72,45 @@ def quadratic_drag(structure: Structure) -> set[str]:
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known beforehand: a normal distribution of some parameters."""
+    """A normal prior distribution of some parameters."""
 
-    at: Array  # (p,)
-    precision: Array  # (p, p), 0 where nothing is known
+    mean: Array  # (p,)
+    precision: Array  # (p, p), 0 for parameters without a prior
 
     def cost(self, theta: Array) -> float:
-        """-2 log likelihood, but for a constant."""
-        off = theta - self.at
+        """-2 log density, up to a constant."""
+        off = theta - self.mean
         return float(off @ self.precision @ off)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What does not change during the search."""
+    """Everything that stays constant during the search."""
 
     vehicle: Vehicle
     recordings: tuple[Recording, ...]
-    free: tuple[int, ...]  # parameters that are sought
-    step: float  # [s] longest of the integration
-    outlier: float  # [sigma] from which on a pose's error counts linearly
-    block: float  # [s] over which scores may be correlated
+    free: tuple[int, ...]  # indices of the parameters that are estimated
+    step: float  # [s] longest step of the integration
+    outlier: float  # [sigma] innovations beyond it count linearly (Huber)
+    block: float  # [s] length of a block; scores of two blocks count as independent
     prior: Prior | None = None
-    earth_fixed: bool = False  # whether what pushes the boat stays with the world, as wind does
+    earth_fixed: bool = (
+        False  # whether the disturbance force keeps its direction in the world, as wind does
+    )
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of all parameters."""
-        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names, *LEVER)
-        return (*own, *(f"{name}.{r.name}" for r in self.recordings for name in EFFECTS))
+        """Names of all parameters."""
+        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names, *LEVER_NAMES)
+        return (*own, *(f"{name}.{r.name}" for r in self.recordings for name in EFFECT_NAMES))
 
     @property
-    def size(self) -> int:
+    def n_coefficients(self) -> int:
         """Number of coefficients."""
         return len(self.vehicle.structure.coefficients)
 
     @property
-    def constants(self) -> int:
+    def n_constants(self) -> int:
         """Number of constants."""
         return len(self.vehicle.constants.names)
 
@@ -119,42 +121,44 @@ class Problem:
 
     @cached_property
     def series(self) -> list[_core.Series]:
-        """The poses, and where each recording starts."""
+        """The poses of every recording, as the core takes them."""
         return [series(recording) for recording in self.recordings]
 
     @cached_property
     def blocks(self) -> list[NDArray[np.int32]]:
-        """Of every recording, which block each pose (n,) belongs to; blocks without poses are none."""
+        """Of every recording, the number of the block of each pose (n,); blocks without poses get no number."""
         numbers = [(r.t // self.block).astype(np.int32) for r in self.recordings]
         return [np.cumsum(np.diff(n, prepend=n[:1]) > 0, dtype=np.int32) for n in numbers]
 
     @cached_property
-    def chosen(self) -> tuple[list[int], list[int]]:
-        """Free coefficients and free constants, each counted from their own first."""
-        n, m = self.size, self.constants
+    def free_of_model(self) -> tuple[list[int], list[int]]:
+        """Indices of the free coefficients, and of the free constants among the constants."""
+        n, m = self.n_coefficients, self.n_constants
         return [i for i in self.free if i < n], [i - n for i in self.free if n <= i < n + m]
 
     @cached_property
-    def sought(self) -> tuple[int, ...]:
-        """Effects among the free parameters."""
-        return tuple(i for i in self.free if i >= self.size + self.constants)
+    def free_effects(self) -> tuple[int, ...]:
+        """Indices of the free effects among all parameters."""
+        return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
 
     @property
-    def disturbed(self) -> bool:
-        """Whether any effect is sought."""
-        return bool(self.sought)
+    def has_effects(self) -> bool:
+        """Whether any effect is estimated."""
+        return bool(self.free_effects)
 
     def effects(self, recording: int) -> NDArray[np.int64]:
-        """Where the effects on a recording stand among all parameters."""
-        lever = self.size + self.constants
-        own = lever + len(LEVER) + recording * len(EFFECTS)
-        return np.array([*range(lever, lever + len(LEVER)), *range(own, own + len(EFFECTS))])
+        """Indices of a recording's effects among all parameters."""
+        lever = self.n_coefficients + self.n_constants
+        own = lever + len(LEVER_NAMES) + recording * len(EFFECT_NAMES)
+        return np.array(
+            [*range(lever, lever + len(LEVER_NAMES)), *range(own, own + len(EFFECT_NAMES))]
+        )
 
-    def places(self, recording: int) -> NDArray[np.int64]:
-        """Where the parameters of a recording's pass stand among the free ones; -1: nowhere."""
-        coefficients, constants = self.chosen
-        own = [*coefficients, *(self.size + c for c in constants)]
-        own += [int(i) for i in self.effects(recording)] if self.disturbed else []
+    def free_columns(self, recording: int) -> NDArray[np.int64]:
+        """For every parameter of a recording's filter run its index among the free ones; -1: not free."""
+        coefficients, constants = self.free_of_model
+        own = [*coefficients, *(self.n_coefficients + c for c in constants)]
+        own += [int(i) for i in self.effects(recording)] if self.has_effects else []
         free = {parameter: i for i, parameter in enumerate(self.free)}
         return np.array([free.get(i, -1) for i in own])
 
@@ -162,28 +166,30 @@ class Problem:
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest values (p,) of the free parameters."""
         kinds = [self.names[i].partition(".")[0] for i in self.free]
-        is_constant = [self.size <= i < self.size + self.constants for i in self.free]
+        is_constant = [
+            self.n_coefficients <= i < self.n_coefficients + self.n_constants for i in self.free
+        ]
         drag = quadratic_drag(self.vehicle.structure)
         found = [
-            BOUNDS[kind] if own else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
+            CHAIN_BOUNDS[kind] if own else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
             for i, kind, own in zip(self.free, kinds, is_constant, strict=True)
         ]
         low, high = np.array(found).reshape(-1, 2).T
         return low, high
 
     @cached_property
-    def reach(self) -> Array:
-        """How far (p,) one step may go: what the chain does is far from linear."""
+    def step_limits(self) -> Array:
+        """Largest change (p,) of the free parameters in one step."""
         kinds = [self.names[i].partition(".")[0] for i in self.free]
-        return np.array([REACH.get(kind, np.inf) for kind in kinds])
+        return np.array([CHAIN_STEP_LIMITS.get(kind, np.inf) for kind in kinds])
 
-    def bounded(self, theta: Array) -> Array:
-        """The nearest parameters within bounds."""
+    def clipped(self, theta: Array) -> Array:
+        """The nearest parameters within the bounds."""
         out, free = theta.copy(), list(self.free)
         out[free] = np.clip(theta[free], *self.bounds)
         return out
 
-    def passes(
+    def run_filter(
         self,
         theta: Array,
         noise: Array,
@@ -191,27 +197,37 @@ class Problem:
         *,
         repeatable: bool = True,
         shares: bool = False,
-    ) -> "Passes":
-        """The filter over all recordings.
+    ) -> "FilterRuns":
+        """The extended Kalman filter along all recordings, with sensitivities to the free parameters.
 
-        `counts`: how often each pose counts. `repeatable`: its ways are kept, for other noise.
-        `shares`: what each block has of the information is kept, too.
+        `counts`: weight of each pose. `repeatable`: the linearised trajectory is kept, to evaluate other noise
+        without integration. `shares`: the information of each block is kept as well.
         """
-        coefficients, constants = self.chosen
+        coefficients, constants = self.free_of_model
         boat = _core.Boat(
-            self.structure, np.concatenate([theta[: self.size], np.zeros(3)]), 0, self.step
+            self.structure,
+            np.concatenate([theta[: self.n_coefficients], np.zeros(3)]),
+            0,
+            self.step,
         )
-        columns = [*coefficients, self.size, self.size + 1, self.size + 2]
-        q = np.ascontiguousarray(theta[self.size : self.size + self.constants])
+        columns = [
+            *coefficients,
+            self.n_coefficients,
+            self.n_coefficients + 1,
+            self.n_coefficients + 2,
+        ]
+        q = np.ascontiguousarray(
+            theta[self.n_coefficients : self.n_coefficients + self.n_constants]
+        )
 
-        def one(i: int) -> _core.FilterPass:
+        def one(i: int) -> _core.FilterRun:
             trace = thrust_trace(
                 self.vehicle, q, self.recordings[i],
                 initial=True, coefficients=columns, tangents=constants,
             )  # fmt: skip
             return _core.innovations(
                 boat, trace, self.series[i], noise, self.outlier,
-                np.ascontiguousarray(theta[self.effects(i)]) if self.disturbed else None,
+                np.ascontiguousarray(theta[self.effects(i)]) if self.has_effects else None,
                 None if counts is None else counts[i],
                 self.blocks[i],
                 repeatable,
@@ -219,77 +235,78 @@ class Problem:
                 self.earth_fixed,
             )  # fmt: skip
 
-        each = spread(one, range(len(self.recordings)))
-        return Passes(self, theta, tuple(each))
+        return FilterRuns(self, theta, tuple(spread(one, range(len(self.recordings)))))
 
 
 @dataclass(frozen=True)
-class Passes:
-    """The filter's passes over all recordings; with the prior's share where there is one."""
+class FilterRuns:
+    """The filter's results along all recordings; cost, information and gradient include the prior."""
 
     problem: Problem
     theta: Array
-    each: tuple[_core.FilterPass, ...]
+    by_recording: tuple[_core.FilterRun, ...]
 
     @cached_property
     def cost(self) -> float:
-        """-2 log likelihood, but for a constant; infinite where the boat diverged, or the numbers ran out."""
-        if not all(p.good and np.diag(p.information).min(initial=0.0) >= 0.0 for p in self.each):
+        """-2 log likelihood, up to a constant; infinite where the model diverges or the filter loses precision."""
+        if not all(
+            p.good and np.diag(p.information).min(initial=0.0) >= 0.0 for p in self.by_recording
+        ):
             return np.inf
         prior = self.problem.prior
-        return sum(p.cost for p in self.each) + (prior.cost(self.theta) if prior else 0.0)
+        return sum(p.cost for p in self.by_recording) + (prior.cost(self.theta) if prior else 0.0)
 
     @cached_property
     def information(self) -> Array:
-        """Fisher's (p, p) of the free parameters."""
+        """Fisher information (p, p) of the free parameters."""
         free = list(self.problem.free)
         out = np.zeros((len(free), len(free)))
-        for i, each in enumerate(self.each):
-            to = self.problem.places(i)
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
             use = to >= 0
-            out[np.ix_(to[use], to[use])] += each.information[np.ix_(use, use)]
+            out[np.ix_(to[use], to[use])] += run.information[np.ix_(use, use)]
         prior = self.problem.prior
         return out if prior is None else out + prior.precision[np.ix_(free, free)]
 
     @cached_property
     def gradient(self) -> Array:
-        """Of the log likelihood (p,)."""
+        """Gradient (p,) of the log likelihood."""
         free = list(self.problem.free)
         out = np.zeros(len(free))
-        for i, each in enumerate(self.each):
-            to = self.problem.places(i)
-            out[to[to >= 0]] += each.gradient[to >= 0]
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            out[to[to >= 0]] += run.gradient[to >= 0]
         prior = self.problem.prior
-        return out if prior is None else out - (prior.precision @ (self.theta - prior.at))[free]
+        return out if prior is None else out - (prior.precision @ (self.theta - prior.mean))[free]
 
     @property
     def repeatable(self) -> bool:
-        """Whether the ways are there that other noise is tried on."""
-        return all(p.repeatable for p in self.each)
+        """Whether the linearised trajectories are still kept, to evaluate other noise on them."""
+        return all(p.repeatable for p in self.by_recording)
 
-    def forget_ways(self) -> None:
-        """Lets the ways go, half of what a pass keeps."""
-        for each in self.each:
-            each.forget_way()
+    def drop_linearisation(self) -> None:
+        """Frees the linearised trajectories, half of the memory of a run."""
+        for run in self.by_recording:
+            run.forget_transitions()
         self._give_back()
 
-    def forget_poses(self) -> None:
-        """Lets all go that was kept pose by pose; cost, gradient and information stay."""
-        for each in self.each:
-            each.forget_poses()
+    def drop_poses(self) -> None:
+        """Frees everything that is kept pose by pose; cost, gradient and information stay."""
+        for run in self.by_recording:
+            run.forget_poses()
         self._give_back()
 
     def _give_back(self) -> None:
-        if sum(len(r.t) for r in self.problem.recordings) > LONG:
+        if sum(len(r.t) for r in self.problem.recordings) > MANY_POSES:
             _core.give_back()
 
     @cached_property
     def scores(self) -> Array:
-        """Terms (blocks, p) of the gradient, block by block of all recordings."""
+        """Contribution (blocks, p) of every block of all recordings to the gradient."""
         found = []
-        for i, each in enumerate(self.each):
-            to = self.problem.places(i)
-            own = each.score
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            own = run.score
             out = np.zeros((len(own), len(self.problem.free)))
             out[:, to[to >= 0]] = own[:, to >= 0]
             found.append(out)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The noise (11,) that a search begins with, where no model says better.
+"""Start values of the noise (11,), where no model gives any.
 
-Fourth differences show how much of it the poses have, but not whether it is correlated: white errors
-make as large ones as larger errors do that fade over several poses.
+Fourth differences of the poses show the size of their errors, but not whether these are correlated: small
+white errors and large correlated ones have the same fourth differences.
 """
 
 from collections.abc import Sequence
@@ -23,23 +23,24 @@ from seatrial.boat.noise_parameters import (
     PROCESS_START,
 )
 from seatrial.boat.schema import CorrelatedEntry
-from seatrial.recording.pose_noise import coloured_ratio, pose_noise
+from seatrial.recording.pose_noise import correlated_difference_ratio, pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
-COLOUR_START = 0.5  # errors of the poses that are correlated over the white ones
-LASTING = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, [s]: errors of the poses that last
-PUSHED, PUSHED_FOR = (0.03, 0.3), 1.5  # [m/s^2, rad/s^2], [s] of a boat that is pushed
-SWINGS = 2.0  # periods over which errors that swing are correlated
-BARE = 0.1  # of the white errors that is left where all are said to be correlated
+CORRELATED_START = 0.5  # of the white errors: size of the correlated ones in a first search
+LONG_CORRELATIONS = ((3.0, 3.0), (10.0, 10.0))  # times the white errors, memory [s]
+DISTURBANCE_START = (0.03, 0.3)  # [m/s^2], [rad/s^2]
+DISTURBANCE_MEMORY = 1.5  # [s]
+OSCILLATION_PERIODS = 2.0  # memory of oscillating errors in periods
+WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 
 
-def first_noise(recordings: Sequence[Recording]) -> Array:
-    """White errors of the poses as fourth differences show them, and half as large ones that are correlated."""
+def noise_from_poses(recordings: Sequence[Recording]) -> Array:
+    """White pose errors from fourth differences, and correlated ones of half their size."""
     own = []
     for recording in recordings:
-        with suppress(RecordingError):  # the others may do
+        with suppress(RecordingError):  # other recordings may do
             own.append(pose_noise(recording))
     own = own or [pose_noise(*recordings)]
     position, heading = (
@@ -47,39 +48,39 @@ def first_noise(recordings: Sequence[Recording]) -> Array:
     )
     white = np.maximum([position, heading], NOISE_FIRST)
     noise = np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]])
-    noise[COLOUR] = COLOUR_START * noise[:2]
+    noise[COLOUR] = CORRELATED_START * noise[:2]
     return noise
 
 
-def lasting(recordings: Sequence[Recording], times: float, memory: float) -> Array:
-    """Nothing that pushes the boat: all that the model does not say are errors of the poses that last."""
-    noise = first_noise(recordings)
+def gauss_markov_poses(recordings: Sequence[Recording], times: float, memory: float) -> Array:
+    """No process noise: all residuals are Gauss-Markov pose errors with a memory [s]."""
+    noise = noise_from_poses(recordings)
     noise[PROCESS] = NOISE_LEAST[PROCESS]
     noise[COLOUR] = times * noise[:2]
     noise[COLOUR_MEMORY] = memory
     return noise
 
 
-def swinging(recordings: Sequence[Recording], times: float, period: float) -> Array:
-    """The same for errors that swing with a period [s], as waves make them."""
-    noise = lasting(recordings, times, SWINGS * period)
+def oscillating_poses(recordings: Sequence[Recording], times: float, period: float) -> Array:
+    """No process noise: all residuals are oscillating pose errors of a period [s], as in waves."""
+    noise = gauss_markov_poses(recordings, times, OSCILLATION_PERIODS * period)
     noise[COLOUR_TURN] = 2.0 * np.pi / period
     return noise
 
 
-def pushed_and_coloured(recordings: Sequence[Recording]) -> Array:
-    """Errors of the poses that are all correlated, and a boat that is pushed: no velocity that wanders."""
-    noise = all_coloured(recordings)
+def disturbance_and_gauss_markov(recordings: Sequence[Recording]) -> Array:
+    """Gauss-Markov pose errors and disturbance forces, without random walks of the velocity."""
+    noise = gauss_markov_for_white(recordings)
     noise[PROCESS] = NOISE_LEAST[PROCESS]
-    noise[DISTURBANCES], noise[MEMORY] = PUSHED, PUSHED_FOR
+    noise[DISTURBANCES], noise[MEMORY] = DISTURBANCE_START, DISTURBANCE_MEMORY
     return noise
 
 
-def all_coloured(recordings: Sequence[Recording]) -> Array:
-    """The same fourth differences, made by correlated errors, as good as alone."""
-    noise = first_noise(recordings)
+def gauss_markov_for_white(recordings: Sequence[Recording]) -> Array:
+    """Gauss-Markov pose errors with the fourth differences that the white ones have."""
+    noise = noise_from_poses(recordings)
     period = float(np.median([r.period for r in recordings]))
     unit = CorrelatedEntry(1.0, 1.0, float(noise[COLOUR_MEMORY]))
-    noise[COLOUR] = noise[:2] / coloured_ratio(period, unit)
-    noise[:2] *= BARE
+    noise[COLOUR] = noise[:2] / correlated_difference_ratio(period, unit)
+    noise[:2] *= WHITE_REMAINDER
     return noise

@@ -1,40 +1,48 @@
 # SPDX-License-Identifier: MIT
-"""Whether the filter's errors follow a pattern, which right models and right noise leave them without."""
+"""Whiteness of the innovations: those of a right model with right noise are uncorrelated."""
 
 import numpy as np
 
 from seatrial.boat.noise_parameters import NOISE_LEAST, OUTLIER, PROCESS
 from seatrial.identification.likelihood.optimiser import Point
 
-LAGS = 10  # poses over which the filter's errors are looked at
-PATTERN = 0.06  # autocorrelation from which on they follow one; right models' are half of it
-CHANCE = 3.3  # times 1 / sqrt(n), its deviation: the largest of thirty is beyond in 3 % of cases
+AUTOCORRELATION_LAGS = 10  # [poses] at most
+LEAST_AUTOCORRELATION = (
+    0.06  # from here on innovations count as correlated; right models have half of it
+)
+CHANCE_DEVIATIONS = (
+    3.3  # of 1 / sqrt(n): the largest of 30 autocorrelations exceeds it by chance in 3 %
+)
+AT_LEAST = 1.01  # times the least process noise: up to here it counts as none
 
 
-def white(at: Point) -> bool:
-    """Whether the filter's errors follow no pattern: the noise that was found explains them."""
-    return pattern(at) < 1.0
+def is_white(at: Point) -> bool:
+    """Whether the innovations are uncorrelated: model and noise explain the poses."""
+    return autocorrelation_ratio(at) < 1.0
 
 
-def pattern(at: Point) -> float:
-    """The largest autocorrelation of the filter's errors, over what is no pattern.
+def autocorrelation_ratio(at: Point) -> float:
+    """The largest autocorrelation of the innovations, over the limit of whiteness.
 
-    Of n errors that follow none, autocorrelations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
-    and Ljung, Time Series Analysis, 5th ed., section 2.1.6): few poses show a pattern by chance.
+    Autocorrelations of n white innovations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
+    and Ljung, Time Series Analysis, 5th ed., section 2.1.6): of few poses they are large by chance.
     """
-    sums, used = np.zeros((LAGS + 1, 3)), 0
-    for each in at.passes.each:
+    sums, used = np.zeros((AUTOCORRELATION_LAGS + 1, 3)), 0
+    for each in at.runs.by_recording:
         spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
         error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
         error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
-        for lag in range(min(LAGS + 1, len(error))):
+        for lag in range(min(AUTOCORRELATION_LAGS + 1, len(error))):
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
         used += int(np.sum(np.asarray(each.weight) > 0.0))
-    if not (sums[0] > 0.0).all():  # an axis without errors has no pattern either
+    if not (sums[0] > 0.0).all():  # an axis without errors
         return 0.0
-    return float(np.abs(sums[1:] / sums[0]).max() / max(PATTERN, CHANCE / np.sqrt(used)))
+    return float(
+        np.abs(sums[1:] / sums[0]).max()
+        / max(LEAST_AUTOCORRELATION, CHANCE_DEVIATIONS / np.sqrt(used))
+    )
 
 
-def explained(at: Point) -> bool:
-    """Whether nothing is left that the model does not say."""
-    return bool((at.noise[PROCESS] <= 1.01 * NOISE_LEAST[PROCESS]).all())
+def without_process_noise(at: Point) -> bool:
+    """Whether process noise is as good as absent: the model explains all motion."""
+    return bool((at.noise[PROCESS] <= AT_LEAST * NOISE_LEAST[PROCESS]).all())

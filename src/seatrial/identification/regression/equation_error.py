@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The paper's method: least squares on differentiated poses, Eqs. (12)-(17).
 
-It is biased by pose noise (errors in variables) and knows no dead zone, latency or lag but those
-that the vehicle file states; `docs/derivations.md` says how much that matters.
+Pose noise biases it (errors in variables), and it takes dead zone, latency and lag from the vehicle file only;
+`docs/derivations.md` says how much that matters.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from seatrial.boat.schema import EQUATION_ERROR, EstimatorEntry, Integration, St
 from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
-from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
@@ -24,20 +24,20 @@ from seatrial.recording.velocity import Motion, motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-METHOD = EQUATION_ERROR
+LONGEST_STEP = 1.5  # median periods between two poses: a longer one is a gap
 EQUATIONS = ("Eq. (14)", "Eq. (15)", "Eq. (16)")  # surge, sway, yaw; Eq. (17) is the coupled step
 
 
 @dataclass(frozen=True)
 class EquationErrorSettings:
-    """Choices of the paper's method."""
+    """Settings of the paper's method."""
 
     literal: bool = False  # Eq. (17) as printed: surge acceleration one step late
     correlation: float = 1.0  # [s] over which residuals are correlated, for the standard errors
 
 
 @dataclass(frozen=True)
-class Samples:
+class StepRows:
     """One recording as rows k of the discretised Eq. (12)."""
 
     nu_dot: Array  # (n, 3) (nu_k - nu_k-1) / dt
@@ -61,10 +61,11 @@ def equation_error(
     chosen = settings or EquationErrorSettings()
     if vehicle.estimated:
         raise IdentificationError(
-            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {METHOD} takes "
+            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
             "the actuators as known: use output-error or weak-form, or give numbers"
         )
     _refuse_shared(vehicle.structure)
+    # velocities, and the rows k of the discretised equations
     found = find_roles(vehicle, recordings, roles)
     moving = [motion(r) for r in recordings] if motions is None else list(motions)
     period = float(np.median([r.period for r in recordings]))
@@ -72,6 +73,7 @@ def equation_error(
         sample_rows(vehicle, r, m, literal=chosen.literal)
         for r, m in zip(recordings, moving, strict=True)
     ]
+    # the paper's steps: each axis by itself, then the couplings
     solver = _Steps(vehicle.structure, samples, found, round(chosen.correlation / period))
     for axis in range(3):
         solver.own(axis)  # Eqs. (14), (15), (16)
@@ -87,25 +89,27 @@ def equation_error(
         envelope(vehicle, vehicle.constants.values, recordings, moving),
         tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
-            METHOD, {"literal": chosen.literal, "correlation": chosen.correlation}, solver.steps
+            EQUATION_ERROR,
+            {"literal": chosen.literal, "correlation": chosen.correlation},
+            solver.steps,
         ),
     )
 
 
 def _refuse_shared(structure: Structure) -> None:
-    """Axis after axis, a later one would overwrite what an earlier one has of the same coefficient."""
+    """Refuses a coefficient in two axes: the later axis would overwrite the estimate of the earlier."""
     for name in structure.coefficients:
         axes = sorted({term.axis for term in structure.terms if term.coefficient == name})
         if len(axes) > 1:
             raise IdentificationError(
-                f"{name} stands in {' and '.join(AXES[axis] for axis in axes)}, but {METHOD} solves axis by axis; "
-                "give it two names, or take another --method"
+                f"{name} stands in {' and '.join(AXES[axis] for axis in axes)}, but "
+                f"{EQUATION_ERROR} solves axis by axis; give it two names, or take another --method"
             )
 
 
 def sample_rows(
     vehicle: Vehicle, recording: Recording, moving: Motion, *, literal: bool
-) -> Samples:
+) -> StepRows:
     """Rows k of Eq. (14)-(17): wherever the velocities at k - 1 and k (and k - 2) are usable."""
     t, nu, valid = moving.t, moving.nu, moving.valid
     if int(valid.sum()) < 3:
@@ -115,7 +119,7 @@ def sample_rows(
         )
     good = np.flatnonzero(valid)
     k = good[np.isin(good - 1, good)]
-    k = k[(t[k] - t[k - 1]) < 1.5 * recording.period]
+    k = k[(t[k] - t[k - 1]) < LONGEST_STEP * recording.period]
     if literal:
         k = k[np.isin(k - 2, good)]
     dt = (t[k] - t[k - 1])[:, None]
@@ -129,16 +133,16 @@ def sample_rows(
         np.ascontiguousarray(late),
         force,
     )
-    return Samples(nu_dot, table, recording.name)
+    return StepRows(nu_dot, table, recording.name)
 
 
 class _Steps:
-    """Least-squares steps that build on each other, with the covariance carried along."""
+    """Least-squares steps that build on each other, and the covariance through all of them."""
 
     def __init__(
         self,
         structure: Structure,
-        samples: Sequence[Samples],
+        samples: Sequence[StepRows],
         roles: tuple[tuple[int, ...], ...],
         correlation: int,
     ) -> None:
@@ -150,14 +154,14 @@ class _Steps:
         self.steps: list[StepEntry] = []
 
     def own(self, axis: int) -> None:
-        """The axis' own drag and force, from its own recordings."""
+        """Drag and force of an axis, from the recordings that excite it."""
         terms = [t for t in self._free(axis) if not couplings(t)]
         coupled = [t for t in self._free(axis) if couplings(t)]
         together = coupled and all(self._data(axis, [t]) == self.roles[axis] for t in coupled)
         self._solve(axis, terms + (coupled if together else []), self.roles[axis], EQUATIONS[axis])
 
     def coupled(self, axis: int) -> None:
-        """What other axes do to this one, from their recordings, the rest known."""
+        """Couplings from other axes, from their recordings, the axis' own coefficients being known."""
         terms = [t for t in self._free(axis) if np.isnan(self.theta[self._place(t)])]
         if terms:
             self._solve(axis, terms, self._data(axis, terms), "Eq. (17)")
@@ -183,13 +187,15 @@ class _Steps:
         a, B, Z = (np.concatenate([part[j] for part in parts]) for j in range(3))
         used = [self.samples[i].recording for i in data]
         where = f"{equation}, {AXES[axis]}, {', '.join(used)}"
-        fit = solve(B, a, names, where, self.correlation, rows=[len(part[0]) for part in parts])
+        fit = solve_least_squares(
+            B, a, names, where, self.correlation, rows=[len(part[0]) for part in parts]
+        )
         self.theta[places] = fit.theta
         self._carry(places, fit, Z)
         self.steps.append(StepEntry(equation, names, used, len(a), fit.condition, fit.explained))
 
-    def _rows(self, axis: int, places: Sequence[int], data: Samples) -> tuple[Array, Array, Array]:
-        """a and B of a = B theta, and the columns Z of the coefficients that are known already."""
+    def _rows(self, axis: int, places: Sequence[int], data: StepRows) -> tuple[Array, Array, Array]:
+        """a and B of a = B theta, and the columns Z of the coefficients from earlier steps."""
         n, size = len(data.nu_dot), len(self.theta)
         columns = np.zeros((n, size))
         a = data.nu_dot[:, axis].copy()  # (nu_k - nu_k-1) / dt of Eqs. (14)-(17)
@@ -206,8 +212,8 @@ class _Steps:
         a -= Z[:, known] @ self.theta[known]  # (N_rr |r| + N_r) r + N_F F_r of Eq. (17)
         return a, columns[:, list(places)], Z
 
-    def _carry(self, chosen: Sequence[int], fit: Fit, Z: Array) -> None:
-        """theta = B+ (a - Z z): the uncertainty of the earlier steps' z enters through -B+ Z."""
+    def _carry(self, chosen: Sequence[int], fit: LeastSquares, Z: Array) -> None:
+        """theta = B+ (a - Z z): the error of z from earlier steps enters through -B+ Z."""
         places = np.array(chosen)
         slope = -fit.inverse @ Z
         cross = slope @ self.covariance

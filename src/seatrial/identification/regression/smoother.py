@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Smooth the poses, then regress the smoothed accelerations: the usual short cut, for comparison.
+"""Smooth the poses, then regress the smoothed accelerations: a common method, as a baseline.
 
-A Kalman filter with constant acceleration driven by white jerk, and Rauch, Tung and Striebel's pass
-back (1965), give position, velocity and acceleration of each pose coordinate; how rough the motion
-is, and the pose noise, are those under which the filter's errors are most likely. The accelerations
-are then regressed on Eq. (12) pose by pose.
+A Kalman filter with constant acceleration driven by white jerk, and the backward pass of Rauch, Tung and
+Striebel (1965), give position, velocity and acceleration of each pose coordinate. Jerk intensity and pose noise
+are those of highest likelihood. The accelerations are then regressed on Eq. (12) pose by pose.
 
-It is biased: the smoother has smeared the acceleration over its own, unknown length, but not the
-command that it is compared with; and what noise is left in the velocities is in the regressors.
+It is biased: the smoother spreads the acceleration in time, but not the command that it is regressed on; and
+the regressors contain the noise that is left in the velocities.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,34 +18,41 @@ from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
 from seatrial.boat.schema import EstimatorEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.regression.start_values import Design, search, widened
+from seatrial.identification.regression.start_values import (
+    LinearEquations,
+    fit_equations,
+    with_constant_columns,
+)
 from seatrial.identification.regression.weak_form import (
-    checked,
-    model_of,
-    numbered_blocks,
-    placed_covariance,
-    sandwich,
-    serving,
+    axes_served,
+    block_numbers,
+    checked_fit,
+    clustered_sandwich,
+    covariance_of_all,
+    regression_model,
+    sought_constants,
     step_entry,
-    to_find,
 )
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask, body_velocity
 from seatrial.util.statistics import BLOCK
 
-METHOD = "smoother"
-ROUGHNESS = 10.0 ** np.arange(-7.0, 5.0)  # jerk's intensity over pose noise, in pose periods
-DIFFUSE = 1e8  # variance of what is not known yet, in squares of the pose noise
-BARELY = 1e4  # prediction variance from which on an error says nothing of the noise
-FITTED = 3000  # poses of a recording that the roughness is found from, at most
-EDGE = 3  # poses at either end of a stretch whose accelerations are hardly seen
-STEPS = 8  # of Gauss-Newton on the chain's constants, at most
+SMOOTHER = "smoother"
+ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
+DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squares of the pose noise
+UNINFORMATIVE_VARIANCE = (
+    1e4  # of a prediction, in squares of the pose noise: beyond it it is still diffuse
+)
+ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
+EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
+SMOOTHER_CHAIN_STEPS = 8  # Gauss-Newton steps on the chain's constants, at most
+LEAST_SQUARE = 1e-300  # sum of squares, against the logarithm of 0
 
 
 @dataclass(frozen=True)
 class Track:
-    """One recording smoothed at its usable poses, away from the ends of its stretches."""
+    """One smoothed recording at its usable poses, without the ends of its continuous intervals."""
 
     recording: Recording
     t: Array  # (n,) [s]
@@ -55,14 +61,14 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Samples:
-    """Accelerations and what is to explain them, pose by pose."""
+class AccelerationRows:
+    """Accelerations and regressors, pose by pose."""
 
     vehicle: Vehicle
     tracks: tuple[Track, ...]
     use: Mask  # (m, 3) rows that count
 
-    def design(self, constants: Array) -> Design:
+    def design(self, constants: Array) -> LinearEquations:
         """Eq. (12) for these constants of the chain."""
         structure = self.vehicle.structure
         places = np.array([row[1] for row in structure.rows])
@@ -77,7 +83,7 @@ class Samples:
             )
         columns = np.concatenate(parts)
         a = np.concatenate([track.nu_dot for track in self.tracks])
-        return Design(a - columns[:, :, -1], columns[:, :, :-1])
+        return LinearEquations(a - columns[:, :, -1], columns[:, :, :-1])
 
 
 def smoother(
@@ -86,39 +92,44 @@ def smoother(
     *,
     roles: Mapping[str, Sequence[str]] | None = None,
 ) -> Model:
-    """Coefficients, and those of delay and dead zone that the vehicle file does not state.
+    """Coefficients, and the latencies, lags and dead zones that the vehicle file does not state.
 
     Recordings serve the axes as they do in `weak_form`. Raises IdentificationError, RecordingError.
     """
-    whole, moved = to_find(recordings, vehicle)
-    serves = serving(whole, recordings, roles)
+    # the same axes, constants and blocks as in the weak form
+    whole, moved = sought_constants(recordings, vehicle)
+    serves = axes_served(whole, recordings, roles)
     tracks = smoothed(recordings)
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
-    samples = Samples(whole, tracks, np.concatenate(use))
-    found = search(samples, moved, STEPS)
-    fit = checked(found.design, found.weights, whole, METHOD)
+    samples = AccelerationRows(whole, tracks, np.concatenate(use))
+    found = fit_equations(samples, moved, SMOOTHER_CHAIN_STEPS)
+    fit = checked_fit(found.design, found.weights, whole, SMOOTHER)
     found = replace(found, theta=fit.theta)
-    blocks = numbered_blocks([track.t for track in tracks], BLOCK)
-    covariance = sandwich(widened(samples, found, moved), found, blocks)
-    entry = EstimatorEntry(METHOD, {"block": BLOCK}, [step_entry(fit, whole, recordings, found)])
-    return model_of(whole, recordings, found, placed_covariance(covariance, found, moved), entry)
+    blocks = block_numbers([track.t for track in tracks], BLOCK)
+    covariance = clustered_sandwich(with_constant_columns(samples, found, moved), found, blocks)
+    entry = EstimatorEntry(SMOOTHER, {"block": BLOCK}, [step_entry(fit, whole, recordings, found)])
+    return regression_model(
+        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+    )
 
 
 def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
     """Smoothed motion of each recording. Raises IdentificationError where poses are too few."""
     series = [_series(r) for r in recordings]
-    passes = [_forward(s, ROUGHNESS, FITTED) for s in series]
-    count = sum(p.count for p in passes)
+    runs = [_forward(s, ROUGHNESS_GRID, ROUGHNESS_POSES) for s in series]
+    count = sum(p.count for p in runs)
     squares, logs = (
-        np.sum([p.squares for p in passes], axis=0),
-        np.sum([p.logs for p in passes], axis=0),
+        np.sum([p.squares for p in runs], axis=0),
+        np.sum([p.logs for p in runs], axis=0),
     )
-    cost = count * np.log(squares + 1e-300) + logs[:, None]  # the pose noise at its likeliest
-    likeliest = ROUGHNESS[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
+    cost = (
+        count * np.log(squares + LEAST_SQUARE) + logs[:, None]
+    )  # at the pose noise of highest likelihood
+    likeliest = ROUGHNESS_GRID[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
     tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
     if not any(len(track.t) for track in tracks):
         raise IdentificationError(
-            f"{', '.join(r.name for r in recordings)}: no {2 * EDGE + 1} usable poses in a row; record "
+            f"{', '.join(r.name for r in recordings)}: no {2 * EDGE_POSES + 1} usable poses in a row; record "
             "longer, or look for drop-outs with inspect"
         )
     return tracks
@@ -131,16 +142,16 @@ class _Series:
     recording: Recording
     t: Array  # (n,) [s]
     y: Array  # (n, 3)
-    fresh: Mask  # (n,) first of a stretch
-    move: Array  # (n, 3, 3) of position, velocity, acceleration
-    spread: Array  # (n, 3, 3) that jerk of unit intensity adds
+    fresh: Mask  # (n,) first of a continuous interval
+    move: Array  # (n, 3, 3) transition of position, velocity, acceleration
+    spread: Array  # (n, 3, 3) covariance by jerk of unit intensity
 
 
 @dataclass(frozen=True)
-class _Pass:
-    """The filter along a series, for several kinds of roughness at once (c)."""
+class _ForwardRun:
+    """The filter along a series, for c values of the roughness at once."""
 
-    count: int  # poses that say something of the noise
+    count: int  # poses with an informative prediction
     logs: Array  # (c,) sums of log prediction variances
     squares: Array  # (c, 3) sums of squared errors over them
     predicted: list[tuple[Array, Array]]  # x (c, 3, signals), P (c, 3, 3)
@@ -165,11 +176,11 @@ def _series(recording: Recording) -> _Series:
     return _Series(recording, t, recording.eta[good], fresh, first, last)
 
 
-def _forward(series: _Series, roughness: Array, most: int) -> _Pass:
-    """Kalman's filter with pose noise 1 over the first `most` poses."""
+def _forward(series: _Series, roughness: Array, most: int) -> _ForwardRun:
+    """The Kalman filter with pose noise 1 over the first `most` poses."""
     c = len(roughness)
     x, P = np.zeros((c, 3, 3)), np.zeros((c, 3, 3))
-    unknown = np.diag([1.0, DIFFUSE, DIFFUSE])
+    unknown = np.diag([1.0, DIFFUSE_VARIANCE, DIFFUSE_VARIANCE])
     count, logs, squares = 0, np.zeros(c), np.zeros((c, 3))
     predicted, updated = [], []
     for k in range(min(most, len(series.t))):
@@ -183,18 +194,18 @@ def _forward(series: _Series, roughness: Array, most: int) -> _Pass:
         x, P = F @ x, F @ P @ F.T + roughness[:, None, None] * series.spread[k]
         predicted.append((x, P))
         variance, error = P[:, 0, 0] + 1.0, series.y[k] - x[:, 0]
-        if variance.max() < BARELY:
+        if variance.max() < UNINFORMATIVE_VARIANCE:
             count, logs = count + 1, logs + np.log(variance)
             squares = squares + error**2 / variance[:, None]
         gain = P[:, :, 0] / variance[:, None]
         x = x + gain[:, :, None] * error[:, None, :]
         P = P - gain[:, :, None] * P[:, None, 0, :]
         updated.append((x, P))
-    return _Pass(count, logs, squares, predicted, updated)
+    return _ForwardRun(count, logs, squares, predicted, updated)
 
 
-def _track(series: _Series, along: _Pass) -> Track:
-    """Rauch, Tung and Striebel's pass back, then Eq. (1) into body axes."""
+def _track(series: _Series, along: _ForwardRun) -> Track:
+    """The backward pass of Rauch, Tung and Striebel, then Eq. (1) into body axes."""
     n, r = len(series.t), series.recording
     states = np.zeros((n, 3, 3))  # pose, velocity, acceleration by signal
     x = along.updated[-1][0]
@@ -213,8 +224,8 @@ def _track(series: _Series, along: _Pass) -> Track:
     nu_dot[:, 1] -= nu[:, 2] * nu[:, 0]
     stretch = np.cumsum(series.fresh)
     index = np.arange(n)
-    inner = (stretch[np.maximum(index - EDGE, 0)] == stretch) & (index >= EDGE)
-    inner &= (stretch[np.minimum(index + EDGE, n - 1)] == stretch) & (index < n - EDGE)
+    inner = (stretch[np.maximum(index - EDGE_POSES, 0)] == stretch) & (index >= EDGE_POSES)
+    inner &= (stretch[np.minimum(index + EDGE_POSES, n - 1)] == stretch) & (index < n - EDGE_POSES)
     return Track(
         r, series.t[inner], np.ascontiguousarray(nu[inner]), np.ascontiguousarray(nu_dot[inner])
     )

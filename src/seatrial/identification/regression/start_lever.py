@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A lever arm to start from: with it the weak form leaves the least of the accelerations.
+"""Start value of the lever arm: the one with which the weak form has the smallest residual.
 
-What it adds to the acceleration of the measured point is linear in it but for the drag, and large:
-so a few steps of Gauss and Newton find it from 0, however long it is.
+Its effect on the acceleration of the measured point is large, and linear but for the drag: a few
+Gauss-Newton steps find it from 0, whatever its length.
 """
 
 from collections.abc import Sequence
@@ -12,55 +12,59 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.regression.start_values import (
-    FINEST,
-    STEPS,
-    changes,
-    evened,
-    gathered,
-    pieces,
-    search,
+    START_CHAIN_STEPS,
+    START_GRID_STEP,
+    at_even_stamps,
+    fit_equations,
+    movable_constants,
+    spread_pieces,
+    window_rows,
 )
 from seatrial.identification.regression.weak_rows import choose_widths
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-PROBE = 0.1  # [m] for the derivative
-MOST_STEPS = 5
-WORTH = 0.99  # of the accelerations left: less is worth a step
+LEVER_PROBE = 0.1  # [m] finite difference for the derivative
+LEVER_STEPS = 5  # Gauss-Newton steps at most
+LEVER_CONVERGED = 0.99  # of the residual: a step that leaves more is the last
 
 
-def first_lever(
+def lever_from_poses(
     recordings: Sequence[Recording], vehicle: Vehicle, free: Sequence[int] = ()
 ) -> Array:
     """The lever arm (2,) [m], forward and left; `free` as in `start_values`.
 
-    Raises IdentificationError where no recording has a stretch without drop-outs.
+    Raises IdentificationError where no recording is long enough without drop-outs.
     """
-    whole = [evened(r) for r in pieces(recordings)]
+    whole = [at_even_stamps(r) for r in spread_pieces(recordings)]
     widths = choose_widths(whole)
 
-    def left(lever: Array) -> Array:
-        """Accelerations (m,) in surge and sway that the best coefficients leave."""
-        moved = gathered([of_origin(r, lever) for r in whole], vehicle, FINEST, widths=widths)
-        found = search(moved, changes(vehicle, free), STEPS)
+    def residual(lever: Array) -> Array:
+        """Residual accelerations (m,) in surge and sway with the best coefficients."""
+        moved = window_rows(
+            [poses_of_origin(r, lever) for r in whole], vehicle, START_GRID_STEP, widths=widths
+        )
+        found = fit_equations(moved, movable_constants(vehicle, free), START_CHAIN_STEPS)
         error = found.design.a - found.design.B @ found.theta
         return np.asarray(error[:, :2].ravel())
 
     lever = np.zeros(2)
-    here = left(lever)
-    for _ in range(MOST_STEPS):
-        slopes = np.column_stack([(left(lever + PROBE * e) - here) / PROBE for e in np.eye(2)])
+    here = residual(lever)
+    for _ in range(LEVER_STEPS):
+        slopes = np.column_stack(
+            [(residual(lever + LEVER_PROBE * e) - here) / LEVER_PROBE for e in np.eye(2)]
+        )
         further = lever - np.linalg.lstsq(slopes, here, rcond=None)[0]
-        there = left(further)
-        if np.linalg.norm(there) > WORTH * np.linalg.norm(here):
+        there = residual(further)
+        if np.linalg.norm(there) > LEVER_CONVERGED * np.linalg.norm(here):
             break
         lever, here = further, there
     return lever
 
 
-def of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
-    """The poses of the boat's origin, less a lever arm (2,) [m], and in the water, less a current
-    (2,) [m/s] in the world."""
+def poses_of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
+    """The recording with poses of the boat's origin instead of the measured point, a lever arm (2,) [m] away,
+    and in axes that drift with a current (2,) [m/s, earth-fixed]."""
     if not (lever.any() or (current is not None and current.any())):
         return recording
     ahead, aside = lever

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Weak-form least squares: both sides of Eq. (12) weighed by smooth test functions, for comparison.
+"""Weak-form least squares: Eq. (12) multiplied by smooth test functions and integrated; for comparison.
 
-Poses are never differentiated twice: the acceleration's derivatives are moved to the test function
-by parts (`weak_rows`). One linear problem for all axes, with Huber's weights; delay and dead zone
-that the vehicle file does not state are found on the way (`start`).
+Poses are never differentiated twice: integration by parts moves the derivative to the test function
+(`weak_rows`). One linear problem for all axes, with Huber's weights; latency, lag and dead zone that
+the vehicle file does not state are scanned and refined (`start_values`).
 
-What bias is left: the products of the smoothed state still hold what noise is left in it (errors in
-variables, about its share of the squared speed, most between X_u and X_uu), and a product of
-averages is not the average of the product where the velocity bends within the smoothing window.
-Widths are chosen so that both stay small (`choose_widths`).
+Remaining bias: products of the smoothed state contain its noise (errors in variables, about its share of the
+squared speed, mostly between X_u and X_uu), and a product of averages is not the average of the product where
+the velocity changes within the smoothing window. The widths keep both small (`choose_widths`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,15 +21,15 @@ from seatrial.boat.schema import EstimatorEntry, Integration, StepEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.identification.regression.equation_error import couplings
-from seatrial.identification.regression.least_squares import Fit, solve
+from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
 from seatrial.identification.regression.start_values import (
-    Change,
-    Design,
-    Found,
-    changes,
-    gathered,
-    search,
-    widened,
+    ConstantRange,
+    EquationFit,
+    LinearEquations,
+    fit_equations,
+    movable_constants,
+    window_rows,
+    with_constant_columns,
 )
 from seatrial.identification.selection.actuator_stages import with_free_stages
 from seatrial.recording.excitation import find_roles
@@ -41,17 +40,17 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
-METHOD = "weak-form"
-STEP = 1 / 60  # [s] of the model's integration
+WEAK_FORM = "weak-form"
+INTEGRATION_STEP = 1 / 60  # [s] of the model's integration
 
 
 @dataclass(frozen=True)
 class WeakFormSettings:
-    """Choices of the method."""
+    """Settings of the method."""
 
-    step: float = 1 / 60  # [s] of the integrals, at most
-    steps: int = 8  # of Gauss-Newton on the chain's constants, at most
-    block: float = BLOCK  # [s] over which scores may be correlated, for the standard errors
+    step: float = INTEGRATION_STEP  # [s] of the integrals, at most
+    steps: int = 8  # Gauss-Newton steps on the chain's constants, at most
+    block: float = BLOCK  # [s] length of a block for the standard errors
 
 
 def weak_form(
@@ -61,41 +60,47 @@ def weak_form(
     roles: Mapping[str, Sequence[str]] | None = None,
     settings: WeakFormSettings | None = None,
 ) -> Model:
-    """Coefficients, and those of delay and dead zone that the vehicle file does not state.
+    """Coefficients, and the latencies, lags and dead zones that the vehicle file does not state.
 
     All recordings serve every axis; `roles` limits an axis to those it names and to those of the
     axes that it is coupled to. Raises IdentificationError, RecordingError.
     """
     chosen = settings or WeakFormSettings()
-    whole, moved = to_find(recordings, vehicle)
-    serves = serving(whole, recordings, roles)
-    rows = gathered(recordings, whole, chosen.step, serves)
-    found = search(rows, moved, chosen.steps)
-    fit = checked(found.design, found.weights, whole, METHOD)
+    whole, moved = sought_constants(recordings, vehicle)
+    serves = axes_served(whole, recordings, roles)
+    # equations of all windows, and their solution
+    rows = window_rows(recordings, whole, chosen.step, serves)
+    found = fit_equations(rows, moved, chosen.steps)
+    fit = checked_fit(found.design, found.weights, whole, WEAK_FORM)
     found = replace(found, theta=fit.theta)
-    blocks = numbered_blocks([w.centres for w in rows.each], chosen.block)
-    covariance = sandwich(widened(rows, found, moved), found, blocks)
+    # covariance over blocks, constants of the chain included
+    blocks = block_numbers([w.centres for w in rows.each], chosen.block)
+    covariance = clustered_sandwich(with_constant_columns(rows, found, moved), found, blocks)
     widths = {"state": round(rows.widths.state, 3), "test": round(rows.widths.test, 3)}
     entry = EstimatorEntry(
-        METHOD, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
+        WEAK_FORM, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
     )
-    return model_of(whole, recordings, found, placed_covariance(covariance, found, moved), entry)
+    return regression_model(
+        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+    )
 
 
-def to_find(recordings: Sequence[Recording], vehicle: Vehicle) -> tuple[Vehicle, dict[int, Change]]:
-    """The vehicle with the stages that its file does not state, and which constants are sought."""
+def sought_constants(
+    recordings: Sequence[Recording], vehicle: Vehicle
+) -> tuple[Vehicle, dict[int, ConstantRange]]:
+    """The vehicle with the stages that its file does not state, and the ranges of the estimated constants."""
     whole = with_free_stages(vehicle, recordings)
     known = set(vehicle.constants.names) - set(whole.estimated)
     free = [i for i, name in enumerate(whole.constants.names) if name not in known]
-    return whole, changes(whole, free)
+    return whole, movable_constants(whole, free)
 
 
-def serving(
+def axes_served(
     vehicle: Vehicle,
     recordings: Sequence[Recording],
     roles: Mapping[str, Sequence[str]] | None,
 ) -> list[tuple[bool, bool, bool]]:
-    """For every recording, whether it serves surge, sway and yaw. Raises RecordingError."""
+    """For every recording, whether it is used for surge, sway and yaw. Raises RecordingError."""
     found = find_roles(vehicle, recordings, roles)
     if not roles:
         return [(True, True, True)] * len(recordings)
@@ -105,17 +110,19 @@ def serving(
     return [(i in data[0], i in data[1], i in data[2]) for i in range(len(recordings))]
 
 
-def checked(design: Design, weights: Array, vehicle: Vehicle, where: str) -> Fit:
-    """The coefficients again, refused in words where the data do not hold them."""
+def checked_fit(
+    design: LinearEquations, weights: Array, vehicle: Vehicle, where: str
+) -> LeastSquares:
+    """The coefficients by plain least squares, which refuses those that the data do not determine."""
     root = np.sqrt(weights).ravel()
     used = root > 0
     flat = design.B.reshape(-1, design.B.shape[2])
     B, a = (flat * root[:, None])[used], (design.a.ravel() * root)[used]
-    return solve(B, a, vehicle.structure.coefficients, where, 0)
+    return solve_least_squares(B, a, vehicle.structure.coefficients, where, 0)
 
 
-def numbered_blocks(times: Sequence[Array], block: float) -> NDArray[np.int64]:
-    """The number (m,) of the stretch of `block` [s] that each time [s] of each recording is in."""
+def block_numbers(times: Sequence[Array], block: float) -> NDArray[np.int64]:
+    """The number (m,) of the block of `block` [s] of each time [s] of each recording."""
     numbers, first = [], 0
     for t in times:
         mine = (t // block).astype(np.int64) + first
@@ -124,11 +131,10 @@ def numbered_blocks(times: Sequence[Array], block: float) -> NDArray[np.int64]:
     return np.concatenate(numbers)
 
 
-def sandwich(wide: Design, found: Found, blocks: NDArray[np.int64]) -> Array:
-    """Covariance (p, p) of p columns: rows near each other in time share their errors.
-
-    Scores summed over blocks between two inverses (White's sandwich, clustered).
-    """
+def clustered_sandwich(
+    wide: LinearEquations, found: EquationFit, blocks: NDArray[np.int64]
+) -> Array:
+    """Covariance (p, p) for residuals that are correlated within blocks: White's sandwich, clustered."""
     error = found.design.a - found.design.B @ found.theta
     p = wide.B.shape[2]
     score = np.einsum("mk,mkp->mp", found.weights * error, wide.B)
@@ -137,7 +143,7 @@ def sandwich(wide: Design, found: Found, blocks: NDArray[np.int64]) -> Array:
     count = len(np.unique(blocks))
     if count < 2 * p:
         raise IdentificationError(
-            f"{count} stretches to compare for {p} parameters; at least {2 * p} are needed: record longer"
+            f"{count} blocks of recordings for {p} parameters; at least {2 * p} are needed: record longer"
         )
     flat = wide.B.reshape(-1, p)
     inverse = np.linalg.pinv(flat.T @ (flat * found.weights.reshape(-1, 1)), hermitian=True)
@@ -146,9 +152,9 @@ def sandwich(wide: Design, found: Found, blocks: NDArray[np.int64]) -> Array:
 
 
 def step_entry(
-    fit: Fit, vehicle: Vehicle, recordings: Sequence[Recording], found: Found
+    fit: LeastSquares, vehicle: Vehicle, recordings: Sequence[Recording], found: EquationFit
 ) -> StepEntry:
-    """The one step, as the report shows it."""
+    """The fit as an entry of the model file."""
     names = list(vehicle.structure.coefficients)
     rows = int((found.weights > 0).sum())
     return StepEntry(
@@ -156,8 +162,8 @@ def step_entry(
     )
 
 
-def placed_covariance(part: Array, found: Found, moved: Mapping[int, Change]) -> Array:
-    """The covariance of coefficients and sought constants among that of all."""
+def covariance_of_all(part: Array, found: EquationFit, moved: Mapping[int, ConstantRange]) -> Array:
+    """The covariance of all coefficients and constants; 0 for those that are given."""
     n, m = len(found.theta), len(found.constants)
     whole = np.zeros((n + m, n + m))
     places = [*range(n), *(n + i for i in moved)]
@@ -165,10 +171,10 @@ def placed_covariance(part: Array, found: Found, moved: Mapping[int, Change]) ->
     return whole
 
 
-def model_of(
+def regression_model(
     vehicle: Vehicle,
     recordings: Sequence[Recording],
-    found: Found,
+    found: EquationFit,
     covariance: Array,
     estimator: EstimatorEntry,
 ) -> Model:
@@ -178,7 +184,7 @@ def model_of(
         found.theta,
         covariance,
         found.constants,
-        Integration("runge-kutta", STEP),
+        Integration("runge-kutta", INTEGRATION_STEP),
         pose_noise(*recordings),
         envelope(vehicle, found.constants, recordings, [motion(r) for r in recordings]),
         tuple(recording_entry(r) for r in recordings),

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Rows of the weak form: the equations of motion weighed by smooth test functions.
+"""Rows of the weak form: the equations of motion multiplied by smooth test functions.
 
 With p'' the earth-fixed acceleration, R of Eq. (1) and z = x + i y, Eq. (12) in the plane is
 
     p'' = R(psi) (g_u + i g_v) + i r p'        psi'' = g_r        g: sums of terms, linear in theta
 
-Both sides are multiplied by phi(t - c) and integrated. On the left the derivative moves to phi by
-parts: -int phi' p'. p' is the slope of local quadratics, which is the true velocity averaged by a
-known kernel kappa; so what the smoothed state does not carry, the thrust, is averaged by kappa too
-(both sides through the same filter: weak-form SINDy, Messenger and Bortz 2021; Shinbrot 1957).
-The rows of a window are turned by its own heading at c, a constant, into surge and sway.
+Both sides are multiplied by phi(t - c) and integrated. On the left, integration by parts moves the derivative to
+phi: -int phi' p'. p' is the slope of local quadratics, which is the true velocity averaged by a known kernel
+kappa; so the thrust, which the smoothed state does not contain, is averaged by kappa too (both sides through the
+same filter: weak-form SINDy, Messenger and Bortz 2021; Shinbrot 1957). The rows of a window are turned by its own
+heading at c, a constant, into surge and sway.
 """
 
 from collections.abc import Sequence
@@ -29,16 +29,18 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 
-SLOPE_NOISE = 0.05  # of the RMS speed is what pose noise may make of smoothed velocities,
-LEFT_NOISE = 0.06  # and of the RMS acceleration what it may make of the left side
-STATE_MOST = 0.6  # [s]; at least two poses
-TEST_RANGE = (0.4, 1.5)  # [s]
-BRIDGED = 2.5  # median periods between smoothed poses that are interpolated over
+VELOCITY_NOISE_SHARE = 0.05  # of the RMS speed: noise that smoothed velocities may have
+ACCELERATION_NOISE_SHARE = 0.06  # of the RMS acceleration: noise that the left side may have
+LARGEST_STATE_WIDTH = 0.6  # [s]
+FEWEST_STATE_POSES = 2.0  # half-length of a local quadratic in poses, at the least
+TEST_WIDTH_RANGE = (0.4, 1.5)  # [s]
+BRIDGED_PERIODS = 2.5  # median periods between smoothed poses that interpolation may bridge
+LEAST_RMS = 1e-12  # against a division by 0
 
 
 @dataclass(frozen=True)
 class Widths:
-    """Half-lengths [s] of what smooths."""
+    """Half-lengths [s] of the smoothing kernels."""
 
     state: float  # of the local quadratics
     test: float  # of the test functions
@@ -46,7 +48,7 @@ class Widths:
 
 @dataclass(frozen=True)
 class Kernels:
-    """Weights on an even grid, all of one odd length, that sum to what their integral is."""
+    """Weights on an even grid, all of one odd length; their sums are the integrals."""
 
     step: float  # [s] of the grid
     stride: int  # grid steps from one window to the next
@@ -56,12 +58,12 @@ class Kernels:
 
     @property
     def support(self) -> Mask:
-        """Where a window looks at the state."""
+        """Grid points of a window at which the state enters."""
         return self.test > 0
 
 
 def choose_widths(recordings: Sequence[Recording]) -> Widths:
-    """As narrow as pose noise against excitation allows, for the plane and the heading alike.
+    """The narrowest widths that keep the noise small against the excitation, common to plane and heading.
 
     A local quadratic through n poses has a slope with noise sigma sqrt(12 / n^3) / period; the
     second derivative of a test function of half-length h takes white noise to
@@ -73,23 +75,25 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     if not any(len(p.t) for p in parts):
         names = ", ".join(r.name for r in recordings)
         raise IdentificationError(
-            f"{names}: no stretch of a second without drop-outs; record longer, or look for "
+            f"{names}: nowhere a second without drop-outs; record longer, or look for "
             "drop-outs with inspect"
         )
     sigma = np.array([noise.position, noise.heading])
     speed = np.array([_rms([p.velocity for p in parts]), _rms([p.r for p in parts])])
     bend = np.array([_rms([p.acceleration for p in parts]), _rms([p.r_dot for p in parts])])
-    poses = float(np.max(12.0 * (sigma / period / (SLOPE_NOISE * speed)) ** 2)) ** (1 / 3)
-    half = float(np.max(22.5 * period * (sigma / (LEFT_NOISE * bend)) ** 2)) ** (1 / 5)
+    poses = float(np.max(12.0 * (sigma / period / (VELOCITY_NOISE_SHARE * speed)) ** 2)) ** (1 / 3)
+    half = float(np.max(22.5 * period * (sigma / (ACCELERATION_NOISE_SHARE * bend)) ** 2)) ** (
+        1 / 5
+    )
     return Widths(
-        float(np.clip(poses / 2, 2.0, STATE_MOST / period) * period),
-        float(np.clip(half, *TEST_RANGE)),
+        float(np.clip(poses / 2, FEWEST_STATE_POSES, LARGEST_STATE_WIDTH / period) * period),
+        float(np.clip(half, *TEST_WIDTH_RANGE)),
     )
 
 
 def _rms(parts: Sequence[Array] | Sequence[Complex]) -> float:
     squares = np.concatenate([np.abs(part) ** 2 for part in parts])
-    return float(np.sqrt(np.mean(squares))) + 1e-12
+    return float(np.sqrt(np.mean(squares))) + LEAST_RMS
 
 
 def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
@@ -112,7 +116,7 @@ def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:
     return Kernels(step, max(1, half // 2), np.pad(test, pad), np.pad(slope, pad), driven)
 
 
-def weigh(values: Array, weights: Array, stride: int) -> Array:
+def window_sums(values: Array, weights: Array, stride: int) -> Array:
     """sum_k weights[k] values[b stride + k] for all whole windows b: (windows, columns)."""
     count = -(-len(weights) // stride)
     blocks = len(values) // stride
@@ -124,8 +128,8 @@ def weigh(values: Array, weights: Array, stride: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """One recording's windows; what depends on the chain's constants is asked for by `columns`."""
+class Windows:
+    """The windows of one recording; `driven` gives the columns that depend on the chain's constants."""
 
     vehicle: Vehicle
     recording: Recording
@@ -135,7 +139,7 @@ class Weighed:
     nu_dot: Array  # (n, 3) its derivative, for acceleration terms
     turn: Complex  # (n,) exp(i psi)
     velocity: Complex  # (n,) earth-fixed
-    keep: Mask  # (windows,) that lie in one stretch of good poses
+    keep: Mask  # (windows,) without drop-outs
 
     @cached_property
     def centres(self) -> Array:
@@ -144,17 +148,17 @@ class Weighed:
 
     @cached_property
     def left(self) -> Array:
-        """(m, 3) int phi nu_dot as the poses have it, in the window's axes."""
+        """(m, 3) int phi nu_dot from the poses, in the window's axes."""
         k = self.kernels
-        moving = weigh(_parts(self.velocity, self.nu[:, 2]), k.slope, k.stride)
-        turning = weigh(_parts(1j * self.nu[:, 2] * self.velocity), k.test, k.stride)
+        moving = window_sums(_parts(self.velocity, self.nu[:, 2]), k.slope, k.stride)
+        turning = window_sums(_parts(1j * self.nu[:, 2] * self.velocity), k.test, k.stride)
         moving[:, :2] -= turning
         plane = self._bodily(moving[self.keep][:, :2])[:, 0]
         return np.column_stack([plane.real, plane.imag, moving[self.keep][:, 2]])
 
     @cached_property
     def steady(self) -> Array:
-        """(m, 3, n + 1) columns of the coefficients, terms without force; last, what is known."""
+        """(m, 3, n + 1) columns of the coefficients, terms without force; the last one is known."""
         force = np.zeros((len(self.t), len(self.vehicle.structure.forces)))
         return self._columns(self._places(driven=False), force, self.kernels.test)
 
@@ -180,7 +184,9 @@ class Weighed:
         plane = sum(row[0] < 2 for row in rows)  # terms stand in the order of their axes
         along = np.array([(1.0, 1j)[row[0]] for row in rows[:plane]])
         turned = products[:, :plane] * (along * self.turn[:, None])
-        whole = weigh(_parts(turned, products[:, plane:]), kernel, self.kernels.stride)[self.keep]
+        whole = window_sums(_parts(turned, products[:, plane:]), kernel, self.kernels.stride)[
+            self.keep
+        ]
         bodily = self._bodily(whole[:, : 2 * plane])
         sums = np.eye(len(structure.coefficients) + 1)[[row[1] for row in rows]]
         return np.stack(
@@ -193,15 +199,15 @@ class Weighed:
         )
 
     def _bodily(self, rows: Array) -> Complex:
-        """Pairs of columns (m, 2 k) from earth axes into those of the window's middle (m, k)."""
+        """Pairs of columns (m, 2 k) from earth axes into those at the window's middle (m, k)."""
         plane = np.ascontiguousarray(rows).view(np.complex128)
         return np.asarray(plane / self.turn[self._middle][:, None])
 
 
-def weighed(
+def windows_of(
     vehicle: Vehicle, recording: Recording, widths: Widths, finest: float = 1 / 60
-) -> Weighed:
-    """A recording's windows. Raises IdentificationError where no stretch is long enough for one."""
+) -> Windows:
+    """The windows of a recording. Raises IdentificationError where it is nowhere long enough for one."""
     r = recording
     smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, window=2 * widths.state, stride=0.0)
     k = make_kernels(widths, r.period, finest)
@@ -217,8 +223,8 @@ def weighed(
     body = velocity / turn
     nu = np.column_stack([body.real, body.imag, rate])
     bad = ~_covered(grid, smooth.t, r)
-    spoiled = weigh(bad[:, None].astype(float), k.support.astype(float), k.stride)[:, 0]
-    found = Weighed(
+    spoiled = window_sums(bad[:, None].astype(float), k.support.astype(float), k.stride)[:, 0]
+    found = Windows(
         vehicle, r, k, grid, np.ascontiguousarray(nu),
         np.ascontiguousarray(np.gradient(nu, k.step, axis=0)), turn, velocity, spoiled < 0.5,
     )  # fmt: skip
@@ -228,10 +234,10 @@ def weighed(
 
 
 def _covered(grid: Array, centres: Array, recording: Recording) -> Mask:
-    """Grid points between two smoothed poses of one stretch."""
+    """Grid points between two smoothed poses of one continuous interval."""
     i = np.clip(np.searchsorted(centres, grid, side="right") - 1, 0, len(centres) - 2)
     inside = (grid >= centres[0]) & (grid <= centres[-1])
-    near = np.diff(centres) < BRIDGED * recording.period
+    near = np.diff(centres) < BRIDGED_PERIODS * recording.period
     stretch = recording.segment[np.searchsorted(recording.t, centres)]
     return np.asarray(inside & (near & (np.diff(stretch) == 0))[i])
 
@@ -245,6 +251,6 @@ def _parts(plane: Complex, *further: Array) -> Array:
 def _too_short(recording: Recording, kernels: Kernels) -> str:
     length = len(kernels.test) * kernels.step
     return (
-        f"{recording.name}: no stretch of {length:.1f} s without drop-outs; record longer, or look "
+        f"{recording.name}: nowhere {length:.1f} s without drop-outs; record longer, or look "
         "for drop-outs with inspect"
     )

@@ -17,6 +17,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.actuators import ESTIMATE, STAGES, STARTS
 from seatrial.boat.allocation import thruster_matrix
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording
@@ -26,20 +27,27 @@ from seatrial.util.frames import Array
 MOMENTS = 0.05  # share of the thrust
 VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
 SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
-ONE_EDGE = "one edge for both sides"
-OF_CHAIN = ("dead zone", "scale_power")  # so begins what `staged` says
-APART = {  # stages that each kind of actuator may have of its own, in words
-    "latency": "a latency", "lag": "a lag", "power": "a power", "reverse_ratio": "a reverse over forward",
-}  # fmt: skip
+CHAIN_FINDINGS = (  # of `staged`
+    FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.DEAD_ZONE_ONE_EDGE,
+    FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE,
+    FindingKind.SCALE_POWER_HELD,
+)
+APART = (
+    "latency",
+    "lag",
+    "power",
+    "reverse_ratio",
+)  # stages that each kind of actuator may have of its own
 APART_BY = 0.1  # in the place of thrusters, relative, from which on they may be of two kinds
 ROWS = 4000  # of commands that are looked at for it
 
 
 @dataclass(frozen=True)
 class Extra:
-    """A stage that may be freed: what it is in words, and the vehicle with it at its neutral."""
+    """A stage that may be freed: its finding, and the vehicle with it at its neutral."""
 
-    words: str
+    finding: Finding
     vehicle: Vehicle
     origin: dict[str, str]  # constants of the new vehicle by those of the old that they come from
     probe: Vehicle  # with all stages at their neutrals that one pass can be asked about
@@ -50,18 +58,18 @@ def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehic
     return staged(vehicle, recordings)[0]
 
 
-def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[Finding]]:
     """The vehicle with free stages, and what was left out, and why."""
     has = _stated(vehicle)
-    zones, said = _dead_zones(vehicle, recordings)
+    zones, of_zones = _dead_zones(vehicle, recordings)
     group = ChainGroup(
         latency=None if has["latency"] else STARTS["latency"],
         lag=None if has["lag"] else STARTS["lag"],
         dead_zone=zones.pop().dead_zone if [z.name for z in zones] == [""] else None,
     )
-    held, notes = _powers_held(vehicle, recordings)
+    held, of_powers = _powers_held(vehicle, recordings)
     whole = held.with_chain([*held.file.chain, group, *zones, *_rest(vehicle)])
-    return whole, [*said, *notes]
+    return whole, [*of_zones, *of_powers]
 
 
 def _rest(vehicle: Vehicle) -> list[ChainGroup]:
@@ -76,20 +84,20 @@ def _rest(vehicle: Vehicle) -> list[ChainGroup]:
     return found
 
 
-def _powers_held(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[str]]:
+def _powers_held(
+    vehicle: Vehicle, recordings: Sequence[Recording]
+) -> tuple[Vehicle, list[Finding]]:
     """The vehicle with powers of scale signals stated where no recording can tell them."""
-    given, notes = {}, []
+    given, findings = {}, []
     for group in vehicle.file.chain:
         if group.scale is None or group.scale.power != ESTIMATE:
             continue
         name = "scale_power" + (f".{group.name}" if group.name else "")
         if not _varies(recordings, vehicle, group):
             given[name] = STARTS["scale_power"]
-            notes.append(
-                f"{name}: taken as {STARTS['scale_power']:g}, as {group.scale.signal} hardly changes "
-                "in the recordings where there is a command"
-            )
-    return vehicle.with_stated(given), notes
+            names = name, group.scale.signal
+            findings.append(finding_of(FindingKind.SCALE_POWER_HELD, *names, power=given[name]))
+    return vehicle.with_stated(given), findings
 
 
 def _varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup) -> bool:
@@ -130,8 +138,8 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
         n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
     }
     if "edge_forward" in sought:
-        both = {"reverse_ratio": "reverse over forward"} if "edge_reverse" in sought else {}
-        curve = {**both, "power": "power"}
+        both = ("reverse_ratio",) if "edge_reverse" in sought else ()
+        curve = (*both, "power")
         missing = [s for s in curve if s not in sought and not has[s]]
         whole_curve = own
         for stage in missing:
@@ -140,11 +148,11 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
         for stage in missing:
             alone = wider([_with(own, stage, 1.0)])
             if alone is not None:
-                words = f"{curve[stage]} of the thrust curve"
-                found.append(Extra(words, alone, {}, probe or alone))
+                selected = finding_of(FindingKind.CURVE_STAGE_SELECTED, stage=stage)
+                found.append(Extra(selected, alone, {}, probe or alone))
     groups = alike(whole)
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
-    for stage, words in APART.items() if len(groups) > 1 else ():
+    for stage in APART if len(groups) > 1 else ():
         shared = getattr(own, stage)
         if shared is not None:
             parts = [
@@ -155,7 +163,8 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
             if split is None:
                 continue
             origin = {f"{stage}.{part.name}": stage for part in parts}
-            found.append(Extra(f"{words} for each of {', '.join(kinds)}", split, origin, split))
+            selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, *kinds, stage=stage)
+            found.append(Extra(selected, split, origin, split))
     return found
 
 
@@ -222,47 +231,41 @@ def _curved(vehicle: Vehicle) -> bool:
 
 def _dead_zones(
     vehicle: Vehicle, recordings: Sequence[Recording]
-) -> tuple[list[ChainGroup], list[str]]:
-    """Dead zones, as far as thrusters pass through them, and what is to be said of them.
+) -> tuple[list[ChainGroup], list[Finding]]:
+    """Dead zones, as far as thrusters pass through them, and findings on them.
 
     Actuators that serve the same forces are of one kind: each kind has its own.
     """
     if _curved(vehicle):
         return [], []
     if not (vehicle.file.thrusters or vehicle.file.forces):
-        return [], [
-            f"dead zone: not sought, as the commands are {', '.join(WRENCH)}, not thrusters'; if thrusters "
-            "have one, force and drag coefficients come out wrong: add thrusters: and allocation: to the vehicle "
-            "file"
-        ]
+        return [], [finding_of(FindingKind.DEAD_ZONE_NOT_SOUGHT, *WRENCH)]
     kinds = {} if vehicle.file.thrusters else alike(vehicle)
     if len(kinds) < 2:
         kinds = {"": list(vehicle.actuators)}
-    groups, notes = [], []
+    groups, findings = [], []
     for kind, members in kinds.items():
-        zone, why = _dead_zone(vehicle, recordings, members)
+        zone, finding = _dead_zone(vehicle, recordings, members)
         if zone is not None:
             name, own = (f"dead_zone_{kind}", members) if kind else ("", None)
             groups.append(ChainGroup(name=name, actuators=own, dead_zone=zone))
-        notes += [f"dead zone{' of ' + kind if kind else ''}: {why}"] if why else []
-    return groups, notes
+        findings += [] if finding is None else [finding]
+    return groups, findings
 
 
 def _dead_zone(
     vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]
-) -> tuple[DeadZone | None, str | None]:
-    """That of some actuators, and what is to be said of it."""
+) -> tuple[DeadZone | None, Finding | None]:
+    """That of some actuators, and a finding on it."""
     ahead, astern = _shown(vehicle, recordings, members) > SHOWS
-    start, names = STARTS["edge_forward"], ", ".join(members)
+    start = STARTS["edge_forward"]
     if ahead and astern:
         return DeadZone(start, STARTS["edge_reverse"]), None
     if ahead or astern:
         side = "astern" if ahead else "ahead"
-        return DeadZone(start, "forward"), (f"{ONE_EDGE}, as {names} hardly push {side}")
-    return None, (
-        f"not identifiable, as under these commands of {names} it always takes the same share of each "
-        "force; the force coefficients include it"
-    )
+        one_edge = finding_of(FindingKind.DEAD_ZONE_ONE_EDGE, *members, side=side)
+        return DeadZone(start, "forward"), one_edge
+    return None, finding_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE, *members)
 
 
 def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]) -> Array:
@@ -278,7 +281,7 @@ def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[
     def forces(forward: float, reverse: float) -> Array:
         zone = ChainGroup(actuators=list(members), dead_zone=DeadZone(forward, reverse))
         zoned = vehicle.with_chain([zone])
-        trace = _core.Trace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
+        trace = _core.ThrustTrace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     edge = STARTS["edge_forward"]

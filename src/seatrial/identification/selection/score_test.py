@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Whether parameters that are held deserve to be free: the score test.
+"""Score test of parameters that are held at a neutral value: do the data ask for another one?
 
-One pass with their slopes, at the solution without them. What of their scores the free parameters
-could not take up as well is compared with its own scatter over blocks, which holds for errors that
-are correlated (White, Econometrica 50, 1982, sections 3 and 4).
+One filter run with sensitivities to them, at the solution without them. The part of their scores that the free
+parameters do not explain is compared with its scatter over blocks, which holds for correlated innovations
+(White, Econometrica 50, 1982, sections 3 and 4).
 """
 
 from collections.abc import Sequence
@@ -14,70 +14,69 @@ import numpy as np
 
 from seatrial.util.frames import Array
 
-MANIFEST = 10.0  # standard deviations of chi-square, which has far more than normal tails
-LIKELY = 5.0  # the same where the likelihood promises very much: of few blocks no scatter is sharp
-MUCH = 100.0  # fall of -2 log likelihood that is very much
+# Standard deviations of chi-square above its mean; its tails are much longer than a normal distribution's.
+SIGNIFICANT_DEVIATIONS = 10.0
+LIKELY_DEVIATIONS = (
+    5.0  # where the likelihood gains very much: the scatter of few blocks is uncertain
+)
+LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
 
 
 @dataclass(frozen=True)
 class ScoreTest:
-    """What the data say of parameters at their neutral values."""
+    """The test of parameters against their neutral values."""
 
-    statistic: float  # chi-square with `freedom` degrees where they are neutral
+    statistic: float  # chi-square with `freedom` degrees under the null hypothesis
     freedom: int
-    gain: float  # fall of -2 log likelihood that freeing them promises
-    step: Array  # (k,) that they would take
-
-    @property
-    def manifest(self) -> bool:
-        """Beyond chance: of one parameter about 1 in 10 000, of more less."""
-        return self._beyond(MANIFEST)
+    gain: float  # expected fall of -2 log likelihood if they are free
+    step: Array  # (k,) Gauss-Newton step that they would take
 
     @property
     def likely(self) -> bool:
-        """The same, or about 1 in 200 where the likelihood promises very much, too."""
-        return self._beyond(LIKELY if self.gain > MUCH else MANIFEST)
-
-    def _beyond(self, times: float) -> bool:
-        return bool(self.statistic > self.freedom + times * np.sqrt(2.0 * self.freedom))
+        """Beyond chance: about 1 in 10 000 for one parameter, 1 in 200 where the likelihood gains very much."""
+        deviations = LIKELY_DEVIATIONS if self.gain > LARGE_GAIN else SIGNIFICANT_DEVIATIONS
+        return bool(self.statistic > self.freedom + deviations * np.sqrt(2.0 * self.freedom))
 
 
-class Scored(Protocol):
-    """Passes, or what is as good as they."""
+class ScoreSource(Protocol):
+    """Filter runs, or anything with their information and scores."""
 
     @property
     def information(self) -> Array:
-        """Fisher's (p, p)."""
+        """Fisher information (p, p)."""
 
     @property
     def scores(self) -> Array:
-        """Terms (blocks, p) of the log likelihood's gradient."""
+        """Contributions (blocks, p) to the gradient of the log likelihood."""
 
 
 def score_test(
-    passes: Scored,
+    runs: ScoreSource,
     tested: list[int],
     together: list[int] | None = None,
     neutral: Sequence[int] = (),
 ) -> ScoreTest:
-    """Of the free parameters at places `tested`; the others' own scores must have been solved for.
+    """The test of the free parameters with indices `tested`, the others being at the likelihood's maximum.
 
-    `together`: parameters that were one, of which the first stands for all and the others, among
-    those tested, for their differences from it. `neutral`: parameters that stay where they are.
+    `together`: parameters that had one common value; the first stands for it, the others, which are among those
+    tested, for their differences from it. `neutral`: parameters that are neither free nor tested.
     """
-    p = len(passes.information)
+    # differences from a common value as parameters of their own
+    p = len(runs.information)
     change = np.eye(p)
     if together:
         change[together, together[0]] = 1.0
-    information = change.T @ passes.information @ change
+    information = change.T @ runs.information @ change
+    # efficient scores: what the free parameters can not explain
     rest = [i for i in range(p) if i not in tested and i not in neutral]
     held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
     through = information[np.ix_(tested, rest)] @ held
-    sums = passes.scores @ change
+    sums = runs.scores @ change
     efficient = sums[:, tested] - sums[:, rest] @ through.T
     total = efficient.sum(axis=0)
     left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
     inverse = np.linalg.pinv(left, hermitian=True)
+    # chi-square by the scatter over blocks; gain and step by the information
     scatter = efficient.T @ efficient
     raw = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
     statistic = _as_chi_square(raw, len(sums), len(tested))
@@ -85,10 +84,10 @@ def score_test(
 
 
 def _as_chi_square(raw: float, blocks: int, freedom: int) -> float:
-    """The statistic of so many blocks as that of many: of few it can't exceed their number.
+    """The statistic corrected for few blocks, whose raw value is at most their number.
 
-    Over it, it is a squared multiple correlation, of 1 with the scores (Bartlett, J. R. Stat. Soc.
-    Suppl. 9, 1947). 0 where there are too few blocks to tell.
+    raw / blocks is a squared multiple correlation, of 1 with the scores (Bartlett, J. R. Stat. Soc.
+    Suppl. 9, 1947). 0 where there are too few blocks for a test.
     """
     if blocks <= freedom + 1:
         return 0.0

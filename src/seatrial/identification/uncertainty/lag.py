@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""How uncertain lags are: by their squares.
+"""Uncertainty of lags by that of their squares.
 
-A lag delays thrust as a latency does; what sets the two apart is how much it is spread in time, and that
-goes with the square of the lag. So it is the square that is known as well everywhere: the likelihood of the
-lag itself is the flatter the shorter it is, and by its curvature at the best any lag would seem sharp.
+A lag delays thrust as a latency does; they differ in how far the lag spreads thrust in time, which is its
+square. So the square has about the same error everywhere: near 0 the likelihood of the lag itself is flat,
+and its curvature at the maximum makes any lag look certain.
 """
 
 import numpy as np
@@ -12,31 +12,34 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
 
-LAG = "lag"
-MOSTLY = 0.5  # of what is known of it
+LAG_KIND = "lag"
+PRIOR_SHARE = 0.5  # of a lag's information: with more from the prior, its error is the prior's
 
 
-def by_squares(at: Point, covariance: Array) -> Array:
-    """The covariance (p, p) with lags as uncertain as `lag_error` has it, and what is correlated with them.
+def with_lag_by_square(at: Point, covariance: Array) -> Array:
+    """The covariance (p, p) with the errors of lags by `lag_error`, and those correlated with them.
 
-    Not where it is the prior that knows the lag: that is of the lag itself.
+    Unchanged where most information about the lag is the prior's: that is about the lag itself.
     """
-    out, problem = covariance, at.passes.problem
+    out, problem = covariance, at.runs.problem
     for k, i in enumerate(problem.free):
         variance = float(out[k, k])
         before = 0.0 if problem.prior is None else variance * float(problem.prior.precision[i, i])
-        if problem.names[i].partition(".")[0] == LAG and variance > 0.0 and before < MOSTLY:
+        if (
+            problem.names[i].partition(".")[0] == LAG_KIND
+            and variance > 0.0
+            and before < PRIOR_SHARE
+        ):
             wider = lag_error(float(at.theta[i]), float(np.sqrt(variance))) ** 2
             out = out + (wider / variance - 1.0) / variance * np.outer(out[k], out[k])
     return out
 
 
 def lag_error(lag: float, error: float) -> float:
-    """Of a lag whose square has the 95 % interval that its `error` by curvature says; that may reach to no lag.
+    """Standard error [s] of a lag, whose `error` by curvature gives a 95 % interval of its square.
 
-    1.96 of it reach to the farther end of that interval where it reaches to none, and to the root mean square of
-    both ends' distances where it is far from there: so between 94 and 97.5 % hold, whatever the lag
-    (`tests/test_short_lag.py`). All in seconds.
+    Where that interval includes 0, 1.96 of it reach the farther end; far from 0, the root mean square of both
+    ends' distances. So between 94 and 97.5 % of the intervals hold, whatever the lag (`tests/test_short_lag.py`).
     """
     square, reach = lag**2, NORMAL_95 * 2.0 * lag * error
     low, high = np.sqrt(max(square - reach, 0.0)), np.sqrt(square + reach)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well one parameter is known, in words."""
+"""The verdict on one parameter: sharp, usable, weak, by its relative standard error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,22 +8,25 @@ from enum import Enum
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
 from seatrial.util.frames import Array
 
-SHARP, USABLE = 0.05, 0.2  # relative errors below which a parameter counts as such
-PARTNERS = 3
-# A latency of 0 is as good as any: errors of constants are relative to these, or to the value.
-TYPICAL = {
+SHARP_ERROR, USABLE_ERROR = (
+    0.05,
+    0.2,
+)  # relative standard errors below which a parameter is sharp, usable
+LISTED_PARTNERS = 3  # correlated parameters that are listed with one
+# A latency of 0 is as good as any other: errors of constants are relative to these, or to a larger value.
+TYPICAL_SIZES = {
     "latency": 0.1, "lag": 0.1,  # [s]
     "edge_forward": 0.1, "edge_reverse": 0.1, "pair_dead_zone": 0.1,
     "pair_offset_along": 0.1, "pair_offset_across": 0.1,
 }  # fmt: skip
 
 
-class Verdict(Enum):
-    """How well a parameter is known, in words."""
+class ParameterVerdict(Enum):
+    """How well a parameter is known."""
 
     SHARP = "sharp"
     USABLE = "usable"
@@ -35,60 +38,64 @@ class Verdict(Enum):
 
     @property
     def estimated(self) -> bool:
-        """Whether the data say of it how well it is known."""
-        return self not in (Verdict.GIVEN, Verdict.BOUND)
+        """Whether the data give it a standard error."""
+        return self not in (ParameterVerdict.GIVEN, ParameterVerdict.BOUND)
 
     @property
-    def enough(self) -> bool:
+    def reliable(self) -> bool:
         """Whether one may rely on the value."""
-        return self in (Verdict.SHARP, Verdict.USABLE, Verdict.GIVEN)
+        return self in (ParameterVerdict.SHARP, ParameterVerdict.USABLE, ParameterVerdict.GIVEN)
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One coefficient, or one constant of the actuator chain."""
+class ParameterAccuracy:
+    """The accuracy of one coefficient, or of one constant of the actuator chain."""
 
     name: str
     value: float
     error: float  # standard error; 0: given, or at its bound
     unit: str
     relative: float  # error over the value, or over what is typical of such a constant
-    verdict: Verdict
+    verdict: ParameterVerdict
     partners: tuple[tuple[str, float], ...] = ()  # strongest first, with the correlation
     reach: float | None = None  # its term's share of full thrust, at most: value and two errors
 
 
-def verdict_of(name: str, value: float, error: float, worth: float = 0.0) -> tuple[Verdict, float]:
-    """Verdict and relative error; `worth`: of the error, as a share of full thrust."""
-    typical = TYPICAL.get(name.partition(".")[0], 0.0)
+def verdict_of(
+    name: str, value: float, error: float, thrust_share: float = 0.0
+) -> tuple[ParameterVerdict, float]:
+    """Verdict and relative error; `thrust_share`: of the error at the envelope's edge, in full thrusts."""
+    typical = TYPICAL_SIZES.get(name.partition(".")[0], 0.0)
     size = max(abs(value), typical)
     relative = error / size if size > 0 else np.inf
     if error == 0.0:
-        return Verdict.GIVEN, 0.0
-    near_zero = abs(value) < TOLD_APART * error
-    if (near_zero and worth > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
-        return Verdict.LOST, relative
+        return ParameterVerdict.GIVEN, 0.0
+    near_zero = abs(value) < SIGNIFICANT * error
+    if (near_zero and thrust_share > 1.0) or (typical and relative > 1.0) or not np.isfinite(error):
+        return ParameterVerdict.LOST, relative
     if near_zero and not typical:
-        return Verdict.ZERO, relative
-    known = Verdict.SHARP if relative < SHARP else Verdict.USABLE
-    return (known if relative < USABLE else Verdict.WEAK), relative
+        return ParameterVerdict.ZERO, relative
+    known = ParameterVerdict.SHARP if relative < SHARP_ERROR else ParameterVerdict.USABLE
+    return (known if relative < USABLE_ERROR else ParameterVerdict.WEAK), relative
 
 
-def finding(model: Model, name: str, sought: Sequence[str], correlation: Array) -> Finding:
-    """Verdict of one parameter; correlation: (p, p) of the p that were sought."""
+def parameter_accuracy(
+    model: Model, name: str, estimated: Sequence[str], correlation: Array
+) -> ParameterAccuracy:
+    """Accuracy of one parameter; correlation: (p, p) of the p estimated ones."""
     chain, error = model.vehicle.constants, model.standard_errors[name]
     given = zip(chain.names, model.constants.tolist(), strict=True)
     value = {**model.values, **dict(given)}[name]
     unit = chain.unit(name) if name in chain.names else model.structure.units[name]
-    share = _worth(model, name)
-    said, relative = verdict_of(name, value, error, (share or 0.0) * error)
-    if said is Verdict.GIVEN and name in model.at_bounds:
-        said = Verdict.BOUND
-    row = correlation[sought.index(name)] if name in sought else np.zeros(0)
-    order = [int(i) for i in np.argsort(-np.abs(row)) if sought[i] != name]
-    partners = tuple((sought[i], float(row[i])) for i in order[:PARTNERS])
-    reach = None if share is None else share * (abs(value) + TOLD_APART * error)
-    return Finding(name, value, error, unit, relative, said, partners, reach)
+    share = _thrust_share(model, name)
+    verdict, relative = verdict_of(name, value, error, (share or 0.0) * error)
+    if verdict is ParameterVerdict.GIVEN and name in model.at_bounds:
+        verdict = ParameterVerdict.BOUND
+    row = correlation[estimated.index(name)] if name in estimated else np.zeros(0)
+    order = [int(i) for i in np.argsort(-np.abs(row)) if estimated[i] != name]
+    partners = tuple((estimated[i], float(row[i])) for i in order[:LISTED_PARTNERS])
+    reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
+    return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach)
 
 
 def full_thrust(model: Model, axis: int) -> float:
@@ -96,13 +103,13 @@ def full_thrust(model: Model, axis: int) -> float:
     found = [
         abs(t.number * model.values[t.coefficient]) * (_largest(model, t) or 0.0)
         for t in model.structure.terms
-        if t.axis == axis and t.coefficient and pure(model, t)
+        if t.axis == axis and t.coefficient and is_force_term(model, t)
     ]
     return max(found, default=0.0)
 
 
-def _worth(model: Model, name: str) -> float | None:
-    """Share of full thrust that a coefficient of 1 is worth at the envelope's edge; None: unknown."""
+def _thrust_share(model: Model, name: str) -> float | None:
+    """Acceleration by a coefficient of 1 at the envelope's edge, in full thrusts; None: unknown."""
     shares = []
     for term in model.structure.terms:
         thrust, largest = full_thrust(model, term.axis), _largest(model, term)
@@ -111,7 +118,7 @@ def _worth(model: Model, name: str) -> float | None:
     return max(shares, default=None)
 
 
-def pure(model: Model, term: Term) -> bool:
+def is_force_term(model: Model, term: Term) -> bool:
     """Whether a term is a force times a coefficient."""
     forces = [f.name for f in model.structure.forces]
     return len(term.factors) == 1 and term.factors[0] in forces and term.acceleration is None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""How many minutes must I drive? Accuracy against length, from the recordings themselves.
+"""Record length: standard errors against the length of the recordings, and the length that halves them.
 
-What the poses up to a time say is the information gathered until then; what a recording adds is
-its own. Both are scaled by what the blocks' scores found errors to be worth (the sandwich).
+The information of the poses up to a time, and of each recording, is known. Both are scaled by the ratio of the
+sandwich's variance to that of independent innovations.
 """
 
 from collections.abc import Sequence
@@ -14,67 +14,75 @@ from seatrial.identification.console import minutes as spelled
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.covariance import at_bounds
-from seatrial.identification.uncertainty.parameter_verdict import SHARP, Verdict, verdict_of
+from seatrial.identification.uncertainty.parameter_verdict import (
+    SHARP_ERROR,
+    ParameterVerdict,
+    verdict_of,
+)
 from seatrial.util.format import table
 from seatrial.util.frames import Array
 
-PARTS = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
-LEAST, MOST = 0.1, 1e4  # [min] that are looked through for half the error
-LOST = 1e-10  # share of the largest eigenvalue below which a direction says nothing
-SHARE = 1e-3  # in a direction that says nothing: a parameter with less is known all the same
-CLEARLY = 0.8  # times the minutes of all: a recording worth repeating alone
+LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
+SHORTEST_MORE, LONGEST_MORE = (
+    0.1,
+    1e4,
+)  # [min] between which the length for half the error is sought
+MORE_BISECTIONS = 20
+UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
+UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
+ALONE_BETTER = 0.8  # times the length of all recordings: with less, one of them alone is proposed
 
 
 @dataclass(frozen=True)
-class Minutes:
-    """Errors against the length that was driven, and what more would do."""
+class RecordLength:
+    """Standard errors against the recorded length, and the further length that halves them."""
 
     names: tuple[str, ...]  # (p,)
     values: Array  # (p,)
     lengths: Array  # (q,) [min]
-    errors: Array  # (q, p) standard errors after these; infinite: nothing is known yet
+    errors: Array  # (q, p) standard errors after these; infinite: not identifiable yet
     recordings: tuple[str, ...]  # (r,)
-    more: Array  # (r, p) [min] more like one recording that halve an error; infinite: it can't
+    more: Array  # (r, p) [min] more like one recording that halve an error; infinite: never
 
 
-def minutes(fit: Fit) -> Minutes:
-    """Accuracy after a quarter, a half, three quarters, the whole; what would halve the errors.
+def accuracy_by_length(fit: Fit) -> RecordLength:
+    """Standard errors after a quarter, a half, three quarters, the whole; the length that halves them.
 
-    Of parameters that did not end at a bound: how well those are known is not.
+    Parameters at a bound have no standard error, and are left out.
     """
     problem = fit.problem
-    inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.passes)))
+    inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.runs)))
     square = np.ix_(inside, inside)
     total = sum(r.duration for r in problem.recordings) / 60.0  # [min]
     whole = [own[square] for own in _own(fit)]
     excess = np.sqrt(np.diag(fit.covariance)[inside] / np.square(_errors(_sum(whole))))
-    parts = [_sum(_own(fit, part))[square] for part in PARTS[:-1]] + [_sum(whole)]
+    parts = [_sum(_own(fit, part))[square] for part in LENGTH_SHARES[:-1]] + [_sum(whole)]
     errors = np.array([_errors(part) for part in parts])
     rates = [w / (r.duration / 60.0) for w, r in zip(whole, problem.recordings, strict=True)]
-    return Minutes(
+    return RecordLength(
         tuple(fit.names[i] for i in inside),
         fit.theta[list(problem.free)][inside],
-        total * np.array(PARTS),
+        total * np.array(LENGTH_SHARES),
         np.multiply(errors, excess, out=np.full_like(errors, np.inf), where=np.isfinite(errors)),
         tuple(r.name for r in problem.recordings),
         np.array([_halved(_sum(whole), rate) for rate in rates]),
     )
 
 
-def minutes_text(found: Minutes) -> str:
-    """One table: errors as they fell, minutes in all for 5 %, minutes more for half the error."""
+def record_length_text(found: RecordLength) -> str:
+    """One table: standard errors, total length for 5 %, further length for half the error."""
     total = float(found.lengths[-1])
     head = ["standard error after", *(spelled(x) for x in found.lengths)]
-    head += [f"{100 * SHARP:.0f} % takes", "half takes, more"]
+    head += [f"total for {100 * SHARP_ERROR:.0f} %", "more for half"]
     rows = []
     for k, name in enumerate(found.names):
         error = float(found.errors[-1, k])
         known, relative = verdict_of(name, float(found.values[k]), error)
-        wanted = {Verdict.SHARP: "done", Verdict.ZERO: "-"}.get(known)
+        wanted = {ParameterVerdict.SHARP: "done", ParameterVerdict.ZERO: "-"}.get(known)
         best = int(np.argmin(found.more[:, k]))
         alone = float(found.more[best, k])
         like = f" like {found.recordings[best]}"
-        if len(found.recordings) == 1 or not alone < CLEARLY * 3 * total:
+        if len(found.recordings) == 1 or not alone < ALONE_BETTER * 3 * total:
             alone, like = 3 * total, " like these"
         rows.append(
             [
@@ -88,17 +96,17 @@ def minutes_text(found: Minutes) -> str:
 
 
 def _wanted(total: float, relative: float) -> str:
-    return spelled(total * (relative / SHARP) ** 2) if np.isfinite(relative) else "-"
+    return spelled(total * (relative / SHARP_ERROR) ** 2) if np.isfinite(relative) else "-"
 
 
 def _own(fit: Fit, part: float = 1.0) -> list[Array]:
     """Information (p, p) of the first part of each recording."""
     problem = fit.problem
     counts = [(r.t <= r.t[0] + part * r.duration).astype(float) for r in problem.recordings]
-    passes = fit.passes if part == 1.0 else problem.passes(fit.theta, fit.noise, counts)
+    runs = fit.runs if part == 1.0 else problem.run_filter(fit.theta, fit.noise, counts)
     found = []
-    for i, each in enumerate(passes.each):
-        to = problem.places(i)
+    for i, each in enumerate(runs.by_recording):
+        to = problem.free_columns(i)
         own = np.zeros((len(problem.free),) * 2)
         own[np.ix_(to[to >= 0], to[to >= 0])] = each.information[np.ix_(to >= 0, to >= 0)]
         found.append(own)
@@ -110,27 +118,27 @@ def _sum(parts: Sequence[Array]) -> Array:
 
 
 def _errors(information: Array) -> Array:
-    """Standard errors (p,); infinite where a direction that says nothing has a share in one."""
+    """Standard errors (p,); infinite for parameters in a direction without information."""
     size = np.sqrt(np.diag(information))
     known = size > 0
     scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
     spectrum, vectors = np.linalg.eigh(scaled)
-    lost = spectrum <= LOST * spectrum[-1]
-    variance = np.square(vectors[:, ~lost]) @ (1.0 / spectrum[~lost])
-    variance[np.any(np.abs(vectors[:, lost]) > SHARE, axis=1)] = np.inf
+    unseen = spectrum <= UNSEEN_DIRECTION * spectrum[-1]
+    variance = np.square(vectors[:, ~unseen]) @ (1.0 / spectrum[~unseen])
+    variance[np.any(np.abs(vectors[:, unseen]) > UNSEEN_SHARE, axis=1)] = np.inf
     errors = np.full(len(size), np.inf)
     errors[known] = np.sqrt(variance) / size[known]
     return errors
 
 
 def _halved(information: Array, rate: Array) -> Array:
-    """Minutes (p,) of more information at a rate (p, p) per minute after which errors are half."""
+    """Minutes (p,) until errors are half, with further information at a rate (p, p) per minute."""
     goal = _errors(information) / 2.0
-    low, high = np.full(len(goal), np.log(LEAST)), np.full(len(goal), np.log(MOST))
-    for _ in range(20):
+    low, high = np.full(len(goal), np.log(SHORTEST_MORE)), np.full(len(goal), np.log(LONGEST_MORE))
+    for _ in range(MORE_BISECTIONS):
         middle = 0.5 * (low + high)
         reached = np.array(
             [_errors(information + np.exp(m) * rate)[k] < goal[k] for k, m in enumerate(middle)]
         )
         low, high = np.where(reached, low, middle), np.where(reached, middle, high)
-    return np.where(high < np.log(MOST), np.exp(high), np.inf)
+    return np.where(high < np.log(LONGEST_MORE), np.exp(high), np.inf)

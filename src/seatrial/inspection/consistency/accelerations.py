@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Accelerations from poses by local quadratics, and commands smoothed by the matching kernel.
 
-Second differences of poses drown in noise; a quadratic through 1.2 s of them does not. What it
-takes for the acceleration is the true one averaged over the window with weight (1 - s^2)^2, s from
--1 to 1; so commands are averaged with the same weight before the two are compared.
+Second differences of poses are dominated by noise; a quadratic through 1.2 s of them is not. Its
+curvature is the true acceleration averaged over the window with weight (1 - s^2)^2, s from -1 to 1.
+So commands are averaged with the same weight before the two are compared.
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,14 @@ from seatrial.util.frames import Array, Mask, Stamps
 
 Complex = NDArray[np.complex128]
 
-WINDOW = 1.2  # [s] that a quadratic is laid through
+WINDOW = (
+    1.2  # [s] of one quadratic: long against pose noise, short against the boat's time constants
+)
 STRIDE = 0.2  # [s] between the windows' centres
-STRETCHED = 1.3  # a window longer than this many times its nominal length is not used
-GRID = 0.02  # [s] at which commands are averaged
-STEPS = 30  # of the grid in half a window, at most
-MOST = 2_000_000  # steps in all
+MOST_STRETCH = 1.3  # times the nominal length; a longer window (dropped poses) is not used
+COMMAND_GRID = 0.02  # [s] at which commands are averaged
+KERNEL_STEPS = 30  # of the grid in half a window, at the most
+MOST_GRID_STEPS = 2_000_000  # of the whole grid: bounds memory
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ def smooth_poses(
         windows = windows[:: max(1, round(stride / period))]
     half = (side + 0.5) * period
     s = (t[windows] - t[windows[:, side]][:, None]) / half
-    usable = (s[:, -1] - s[:, 0] < 2 * STRETCHED) & (np.ptp(segment[windows], axis=1) == 0)
+    usable = (s[:, -1] - s[:, 0] < 2 * MOST_STRETCH) & (np.ptp(segment[windows], axis=1) == 0)
     windows, s = windows[usable], s[usable]
     value, slope, bend = np.moveaxis(_quadratics(s, eta[windows]), 1, 0)
     velocity, acceleration = slope / half, 2.0 * bend / half**2
@@ -89,7 +91,7 @@ def _quadratics(s: Array, values: Array) -> Array:
 def smooth_signals(
     signal: Signal, origin: int, centres: Array, half: float, delays: Sequence[float]
 ) -> Array:
-    """Rows that hold until the next, averaged around centres (m,) [s] less each delay [s].
+    """Zero-order-hold rows, averaged around centres (m,) [s] minus each delay [s].
 
     (delays, m, names). `origin` [ns] is the zero of the centres; before the first row it holds.
     """
@@ -99,7 +101,9 @@ def smooth_signals(
         float(centres[0]) - max(delays) - half,
         float(centres[-1]) - min(delays) + half,
     )
-    step = max(GRID, half / STEPS, (highest - lowest) / MOST)  # poses far apart need no fine grid
+    step = max(
+        COMMAND_GRID, half / KERNEL_STEPS, (highest - lowest) / MOST_GRID_STEPS
+    )  # poses far apart need no fine grid
     grid = np.arange(lowest, highest + 2 * step, step)
     held = signal.values[held_rows(signal.stamps, origin, grid)]
     s = np.arange(-half, half + step / 2, step) / half

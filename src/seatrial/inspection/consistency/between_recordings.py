@@ -1,83 +1,92 @@
 # SPDX-License-Identifier: MIT
-"""Whether one recording of several was made another way: its commands reversed, its axes exchanged.
+"""Consistency of each recording by itself: one whose commands are reversed, whose axes are exchanged.
 
-Taken together, recordings that contradict each other say something in between. So each is asked alone, too.
+Recordings that contradict each other average out in a joint check. So each is also checked alone.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.consistency.check import SignReport, check_signs
-from seatrial.inspection.consistency.findings import Finding, Wrong
-from seatrial.inspection.consistency.hypotheses import LONG, nearest_arm
+from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
+from seatrial.inspection.consistency.hypotheses import LEVER_OF_SEVERAL, nearest_lever
+from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
+from seatrial.inspection.consistency.repair import Repair
 from seatrial.recording.recording import Recording
 from seatrial.util.format import shortened
 
 
-def check_apart(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
-    """`check_signs` of all together; where the file is right for the others, what is wrong in those for which it
-    is not, by name.
-    """
-    together = check_signs(recordings, vehicle)
+def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
+    """`check_consistency` of all recordings; with some of them inconsistent, only those, by name."""
+    # 1. All recordings jointly, then each by itself.
+    together = check_consistency(recordings, vehicle)
     if len(recordings) < 2:
         return together
-    apart = [check_signs([recording], vehicle) for recording in recordings]
-    one = together.repair.edits == 1 and not together.repair.pose_edits
-    if one and all(
-        own.search and own.search.fits(together.repair) and _timed_as(together, own)
-        for own in apart
-    ):
-        return together  # one mistake in the file makes all of them wrong
+    apart = [check_consistency([recording], vehicle) for recording in recordings]
+    # 2. One edit that explains every recording is a mistake of the vehicle file.
+    if _one_edit_explains_all(together, apart):
+        return together
+    # 3. The file must be right for some recordings, jointly, or none of them can be singled out.
     others = [r for r, own in zip(recordings, apart, strict=True) if not own.findings]
-    if not 0 < len(others) < len(recordings) or check_signs(others, vehicle).findings:
+    if not 0 < len(others) < len(recordings) or check_consistency(others, vehicle).findings:
         return together
-    if all(_said(own) == _said(together) for own in apart if own.findings):
-        return together  # of what the others do not tell
-    fits = _of_one_point(apart)
-    if all(fit for fit, own in zip(fits, apart, strict=True) if own.findings):
+    # 4. The inconsistent ones agree with the joint check: the others do not excite that input.
+    if all(_conclusion(own) == _conclusion(together) for own in apart if own.findings):
         return together
+    # 5. One lever arm of the measured point may explain all of them.
+    by_lever = _explained_by_one_lever(apart)
+    if all(fit for fit, own in zip(by_lever, apart, strict=True) if own.findings):
+        return together
+    # 6. What is left contradicts the vehicle file that is right for the others.
     right = [
         r.name
-        for r, own, fit in zip(recordings, apart, fits, strict=True)
+        for r, own, fit in zip(recordings, apart, by_lever, strict=True)
         if fit or not own.findings
     ]
-    said = f"{shortened(right)} {'does' if len(right) == 1 else 'do'} not"
+    agree = f"{shortened(right)} {'agrees' if len(right) == 1 else 'agree'} with it"
     findings = [
-        Finding(
+        Inconsistency(
             finding.kind,
-            f"{recording.name} contradicts the vehicle file, {said}; leave it out, or correct its columns: "
-            f"{finding.text}",
+            f"{recording.name} contradicts the vehicle file, {agree}; leave it out, or correct its "
+            f"columns: {finding.text}",
         )
-        for recording, own, fit in zip(recordings, apart, fits, strict=True)
+        for recording, own, fit in zip(recordings, apart, by_lever, strict=True)
         for finding in (() if fit else own.findings)
     ]
     return replace(together, findings=tuple(findings))
 
 
-def _of_one_point(apart: Sequence[SignReport]) -> list[bool]:
-    """For which of them the file is right if the poses are of a point off the origin, the same for all."""
+def _one_edit_explains_all(together: ConsistencyReport, apart: Sequence[ConsistencyReport]) -> bool:
+    """Whether the joint repair is one edit of the inputs that fits every recording."""
+    if together.repair.edits != 1 or together.repair.pose_edits:
+        return False
+    return all(
+        own.search is not None
+        and own.search.fits(together.repair)
+        and (_has_clock_offset(together) or not _has_clock_offset(own))
+        for own in apart
+    )
+
+
+def _explained_by_one_lever(apart: Sequence[ConsistencyReport]) -> list[bool]:
+    """Recordings that the unedited file fits if all poses are of one point off the origin."""
     searches = [own.search for own in apart]
     if any(s is None or s.mirrored for s in searches) or any(
         any(own.repair.units) for own in apart
     ):
         return [False] * len(apart)
     known = [s for s in searches if s is not None]
-    arm = nearest_arm(known, LONG)
+    lever = nearest_lever(known, LEVER_OF_SEVERAL)
     return [
-        not _clocked(own) and s.moved(arm).misfit(s.as_is) < s.price
+        not _has_clock_offset(own) and s.at_point(lever).misfit(s.no_edit) < s.edit_penalty
         for own, s in zip(apart, known, strict=True)
     ]
 
 
-def _clocked(report: SignReport) -> bool:
-    """Whether its commands are of another clock; all else that it says is of those put right."""
-    return any(finding.kind is Wrong.CLOCK for finding in report.findings)
+def _has_clock_offset(report: ConsistencyReport) -> bool:
+    """Whether the commands have another clock; all else in the report holds with that corrected."""
+    return any(finding.kind is InconsistencyKind.CLOCK for finding in report.findings)
 
 
-def _timed_as(together: SignReport, own: SignReport) -> bool:
-    return _clocked(together) or not _clocked(own)
-
-
-def _said(report: SignReport) -> tuple[object, set[Wrong]]:
+def _conclusion(report: ConsistencyReport) -> tuple[Repair, set[InconsistencyKind]]:
     return report.repair, {finding.kind for finding in report.findings}

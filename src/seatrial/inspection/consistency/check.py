@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The check of a vehicle file against recordings, and its report."""
+"""The consistency check of a vehicle file with recordings, and its report."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -11,8 +11,7 @@ import numpy as np
 from seatrial.boat.actuators import STAGES
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import held_rows
-from seatrial.inspection.consistency.clock import clock_offset, later
-from seatrial.inspection.consistency.findings import Finding, clock_finding, findings
+from seatrial.inspection.consistency.clock_offset import clock_offset, delayed
 from seatrial.inspection.consistency.gains import (
     Gains,
     Run,
@@ -22,8 +21,13 @@ from seatrial.inspection.consistency.gains import (
     read_run,
     unexplained,
 )
-from seatrial.inspection.consistency.hypotheses import Search, negated, swapped
-from seatrial.inspection.consistency.poses import (
+from seatrial.inspection.consistency.hypotheses import HypothesisSearch, negated, swapped
+from seatrial.inspection.consistency.inconsistencies import (
+    Inconsistency,
+    clock_inconsistency,
+    inconsistencies,
+)
+from seatrial.inspection.consistency.pose_units import (
     as_measured,
     clearly_better,
     heading_unit,
@@ -31,22 +35,24 @@ from seatrial.inspection.consistency.poses import (
     length_units,
     usual_speed,
 )
-from seatrial.inspection.consistency.repair import Repair, mended
+from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
 
-STRAIGHT = 0.1  # [rad] standard deviation of the heading on a way that shows no hand
-LONG = 7200.0  # [s] of recordings: of longer ones fewer windows tell as much
-WAYS = (("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"))
-DARK = "hardly excited, its sign is not checked"
-NOT_STEERED = "the commands never change: were they recorded while the boat was driven?"
-TOO_SHORT = "too short to check signs: drive two minutes or more"
+STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
+MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
+DIRECTIONS = (  # of a positive and of a negative gain, by axis
+    ("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"),
+)  # fmt: skip
+NOT_EXCITED = "hardly excited; its sign is not checked"
+NEVER_COMMANDED = "the commands never change; record them while the boat is driven"
+TOO_SHORT = "too short to check signs; record two minutes or more"
 
 
 @dataclass(frozen=True)
 class Gain:
-    """What one of the file's inputs does to one axis, as it is read now."""
+    """Gain from one input to one axis, with the columns as the file reads them."""
 
     input: str
     axis: int
@@ -55,25 +61,25 @@ class Gain:
 
 
 @dataclass(frozen=True)
-class SignReport:
-    """What is wrong, what was seen, and what could not be told."""
+class ConsistencyReport:
+    """Inconsistencies, the effect of each input, and what the data do not determine."""
 
-    findings: tuple[Finding, ...]  # none: all that could be checked is well
+    findings: tuple[Inconsistency, ...]  # empty: all that can be checked is consistent
     table: tuple[Gain, ...]
-    text: tuple[str, ...]  # what each input moves, and what was not checked
+    text: tuple[str, ...]  # the effect of each input, and what is not checked
     repair: Repair
-    search: Search | None = field(default=None, compare=False)  # None: nothing could be told
+    search: HypothesisSearch | None = field(default=None, compare=False)  # None: too little data
 
-    def mended(self, vehicle: Vehicle) -> Vehicle:
-        """The vehicle file with all findings put right."""
-        return mended(vehicle, self.repair)
+    def apply_repair(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle file with all inconsistencies corrected."""
+        return apply_repair(vehicle, self.repair)
 
 
-def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
+def check_consistency(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
     """Units, signs and order of a vehicle file's signals, from all recordings taken together.
 
-    With a lever arm, the poses are judged where they were measured: a wrong heading took it off to the wrong
-    side, and no reading would make that good.
+    With a lever arm, the poses are first checked at the measured point: the reader removes the lever
+    with the heading as read, and a wrong heading moves the origin to the wrong side.
     """
     if any(vehicle.lever):
         with suppress(RecordingError):
@@ -83,49 +89,65 @@ def check_signs(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport
     return _checked(recordings, vehicle)
 
 
-def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> SignReport:
-    """The same, of poses as they are given."""
-    thinned = max(1.0, sum(r.duration for r in recordings) / LONG)
-    runs = [read_run(r, file_commands(vehicle, r), thinned=thinned) for r in recordings]
-    steered = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
-    if not (steered and enough(runs)):
+def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
+    """The check of poses as they are read.
+
+    Units come first, then the clock, then the handedness: each is corrected before the next.
+    """
+    # 1. Local quadratics through the poses; enough data?
+    spacing = max(1.0, sum(r.duration for r in recordings) / MOST_WINDOWED)
+    runs = [read_run(r, file_commands(vehicle, r), spacing=spacing) for r in recordings]
+    commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
+    if not (commanded and enough(runs)):
         n = len(vehicle.inputs)
         nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
-        dark = [f"{name}: {DARK}" for name in vehicle.inputs]
-        return SignReport((), (), (TOO_SHORT,) if steered else (NOT_STEERED, *dark), nothing)
+        not_excited = [f"{name}: {NOT_EXCITED}" for name in vehicle.inputs]
+        return ConsistencyReport(
+            (), (), (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited), nothing
+        )
+    # 2. Units of length by plausible speeds, unit of heading by the unexplained acceleration.
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
     factors = length_factors(lengths, vehicle)
     angle, read = heading_unit(runs, vehicle, factors)
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
+    # 3. Clock of the commands.
     offset = clock_offset(runs)
-    runs = [later(run, offset) for run in runs] if offset else runs
-    mirrored = _turns(runs) and clearly_better(unexplained(runs), unexplained(runs, mirrored=True))
+    runs = [delayed(run, offset) for run in runs] if offset else runs
+    # 4. Handedness of the plane, then the gain from every input to every axis.
+    mirrored = _heading_varies(runs) and clearly_better(
+        unexplained(runs), unexplained(runs, mirrored=True)
+    )
     found = gains(runs, mirrored=mirrored)
-    search = Search(vehicle, found, mirrored, block_count(runs))
+    # 5. The fewest edits of signs and order that explain the gains.
+    search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
     repair = replace(search.best(), units=(*lengths, angle))
-    seen = _sentences(vehicle, search, repair)
-    return SignReport(
-        (*clock_finding(offset), *findings(vehicle, repair, seen, speed)),
+    effects = _input_effects(vehicle, search, repair)
+    return ConsistencyReport(
+        (*clock_inconsistency(offset), *inconsistencies(vehicle, repair, effects, speed)),
         _table(vehicle, found),
-        (*(f"{name} {does}" for name, does in seen.items()), *_untold(vehicle, search, repair)),
+        (
+            *(f"{name} {does}" for name, does in effects.items()),
+            *_undetermined(vehicle, search, repair),
+        ),
         repair,
         search,
     )
 
 
-def _turns(runs: Sequence[Run]) -> bool:
-    """Whether the heading varies: of a straight way no one can tell whether it is mirrored.
+def _heading_varies(runs: Sequence[Run]) -> bool:
+    """Whether the heading varies enough to show the handedness.
 
-    Mirrored, it is turned against the heading by twice that, and so it is explained as well where it is straight.
+    A mirrored plane turns by twice the heading: on a straight track that is a constant rotation,
+    which the gains absorb.
     """
     twice = np.exp(2j * np.concatenate([run.smooth.psi for run in runs]))
-    return bool(np.abs(twice.mean()) < np.exp(-2.0 * STRAIGHT**2))
+    return bool(np.abs(twice.mean()) < np.exp(-2.0 * STRAIGHT_HEADING**2))
 
 
 def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
-    """Commands in the file's own axes, times what a known signal scales their thrust by."""
+    """Commands in the file's own axes, times the thrust factor of known signals (`scales`)."""
     signal, scales = recording.commands, recording.scales
-    turned = (vehicle.input_signs < 0).any()  # else long recordings need not be there twice
+    turned = (vehicle.input_signs < 0).any()  # else no copy of a long recording
     own = replace(signal, values=signal.values * vehicle.input_signs) if turned else signal
     if scales is None or all(group.scale is None for group in vehicle.file.chain):
         return own
@@ -133,11 +155,11 @@ def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
     stamps = stamps[stamps >= signal.stamps[0]]
     t = (stamps - stamps[0]) * 1e-9
     origin = int(stamps[0])
-    factor = _thrust(vehicle, scales.values[held_rows(scales.stamps, origin, t)])
+    factor = _thrust_factor(vehicle, scales.values[held_rows(scales.stamps, origin, t)])
     return Signal(own.names, stamps, own.values[held_rows(own.stamps, origin, t)] * factor)
 
 
-def _thrust(vehicle: Vehicle, scales: Array) -> Array:
+def _thrust_factor(vehicle: Vehicle, scales: Array) -> Array:
     """Factors (m, inputs) on thrust for known signals (m, scales)."""
     factor = np.ones((len(scales), len(vehicle.actuators)))
     for group in vehicle.file.chain:
@@ -161,22 +183,26 @@ def _table(vehicle: Vehicle, found: Sequence[Gains]) -> tuple[Gain, ...]:
     )
 
 
-def _sentences(vehicle: Vehicle, search: Search, repair: Repair) -> dict[str, str]:
-    """For each input what its column does, the poses put right: "moves surge forward (t 35)"."""
-    t = search.body(repair) @ np.array([g.t for g in search.gains])
-    said = {}
+def _input_effects(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, str]:
+    """The main effect of each input, poses corrected: "moves surge forward (t 35)"."""
+    t = search.gain_rotation(repair) @ np.array([g.t for g in search.gains])
+    effects = {}
     for i, name in enumerate(vehicle.inputs):
         axis = int(np.argmax(np.abs(t[:, i])))
-        way = WAYS[axis][0 if t[axis, i] > 0 else 1]
-        said[name] = f"moves {AXES[axis]} {way} (t {abs(t[axis, i]):.0f})"
-    return said
+        direction = DIRECTIONS[axis][0 if t[axis, i] > 0 else 1]
+        effects[name] = f"moves {AXES[axis]} {direction} (t {abs(t[axis, i]):.0f})"
+    return effects
 
 
-def _untold(vehicle: Vehicle, search: Search, repair: Repair) -> Iterator[str]:
-    """What these recordings could not tell."""
+def _undetermined(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> Iterator[str]:
+    """What these recordings do not determine."""
     names = vehicle.inputs
-    dark = {i for i in range(len(names)) if search.worth(repair, negated(repair, i)) < 1.0}
-    yield from (f"{names[i]}: {DARK}" for i in sorted(dark))
-    for i, j in combinations(sorted(set(range(len(names))) - dark), 2):
-        if search.worth(repair, swapped(repair, i, j)) < 1.0 and not search.alike(i, j):
-            yield f"{names[i]} and {names[j]}: not told apart"
+    unexcited = {
+        i for i in range(len(names)) if search.relative_misfit(repair, negated(repair, i)) < 1.0
+    }
+    yield from (f"{names[i]}: {NOT_EXCITED}" for i in sorted(unexcited))
+    for i, j in combinations(sorted(set(range(len(names))) - unexcited), 2):
+        if search.relative_misfit(
+            repair, swapped(repair, i, j)
+        ) < 1.0 and not search.interchangeable(i, j):
+            yield f"{names[i]} and {names[j]}: not distinguishable"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What each input does to each axis, without believing the vehicle file about it.
+"""Gain from each input to each axis, estimated without the vehicle file's structure.
 
-The inertial acceleration in body axes is regressed on all inputs and on drag of any kind. Its
-square does not depend on how the poses are turned or mirrored, so that readings of the poses can
-be compared by what they leave unexplained.
+The inertial acceleration in body axes is regressed on all inputs and on a drag basis that is
+the same for every axis. The squared acceleration is invariant under rotation and reflection of the
+poses, so readings of the poses are compared by the part that stays unexplained.
 """
 
 from collections.abc import Sequence
@@ -23,18 +23,29 @@ from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
-DELAYS = (-0.15, 0.0, 0.15, 0.3, 0.45, 0.6)  # [s] from a command to its effect that are tried
-SHORT_BLOCK = 5.0  # [s] the same for comparing what is left unexplained
-SHRINKAGE = 0.3  # of the covariance of gains towards the shape that white residuals would give
-LEAK = 0.07  # of an axis' RMS acceleration that inputs may explain without the model's knowing it
-DRAG = 10  # columns of `_drag`
-FLOOR = 1e-12  # in place of nothing at all: a boat at rest without noise
-RIDGE = 1e-6  # keeps inputs that never change from making the equations singular
+DELAYS = (
+    -0.15,
+    0.0,
+    0.15,
+    0.3,
+    0.45,
+    0.6,
+)  # [s] tried from a command to its effect: the usual actuator delays
+UNEXPLAINED_BLOCK = 5.0  # [s] blocks for comparing the unexplained acceleration of two readings
+WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residuals
+UNMODELLED_SHARE = (
+    0.07  # of an axis' RMS acceleration that inputs may explain beyond the file's structure
+)
+DRAG_COLUMNS = 10  # columns of `_drag`
+LEAST_SQUARE = 1e-12  # added to sums of squares: a boat at rest without noise has 0
+NORMAL_RIDGE = (
+    1e-6  # of the mean diagonal: inputs that never change would make the equations singular
+)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One recording under one reading of its poses."""
+    """One recording with one reading of its poses."""
 
     recording: Recording
     commands: Signal  # of the inputs (n)
@@ -50,21 +61,21 @@ class Run:
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of one axis: what it accelerates by for each input at 1."""
+    """Gains of one axis: acceleration for each input at 1."""
 
     values: Array  # (n,) [m/s^2] or [rad/s^2] per unit of command
     t: Array  # (n,) values over their standard errors
-    precision: Array  # (n, n) inverse covariance, with `LEAK` allowed for
+    precision: Array  # (n, n) inverse covariance, `UNMODELLED_SHARE` included
 
     @property
     def total(self) -> float:
-        """Chi-square of all gains against none."""
+        """Chi-square of the hypothesis that all gains are 0."""
         return float(self.values @ self.precision @ self.values)
 
 
-def read_run(recording: Recording, commands: Signal, *, thinned: float = 1.0) -> Run:
-    """A recording with its poses as they stand; thinned: windows so many times further apart."""
-    r, stride = recording, thinned * STRIDE
+def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) -> Run:
+    """A recording with its poses as read; spacing: factor on the distance between windows."""
+    r, stride = recording, spacing * STRIDE
     smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, stride=stride)
     return Run(r, commands, smooth, stride)
 
@@ -86,45 +97,47 @@ def block_count(runs: Sequence[Run]) -> int:
 
 
 def enough(runs: Sequence[Run]) -> bool:
-    """Whether the gains of all inputs, with errors, can be had of these runs."""
+    """Whether the runs are long enough for the gains of all inputs and their covariance."""
     n = len(runs[0].commands.names) if runs else 0
-    return bool(runs) and block_count(runs) > n + 1 and len(blocks(runs)) > 2 * (n + DRAG)
+    return bool(runs) and block_count(runs) > n + 1 and len(blocks(runs)) > 2 * (n + DRAG_COLUMNS)
 
 
-def squared(runs: Sequence[Run]) -> float:
+def plane_acceleration_squared(runs: Sequence[Run]) -> float:
     """Sum of the plane's squared accelerations."""
     return float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
 
 
 def gains(runs: Sequence[Run], *, mirrored: bool = False) -> tuple[Gains, Gains, Gains]:
-    """Gains of surge, sway and yaw (forward-left-up); mirrored: with y turned round."""
-    motion, inputs = cleared(runs, mirrored=mirrored)
+    """Gains of surge, sway and yaw (forward-left-up); mirrored: with y negated."""
+    motion, inputs = without_drag(runs, mirrored=mirrored)
     block = blocks(runs)
     surge, sway, yaw = (_gains(motion[:, axis], inputs, block) for axis in range(3))
     return surge, sway, yaw
 
 
 def unexplained(runs: Sequence[Run], heading: float = 1.0, *, mirrored: bool = False) -> Array:
-    """What no gains and no drag explain of the plane's squared acceleration, block by block.
+    """Squared acceleration of the plane that neither inputs nor drag explain, by block.
 
     heading: factor on psi.
     """
-    motion, inputs = cleared(runs, heading=heading, mirrored=mirrored)
+    motion, inputs = without_drag(runs, heading=heading, mirrored=mirrored)
     squares = np.zeros(len(motion))
     for axis in range(2):
         left = [motion[:, axis] - x @ _solve(x, motion[:, axis]) for x in inputs]
         squares += min(left, key=lambda e: float(e @ e)) ** 2
-    return np.asarray(np.bincount(blocks(runs, SHORT_BLOCK), weights=squares), dtype=np.float64)
+    return np.asarray(
+        np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=np.float64
+    )
 
 
-def cleared(
+def without_drag(
     runs: Sequence[Run],
     inputs: Array | None = None,
     *,
     heading: float = 1.0,
     mirrored: bool = False,
 ) -> tuple[Array, Array]:
-    """Accelerations (m, 3) and inputs (delays, m, n) with all that drag explains taken out.
+    """Accelerations (m, 3) and inputs (delays, m, n), projected off the drag basis.
 
     inputs: by default the commands at the usual delays. heading: factor on psi.
     """
@@ -138,14 +151,14 @@ def cleared(
     return motion - basis @ (basis.T @ motion), inputs - basis @ (basis.T @ inputs)
 
 
-def left_over(motion: Array, inputs: Array) -> Array:
-    """Share (delays, 3) of the squared accelerations that gains of the inputs do not explain."""
+def unexplained_share(motion: Array, inputs: Array) -> Array:
+    """Share (delays, 3) of the squared accelerations that the inputs do not explain."""
     left = np.array([np.sum((motion - x @ _solve(x, motion)) ** 2, axis=0) for x in inputs])
-    return np.asarray((left + FLOOR) / (np.sum(motion**2, axis=0) + FLOOR))
+    return np.asarray((left + LEAST_SQUARE) / (np.sum(motion**2, axis=0) + LEAST_SQUARE))
 
 
 def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]:
-    """Inertial accelerations (m, 3) in body axes, and drag (m, DRAG)."""
+    """Inertial accelerations (m, 3) in body axes, and drag (m, DRAG_COLUMNS)."""
     turn = np.exp(-1j * heading * smooth.psi)
     speed, push = smooth.velocity, smooth.acceleration
     if mirrored:
@@ -156,7 +169,7 @@ def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]
 
 
 def _drag(u: Array, v: Array, r: Array) -> Array:
-    """Drag of any kind, the same for every axis: turning or mirroring the boat changes no span."""
+    """Drag basis, the same for every axis: rotation and reflection of the boat keep its span."""
     own = [f for nu in (u, v, r) for f in (nu, np.abs(nu) * nu)]
     return np.column_stack([np.ones_like(u), *own, v * r, u * r, u * v])
 
@@ -167,21 +180,21 @@ def _solve(inputs: Array, motion: Array) -> Array:
 
 def _normal(inputs: Array) -> Array:
     normal = inputs.T @ inputs
-    ridge = RIDGE * float(np.trace(normal)) / len(normal) + FLOOR
+    ridge = NORMAL_RIDGE * float(np.trace(normal)) / len(normal) + LEAST_SQUARE
     return np.asarray(normal + ridge * np.eye(len(normal)))
 
 
 def _gains(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
-    """Least squares at the best delay, with errors that hold for correlated residuals."""
+    """Least squares at the best delay; block jackknife covariance for correlated residuals."""
     fits = [(x, _solve(x, motion)) for x in inputs]
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))
     residual, n = motion - x @ values, x.shape[1]
-    normal, free = _normal(x), max(1, len(residual) - n - DRAG)
-    white = (float(residual @ residual) / free + FLOOR) * np.linalg.inv(normal)
-    spread = _jackknifed(x, residual, normal, block)
+    normal, free = _normal(x), max(1, len(residual) - n - DRAG_COLUMNS)
+    white = (float(residual @ residual) / free + LEAST_SQUARE) * np.linalg.inv(normal)
+    spread = _jackknife_covariance(x, residual, normal, block)
     inflation = max(1.0, float(np.trace(np.linalg.solve(white, spread))) / n)
-    covariance = (1.0 - SHRINKAGE) * spread + SHRINKAGE * inflation * white
-    leak = LEAK**2 * float(values @ normal @ values) * np.linalg.inv(normal)
+    covariance = (1.0 - WHITE_SHRINKAGE) * spread + WHITE_SHRINKAGE * inflation * white
+    leak = UNMODELLED_SHARE**2 * float(values @ normal @ values) * np.linalg.inv(normal)
     return Gains(
         values,
         values / np.sqrt(np.diag(covariance)),
@@ -189,10 +202,12 @@ def _gains(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
     )
 
 
-def _jackknifed(x: Array, residual: Array, normal: Array, block: NDArray[np.int64]) -> Array:
-    """Covariance (n, n) of the gains from leaving out one block at a time.
+def _jackknife_covariance(
+    x: Array, residual: Array, normal: Array, block: NDArray[np.int64]
+) -> Array:
+    """Block jackknife covariance (n, n) of the gains: one block left out at a time.
 
-    Unlike sums over blocks it notices when all that is known of an input comes from a few of them.
+    Unlike a sandwich over blocks it is large when only a few blocks excite an input.
     """
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     products = x[:, :, None] * x[:, None, :]

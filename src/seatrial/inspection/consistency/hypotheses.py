@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Which signs and which order of a vehicle file's signals explain the gains with the fewest edits."""
+"""Hypotheses of signs and order: the fewest edits of the vehicle file that explain the gains.
+
+`HypothesisSearch.best` minimises chi-square of the gains plus `EDIT_PENALTY` for each edit.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,24 +16,26 @@ from seatrial.inspection.consistency.gains import Gains
 from seatrial.inspection.consistency.repair import Repair, edits_of
 from seatrial.util.frames import Array, Axes, Mask
 
-PRICE = 10.0  # chi-square that an edit must be worth, given many blocks;
-FEW = 12.0  # so many blocks above the number of inputs double it
-TIE = 0.01  # edits: of explanations alike, y and psi mirrored, else the one that leaves the poses
-EXHAUSTIVE = 5  # more inputs than this are searched edit by edit
-SHORT, LONG = 0.3, 1.5  # [m] arms of a measured point, of one recording and of several that agree
-STEP = 0.02  # [m]
-MIRROR = np.diag([1.0, -1.0])
-UNLIKE = (
-    0.08  # of its thrust by which an actuator may differ from the others: its dead zone, its curve
+EDIT_PENALTY = 10.0  # least fall of chi-square for an edit, with many blocks (p about 0.002)
+FEW_BLOCKS = 12.0  # blocks beyond the number of inputs at which the penalty doubles
+POSE_PAIR_PREFERENCE = (
+    0.01  # edits; breaks ties: y and psi negated together first, then fewer pose edits
 )
+MOST_INPUTS_EXHAUSTIVE = 5  # up to 5! 2^5 = 3840 signed permutations; beyond it a stepwise search
+LEVER_OF_ONE = 0.3  # [m] longest lever arm that one recording may imply
+LEVER_OF_SEVERAL = 1.5  # [m] the same for several recordings that agree
+LEVER_STEP = 0.02  # [m] grid of lever arms
+MIRROR = np.diag([1.0, -1.0])
+THRUSTER_SPREAD = 0.08  # share of the thrust by which actuators may differ: dead zones, curves
+RIDGE = 1e-9  # of the trace: keeps inputs without effect from making the equations singular
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """How the vehicle file says that inputs act on one axis, in forward-left-up axes."""
+    """The actuation of one axis by the vehicle file, in forward-left-up axes."""
 
-    weights: Array  # (forces, n) of the forces in the axis' equation, of the file's inputs
-    own: Mask  # (forces,) those along the axis, whose gain can't be negative
+    weights: Array  # (forces, n) of the file's inputs in the forces of the axis' equation
+    own: Mask  # (forces,) those along the axis, whose gain is positive
 
 
 def patterns(vehicle: Vehicle) -> tuple[Pattern, Pattern, Pattern]:
@@ -54,41 +59,44 @@ def patterns(vehicle: Vehicle) -> tuple[Pattern, Pattern, Pattern]:
 
 
 @dataclass(frozen=True)
-class Search:
-    """Readings of signs and order against gains of the file's inputs."""
+class HypothesisSearch:
+    """Hypotheses of signs and order, scored by the estimated gains of the file's inputs."""
 
     vehicle: Vehicle
     gains: tuple[Gains, Gains, Gains]  # mirrored: with y turned round
-    mirrored: bool  # whether the plane of the poses has the wrong hand against psi
+    mirrored: bool  # whether the plane of the poses is mirrored with respect to psi
     blocks: int
 
     @cached_property
-    def price(self) -> float:
-        """Chi-square that an edit must be worth."""
+    def edit_penalty(self) -> float:
+        """Least fall of chi-square for an edit."""
         left = max(1.0, float(self.blocks - len(self.vehicle.inputs)))
-        return PRICE * (1.0 + FEW / left)
+        return EDIT_PENALTY * (1.0 + FEW_BLOCKS / left)
 
     @cached_property
     def patterns(self) -> tuple[Pattern, Pattern, Pattern]:
-        """What the file says."""
+        """Actuation of the three axes by the file."""
         return patterns(self.vehicle)
 
     @cached_property
-    def as_is(self) -> Repair:
+    def no_edit(self) -> Repair:
         """No edit."""
         n = len(self.vehicle.inputs)
         return Repair(order=tuple(range(n)), input_signs=(1,) * n)
 
     def best(self) -> Repair:
-        """The repair with the best of chi-square and price of its edits."""
-        if self.fits(self.as_is):
-            return self.as_is  # nothing can be worth an edit
-        if len(self.vehicle.inputs) > EXHAUSTIVE:
-            return min((self._climbed(pose) for pose in self._poses()), key=self._score)
+        """The repair that minimises chi-square plus the penalty of its edits."""
+        # No edit, where the file as it is fits: no edit can improve it by its penalty.
+        if self.fits(self.no_edit):
+            return self.no_edit
+        # Many inputs: one edit at a time, from every reading of the poses.
+        if len(self.vehicle.inputs) > MOST_INPUTS_EXHAUSTIVE:
+            return min((self._stepwise(pose) for pose in self._pose_readings()), key=self._score)
+        # Few inputs: every order and sign of the inputs, under every reading of the poses.
         inputs, matrices, edits = _signed_permutations(len(self.vehicle.inputs))
         found = []
-        for pose in self._poses():
-            cost = self._misfits(pose, matrices) + self.price * (edits + _pose_edits(pose))
+        for pose in self._pose_readings():
+            cost = self._misfits(pose, matrices) + self.edit_penalty * (edits + _pose_edits(pose))
             i = int(np.argmin(cost))
             found.append(
                 (float(cost[i]), replace(pose, order=inputs[i][0], input_signs=inputs[i][1]))
@@ -100,63 +108,68 @@ class Search:
         return float(self._misfits(repair, repair.matrix[None])[0])
 
     def fits(self, repair: Repair) -> bool:
-        """Whether the file with its inputs repaired is right, for a measured point that may be off the origin."""
+        """Whether the repaired file explains the gains, with a lever arm up to `LEVER_OF_ONE`."""
         if self.mirrored:
             return False
-        if self.misfit(repair) < self.price:
+        if self.misfit(repair) < self.edit_penalty:
             return True
-        return self.moved(nearest_arm([self], SHORT, repair), repair).misfit(repair) < self.price
+        return (
+            self.at_point(nearest_lever([self], LEVER_OF_ONE, repair), repair).misfit(repair)
+            < self.edit_penalty
+        )
 
-    def moved(self, arm: tuple[float, float], repair: Repair | None = None) -> "Search":
-        """The same of a point so far behind and to starboard [m] of the measured one, forward-left-up.
+    def at_point(
+        self, lever: tuple[float, float], repair: Repair | None = None
+    ) -> "HypothesisSearch":
+        """The gains of the point that lies `lever` [m] (ahead, left) back from the measured one.
 
-        It turns as the file allows: what these inputs do not show may be anything in the gains themselves.
+        Yaw gains are projected on what the file allows: unexcited inputs have arbitrary gains.
         """
-        ahead, left = arm
+        ahead, left = lever
         surge, sway, yaw = self.gains
-        weights = self.patterns[2].weights @ (repair or self.as_is).matrix
-        turns = _allowed(yaw, weights) * (-1.0 if self.mirrored else 1.0)
+        weights = self.patterns[2].weights @ (repair or self.no_edit).matrix
+        turns = _projected(yaw, weights) * (-1.0 if self.mirrored else 1.0)
         surge = replace(surge, values=surge.values + left * turns)
         sway = replace(sway, values=sway.values - ahead * turns)
         return replace(self, gains=(surge, sway, yaw))
 
-    def body(self, repair: Repair) -> Array:
-        """What the repair of the poses does to [surge, sway, yaw] of the gains: (3, 3)."""
+    def gain_rotation(self, repair: Repair) -> Array:
+        """Matrix (3, 3) by which the pose edits act on [surge, sway, yaw] of the gains."""
         flip = MIRROR if self.vehicle.axes is Axes.FRD else np.eye(2)
         plane = flip @ repair.plane @ flip @ (MIRROR if self.mirrored else np.eye(2))
         whole = np.zeros((3, 3))
         whole[:2, :2], whole[2, 2] = plane, repair.pose_signs[2]
         return whole
 
-    def worth(self, repair: Repair, changed: Repair) -> float:
-        """By how much a change of a repair makes it worse, in prices of an edit."""
-        return (self.misfit(changed) - self.misfit(repair)) / self.price
+    def relative_misfit(self, repair: Repair, changed: Repair) -> float:
+        """Rise of chi-square from a repair to a changed one, in units of the edit penalty."""
+        return (self.misfit(changed) - self.misfit(repair)) / self.edit_penalty
 
-    def alike(self, i: int, j: int) -> bool:
-        """Whether the file gives two inputs the same part, so that their order does not matter."""
+    def interchangeable(self, i: int, j: int) -> bool:
+        """Whether two inputs have equal weights in every axis, so that their order has no effect."""
         return all(np.allclose(p.weights[:, i], p.weights[:, j]) for p in self.patterns)
 
-    def _poses(self) -> Iterator[Repair]:
-        """Signs and order of the coordinates that have the right hand."""
+    def _pose_readings(self) -> Iterator[Repair]:
+        """Signs and order of the coordinates that agree with the handedness found."""
         for exchanged, x, y, psi in product((False, True), (1, -1), (1, -1), (1, -1)):
-            repair = replace(self.as_is, exchanged=exchanged, pose_signs=(x, y, psi))
+            repair = replace(self.no_edit, exchanged=exchanged, pose_signs=(x, y, psi))
             if (np.linalg.det(repair.plane) * psi < 0) == self.mirrored:
                 yield repair
 
     def _misfits(self, pose: Repair, matrices: Array) -> Array:
         """Chi-square (h,) for each matrix (h, n, n) of the inputs."""
         total = np.zeros(len(matrices))
-        for pattern, row in zip(self.patterns, self.body(pose), strict=True):
+        for pattern, row in zip(self.patterns, self.gain_rotation(pose), strict=True):
             axis = int(np.argmax(np.abs(row)))
             total += _misfit(self.gains[axis], row[axis], pattern, matrices)
         return total
 
     def _score(self, repair: Repair) -> float:
         edits = edits_of(repair.order, repair.input_signs) + _pose_edits(repair)
-        return self.misfit(repair) + self.price * edits
+        return self.misfit(repair) + self.edit_penalty * edits
 
-    def _climbed(self, repair: Repair) -> Repair:
-        """The best that can be reached edit by edit."""
+    def _stepwise(self, repair: Repair) -> Repair:
+        """Greedy search, one edit at a time."""
         while True:
             step = min(neighbours(repair), key=self._score)
             if self._score(step) >= self._score(repair):
@@ -164,17 +177,17 @@ class Search:
             repair = step
 
 
-def nearest_arm(
-    searches: Sequence[Search], most: float, repair: Repair | None = None
+def nearest_lever(
+    searches: Sequence[HypothesisSearch], most: float, repair: Repair | None = None
 ) -> tuple[float, float]:
-    """Where the measured point is [m], ahead of the origin and to port, if the files are right; `most` away."""
-    arms = np.arange(-round(most / STEP), round(most / STEP) + 1) * STEP
+    """Lever arm [m] (ahead, left) of the measured point that fits best, each within `most`."""
+    levers = np.arange(-round(most / LEVER_STEP), round(most / LEVER_STEP) + 1) * LEVER_STEP
 
-    def misfit(arm: tuple[float, float]) -> float:
-        return sum(s.moved(arm, repair).misfit(repair or s.as_is) for s in searches)
+    def misfit(lever: tuple[float, float]) -> float:
+        return sum(s.at_point(lever, repair).misfit(repair or s.no_edit) for s in searches)
 
-    ahead = min(arms.tolist(), key=lambda arm: misfit((arm, 0.0)))  # moves sway
-    left = min(arms.tolist(), key=lambda arm: misfit((0.0, arm)))  # moves surge
+    ahead = min(levers.tolist(), key=lambda x: misfit((x, 0.0)))  # acts on sway
+    left = min(levers.tolist(), key=lambda y: misfit((0.0, y)))  # acts on surge
     return ahead, left
 
 
@@ -189,7 +202,7 @@ def neighbours(repair: Repair) -> Iterator[Repair]:
 
 
 def negated(repair: Repair, i: int) -> Repair:
-    """The repair with input i turned round."""
+    """The repair with input i negated."""
     signs = list(repair.input_signs)
     signs[i] = -signs[i]
     return replace(repair, input_signs=tuple(signs))
@@ -204,7 +217,9 @@ def swapped(repair: Repair, i: int, j: int) -> Repair:
 
 def _pose_edits(repair: Repair) -> float:
     handed = repair.pose_signs == (1, -1, -1) and not repair.exchanged
-    return repair.pose_edits * (1.0 - TIE if handed else 1.0 + TIE)
+    return repair.pose_edits * (
+        1.0 - POSE_PAIR_PREFERENCE if handed else 1.0 + POSE_PAIR_PREFERENCE
+    )
 
 
 @lru_cache(maxsize=4)
@@ -219,42 +234,47 @@ def _signed_permutations(
     return found, matrices, np.array([float(edits_of(o, s)) for o, s in found])
 
 
-def _loosened(gains: Gains, weights: Array) -> Array:
-    """Precisions (h, n, n) of gains, when actuators need not thrust quite as the shares (h, forces, n) say.
+def _with_thruster_spread(gains: Gains, weights: Array) -> Array:
+    """Precisions (h, n, n) of the gains, with `THRUSTER_SPREAD` added to their covariance.
 
-    What is left of an axis that others drive is no sign of a mistake. `UNLIKE` is in their errors, of forces as
-    large as these gains allow; of a force that was hardly given they allow any size: then the axis tells little.
+    Actuators that share a force differ in dead zone and curve; what remains of an axis that others
+    drive is no inconsistency. The spread scales with the largest force that the gains allow; a force
+    that was hardly excited allows any size, and then the axis has little weight.
     """
     precision = gains.precision
-    shared = np.count_nonzero(weights, axis=2) > 1  # (h, forces) by several actuators
+    shared = np.count_nonzero(weights, axis=2) > 1  # (h, forces): driven by several actuators
     if not shared.any():
         return np.broadcast_to(precision, (len(weights), *precision.shape))
     curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
     most = np.linalg.norm(precision, 2) * np.sum(weights**2, axis=(1, 2))
-    inverse = np.linalg.inv(curvature + 1e-9 * most[:, None, None] * np.eye(weights.shape[1]))
+    inverse = np.linalg.inv(curvature + RIDGE * most[:, None, None] * np.eye(weights.shape[1]))
     found = (inverse @ weights @ (precision @ gains.values)[:, None])[:, :, 0]
     force = np.abs(found) + 2.0 * np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
     parts = np.where(shared[:, :, None], force[:, :, None] * weights, 0.0)
-    unlike = UNLIKE**2 * np.sum(parts**2, axis=1)[:, :, None] * np.eye(weights.shape[2])
+    unlike = THRUSTER_SPREAD**2 * np.sum(parts**2, axis=1)[:, :, None] * np.eye(weights.shape[2])
     return np.asarray(np.linalg.inv(np.linalg.inv(precision) + unlike))
 
 
-def _allowed(gains: Gains, weights: Array) -> Array:
-    """The gains (n,) nearest to those seen that a pattern's weights (forces, n) allow, of either sign."""
+def _projected(gains: Gains, weights: Array) -> Array:
+    """Gains (n,) projected on the span of a pattern's weights (forces, n), of either sign."""
     if not weights.any():
         return gains.values
     pull = weights @ gains.precision
     curvature = pull @ weights.T
-    ridge = 1e-9 * float(np.trace(curvature)) * np.eye(len(curvature))
+    ridge = RIDGE * float(np.trace(curvature)) * np.eye(len(curvature))
     return np.asarray(np.linalg.solve(curvature + ridge, pull @ gains.values) @ weights)
 
 
 def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Array:
-    """Chi-square (h,) of an axis' gains, times sign, against its pattern of edited inputs."""
+    """Chi-square (h,) of an axis' gains, times sign, given the pattern of each edited input matrix.
+
+    Non-negative least squares by enumeration: each set of active forces is solved, the admissible
+    solution with the least cost counts.
+    """
     if len(pattern.own) == 0:
         return np.full(len(matrices), gains.total)
     weights = pattern.weights @ matrices  # (h, forces, n)
-    precision = _loosened(gains, weights)
+    precision = _with_thruster_spread(gains, weights)
     pull = precision @ gains.values  # (h, n)
     total = pull @ gains.values
     curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
@@ -262,7 +282,7 @@ def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Arr
     best = total
     for active in _active_sets(pattern.own):
         matrix = curvature[:, active[:, None], active]
-        ridge = 1e-9 * np.trace(matrix, axis1=1, axis2=2) + 1e-300
+        ridge = RIDGE * np.trace(matrix, axis1=1, axis2=2) + 1e-300
         matrix = matrix + ridge[:, None, None] * np.eye(len(active))
         gain = np.linalg.solve(matrix, slope[:, active, None])[:, :, 0]
         allowed = np.all((gain >= 0) | ~pattern.own[active], axis=1)
@@ -272,7 +292,7 @@ def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Arr
 
 
 def _active_sets(own: Mask) -> Iterator[Array]:
-    """Forces that act while others are at their bound of no gain: all free ones, any own ones."""
+    """Active sets: every free force, and any subset of those with non-negative gain."""
     free, bounded = np.flatnonzero(~own), np.flatnonzero(own)
     for size in range(len(bounded) + 1):
         for chosen in combinations(bounded.tolist(), size):

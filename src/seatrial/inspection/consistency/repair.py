@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Edits of a vehicle file's signals: units, order, signs."""
+"""Edits of a vehicle file's columns: units, order, signs."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from seatrial.util.frames import Array
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]
 ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}  # [rad]
 POSE = ("x", "y", "psi")
-Unit = str | None  # None: as the file says
+Unit = str | None  # None: as the file states
 
 
 @dataclass(frozen=True)
@@ -27,18 +27,18 @@ class Repair:
     )  # of x, y, psi; None: as is
     exchanged: bool = False  # x and y change places, before the signs
     pose_signs: tuple[int, int, int] = (1, 1, 1)  # of x, y, psi
-    order: tuple[int, ...] = ()  # input i reads what input order[i] has read
+    order: tuple[int, ...] = ()  # input i reads the column of input order[i]
     input_signs: tuple[int, ...] = ()
 
     @property
     def plane(self) -> Array:
-        """What the edits do to (x, y) of the file: (2, 2)."""
+        """Matrix (2, 2) of the edits on (x, y) of the file."""
         turned = np.eye(2)[::-1] if self.exchanged else np.eye(2)
         return np.asarray(np.diag(self.pose_signs[:2]) @ turned)
 
     @property
     def matrix(self) -> Array:
-        """What the edits do to the file's inputs: (n, n), a signed permutation."""
+        """Matrix (n, n) of the edits on the file's inputs: a signed permutation."""
         return np.asarray(np.diag(self.input_signs) @ np.eye(len(self.order))[list(self.order)])
 
     @property
@@ -58,7 +58,7 @@ def edits_of(order: tuple[int, ...], signs: tuple[int, ...]) -> int:
 
 
 def cycles(order: tuple[int, ...]) -> list[list[int]]:
-    """The permutation's cycles, those of one element, too."""
+    """Cycles of the permutation, those of one element included."""
     left, found = set(range(len(order))), []
     while left:
         cycle = [min(left)]
@@ -69,10 +69,10 @@ def cycles(order: tuple[int, ...]) -> list[list[int]]:
     return found
 
 
-def mended(vehicle: Vehicle, repair: Repair) -> Vehicle:
-    """The vehicle with its pose and command columns put right.
+def apply_repair(vehicle: Vehicle, repair: Repair) -> Vehicle:
+    """The vehicle with its pose and command columns corrected.
 
-    x and y that a bag's messages have by themselves can't be exchanged here: they have no entry.
+    x and y of a bag's pose message have no entry in the file and can't be exchanged here.
     """
     file, names = vehicle.file, vehicle.inputs
     entries = [as_column(file.commands.inputs[names[i]]) for i in repair.order]
@@ -82,12 +82,12 @@ def mended(vehicle: Vehicle, repair: Repair) -> Vehicle:
     }
     commands = msgspec.structs.replace(file.commands, inputs=inputs)
     changed: VehicleFile = msgspec.structs.replace(
-        file, pose=_mended_pose(file.pose, repair), commands=commands
+        file, pose=_repaired_pose(file.pose, repair), commands=commands
     )
     return Vehicle(changed, vehicle.source)
 
 
-def _mended_pose(pose: PoseSource, repair: Repair) -> PoseSource:
+def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:
     columns = [as_column(entry) for entry in (pose.x, pose.y, pose.psi)]
     columns = [
         column if unit is None else msgspec.structs.replace(column, unit=unit)

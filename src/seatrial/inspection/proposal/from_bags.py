@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which topics of a bag are the poses and the commands."""
+"""Topics of a bag that are the poses and the commands."""
 
 from pathlib import Path
 from typing import Any
@@ -7,24 +7,34 @@ from typing import Any
 from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
 from seatrial.io.bags.channels import number_fields, tf_frames
 from seatrial.io.bags.contents import Contents, Entry, contents
-from seatrial.recording.timing import rhythm
+from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
 
-LIKELY_POSES = ("slam", "mocap", "vicon", "qualisys", "optitrack", "vrpn", "amcl", "pose", "odom")
+POSE_TOPIC_WORDS = (
+    "slam",
+    "mocap",
+    "vicon",
+    "qualisys",
+    "optitrack",
+    "vrpn",
+    "amcl",
+    "pose",
+    "odom",
+)
 BODY_FRAMES = ("base_link", "base_footprint", "base", "body")
 WORLD_FRAMES = ("map", "world", "odom")
-PLANAR = {  # the numbers that matter of messages with more
+PLANAR_FIELDS = {  # fields of motion in the plane, of messages with more
     "geometry_msgs/msg/Wrench": ("force.x", "force.y", "torque.z"),
     "geometry_msgs/msg/WrenchStamped": ("wrench.force.x", "wrench.force.y", "wrench.torque.z"),
     "geometry_msgs/msg/Twist": ("linear.x", "linear.y", "angular.z"),
     "geometry_msgs/msg/TwistStamped": ("twist.linear.x", "twist.linear.y", "twist.angular.z"),
     "mavros_msgs/msg/ManualControl": ("x", "y", "z", "r"),
 }
-FULL = {"mavros_msgs/msg/ManualControl": 1000.0}
+FULL_COMMAND = {"mavros_msgs/msg/ManualControl": 1000.0}
 
 
 def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage: bool) -> Sources:
-    """Topics that look like poses and commands. Raises RecordingError, FileError."""
+    """Topics of poses and commands by type and name. Raises RecordingError, FileError."""
     found = contents(path, salvage=salvage)
     chosen = _one(found, "poses", choices.pose, ask, _likely_poses(found.of("poses")))
     pose: dict[str, Any] = {"topic": chosen.topic.name}
@@ -50,14 +60,14 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
     }
     return Sources(
         path, name, choices.axes, found.length, pose, commands, channels, notes,
-        FULL.get(driving.topic.type_name),
+        FULL_COMMAND.get(driving.topic.type_name),
     )  # fmt: skip
 
 
 def _one(
     found: Contents, role: str, given: str | None, ask: Ask | None, likely: list[Entry]
 ) -> Entry:
-    """The topic that plays a role: the one given, the only one, or the one that is answered."""
+    """The topic of a role: the one given, the only candidate, or the answer of `ask`."""
     option = OPTIONS[role]
     if given is not None:
         for entry in found.entries:
@@ -68,7 +78,7 @@ def _one(
     if not likely:
         listed = "; ".join(f"{e.topic.name} ({e.topic.type})" for e in found.entries) or "none"
         raise RecordingError(
-            f"{found.path}: no topic looks like {role}; if one is, name it with {option}. "
+            f"{found.path}: no topic has a type of {role}; name one with {option}. "
             f"The topics are {listed}"
         )
     if len(likely) == 1 or (role == "commands" and len(_siblings(found, likely[0])) == len(likely)):
@@ -78,9 +88,9 @@ def _one(
 
 
 def _likely_poses(entries: list[Entry]) -> list[Entry]:
-    """Poses of the most telling name; tf only where there is nothing else."""
+    """Pose topics by name, the most specific word first; tf only without any other."""
     plain = [e for e in entries if not e.topic.type_name.endswith(("TFMessage", "tfMessage"))]
-    for word in LIKELY_POSES:
+    for word in POSE_TOPIC_WORDS:
         named = [e for e in plain if word in e.topic.name.lower()]
         if named:
             return named
@@ -88,7 +98,7 @@ def _likely_poses(entries: list[Entry]) -> list[Entry]:
 
 
 def _siblings(found: Contents, driving: Entry) -> list[Entry]:
-    """Topics of the same type, of one number each, that belong to one boat: a thruster each."""
+    """Scalar topics of the same type: one for each thruster."""
     if not driving.topic.type_name.startswith(("std_msgs/msg/Float", "std_msgs/msg/Int")):
         return [driving]
     if "Array" in driving.topic.type_name:
@@ -98,7 +108,7 @@ def _siblings(found: Contents, driving: Entry) -> list[Entry]:
 
 def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:
     found = number_fields(path, entry.topic.name, salvage=salvage)
-    wanted = PLANAR.get(entry.topic.type_name)
+    wanted = PLANAR_FIELDS.get(entry.topic.type_name)
     kept = [f for f in found if wanted is None or f in wanted]
     if not kept:
         raise RecordingError(f"{path}: {entry.topic.name} ({entry.topic.type}) holds no numbers")
@@ -106,7 +116,7 @@ def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:
 
 
 def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[str, str]:
-    """Parent and child: as given, or by the usual names."""
+    """Parent and child: as given, or frames with the usual names."""
     edges = tf_frames(path, topic, salvage=salvage)
     frames = {f for parent, child, _ in edges for f in (parent, child)}
     parent = choices.parent or next((f for f in WORLD_FRAMES if f in frames), None)
@@ -115,15 +125,15 @@ def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[
         listed = ", ".join(f"{p} -> {c}{' (moves)' if m else ''}" for p, c, m in edges)
         raise RecordingError(
             f"{path}: {topic} has the transforms {listed}; name the world's frame with --parent and the "
-            f"boat's with --child"
+            "boat's with --child"
         )
     return {"parent": parent, "child": child}
 
 
 def _notes(found: Contents, chosen: Entry, role: str, own: int = 1) -> list[str]:
     stream = chosen.stream
-    said = [f"{chosen.topic.type}, {rhythm(stream)}, stamps: {stream.clock.value}"]
+    notes = [f"{chosen.topic.type}, {rate_text(stream)}, stamps: {stream.clock.value}"]
     others = [e.topic for e in found.of(role) if e.topic.name != chosen.topic.name]
     if others and own == 1:
-        said.append("could also be: " + ", ".join(f"{t.name} ({t.type})" for t in others[:6]))
-    return said
+        notes.append("other candidates: " + ", ".join(f"{t.name} ({t.type})" for t in others[:6]))
+    return notes

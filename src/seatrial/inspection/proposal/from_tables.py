@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which columns of which tables are the poses and the commands."""
+"""Tables and columns that are the poses and the commands."""
 
 import re
 from collections.abc import Sequence
@@ -22,19 +22,19 @@ POSE_NAMES = {
 UNITS = {"x": ("m", "cm", "mm"), "y": ("m", "cm", "mm"), "psi": ("rad", "deg")}
 TIME_UNITS = ("s", "ms", "us", "ns")
 NOT_COMMANDS = ("z", "phi", "theta", "roll", "pitch", "u", "v", "r", "w", "p", "q")
-STICKS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
+COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 
 
 def of_tables(
     path: Path, name: str, choices: Choices, ask: Ask | None, more: Sequence[Path] = ()
 ) -> Sources:
-    """Columns that are named like poses, and those that could be commands. Raises RecordingError.
+    """Pose columns by name, and candidates for commands. Raises RecordingError.
 
-    `more`: other recordings, in which a column may change that stands still in the first.
+    `more`: further recordings; a column that changes in one of them counts as changing.
     """
     tables = _changing(look_at_columns(path), more)
-    poses = _poses(path, tables, choices, ask)
-    driven = _driven(path, tables, poses, choices, ask)
+    poses = _pose_table(path, tables, choices, ask)
+    driven = _command_table(path, tables, poses, choices, ask)
     pose, commands = _files(path, poses), _files(path, driven)
     pose["stamp"], commands["stamp"] = _stamp(poses), _stamp(driven)
     for key, names in POSE_NAMES.items():
@@ -45,7 +45,7 @@ def of_tables(
             )
         unit = _unit(column.name, UNITS[key])
         pose[key] = {"column": column.name} | ({"unit": unit} if unit else {})
-    marks = [c.name for c in poses.columns if _marks(c)]
+    marks = [c.name for c in poses.columns if _is_validity(c)]
     if marks:
         pose["valid"] = marks[0]
     taken = {pose[k]["column"] for k in ("stamp", "x", "y", "psi")} if driven is poses else set()
@@ -53,21 +53,23 @@ def of_tables(
     able = [
         c
         for c in driven.columns
-        if c.name and c.name not in taken and c.changes and not _marks(c)
+        if c.name and c.name not in taken and c.changes and not _is_validity(c)
         and not (driven is poses and c.name.lower() in NOT_COMMANDS)
     ]  # fmt: skip
     if not able:
-        raise RecordingError(f"{driven.path}: no column that changes is left for the commands")
-    full, sparse = _together(able)
+        raise RecordingError(
+            f"{driven.path}: no column besides poses and stamps changes, so there are no commands"
+        )
+    full, sparse = _equally_filled(able)
     channels = named((c.name, {"column": c.name}) for c in full)
     notes = {"axes": _north(pose), "commands": []}
     if sparse:
-        notes["commands"] = [f"left out, as cells are empty: {', '.join(sparse)}"]
+        notes["commands"] = [f"not used, with empty cells: {', '.join(sparse)}"]
     return Sources(path, name, choices.axes, 0.0, pose, commands, channels, notes)
 
 
 def _changing(tables: Sequence[TableView], more: Sequence[Path]) -> list[TableView]:
-    """The tables of the first recording; a column that changes in another one counts as changing."""
+    """Tables of the first recording; a column changes if it does in any recording."""
     lone = len(tables) == 1
     seen = {
         (None if lone else Path(table.path).name, column.name)
@@ -90,8 +92,8 @@ def _files(path: Path, table: TableView) -> dict[str, Any]:
     return {"file": Path(table.path).name} if path.is_dir() else {}
 
 
-def _together(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str]]:
-    """Columns that are filled in the same rows, as many as there are, and the names of the others."""
+def _equally_filled(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str]]:
+    """The largest group of columns filled in the same rows, and the names of the others."""
     groups: dict[int, list[ColumnView]] = {}
     for column in columns:
         groups.setdefault(column.empty, []).append(column)
@@ -99,7 +101,9 @@ def _together(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str
     return chosen, [c.name for c in columns if c not in chosen]
 
 
-def _poses(path: Path, tables: Sequence[TableView], choices: Choices, ask: Ask | None) -> TableView:
+def _pose_table(
+    path: Path, tables: Sequence[TableView], choices: Choices, ask: Ask | None
+) -> TableView:
     if choices.pose is not None:
         return _given(path, tables, choices.pose, "poses")
     found = [t for t in tables if all(_named(t, POSE_NAMES[key]) for key in ("x", "psi"))]
@@ -112,14 +116,14 @@ def _poses(path: Path, tables: Sequence[TableView], choices: Choices, ask: Ask |
     return _chosen(path, found, "poses", ask)
 
 
-def _driven(
+def _command_table(
     path: Path, tables: Sequence[TableView], poses: TableView, choices: Choices, ask: Ask | None
 ) -> TableView:
-    """The table of the commands: the other one, or that with a name like it."""
+    """The table of the commands: by name, else the other table, else the same."""
     if choices.commands is not None:
         return _given(path, tables, choices.commands, "commands")
     others = [t for t in tables if t is not poses]
-    likely = [t for t in others if any(w in Path(t.path).name.lower() for w in STICKS)]
+    likely = [t for t in others if any(w in Path(t.path).name.lower() for w in COMMAND_TABLE_WORDS)]
     return _chosen(path, likely or others or [poses], "commands", ask)
 
 
@@ -138,7 +142,7 @@ def _chosen(path: Path, found: Sequence[TableView], role: str, ask: Ask | None) 
 
 def _named(table: TableView, names: Sequence[str]) -> ColumnView | None:
     """The column with the first of these names, whatever its case and unit."""
-    for spelled in (str.lower, _bare):
+    for spelled in (str.lower, _without_unit):
         found = {spelled(c.name): c for c in reversed(table.columns) if c.least is not None}
         for name in names:
             if name in found:
@@ -146,25 +150,25 @@ def _named(table: TableView, names: Sequence[str]) -> ColumnView | None:
     return None
 
 
-def _bare(name: str) -> str:
-    """Without the unit: x [mm], x (mm), x_mm."""
+def _without_unit(name: str) -> str:
+    """The name without its unit: x [mm], x (mm), x_mm."""
     return re.sub(r"\s*[\[(_ ](m|cm|mm|rad|deg|s|ms|us|ns)[\])]?$", "", name.strip().lower())
 
 
 def _unit(name: str, units: Sequence[str]) -> str:
-    """The unit in a column's name; nothing if it is the usual one."""
+    """The unit in a column's name; empty for the default unit."""
     found = re.search(r"[\[(_ ](\w+)[\])]?$", name.strip().lower())
     return found[1] if found and found[1] in units[1:] else ""
 
 
-def _marks(column: ColumnView) -> bool:
+def _is_validity(column: ColumnView) -> bool:
     """Whether a column says which poses are good."""
     return "valid" in column.name.lower() and (column.least, column.most) in ((0, 1), (1, 1))
 
 
 def _north(pose: dict[str, Any]) -> list[str]:
     """What the names of the columns say of the axes."""
-    if any(_bare(pose[key]["column"]) in ("north", "east") for key in ("x", "y")):
+    if any(_without_unit(pose[key]["column"]) in ("north", "east") for key in ("x", "y")):
         return ["columns named north and east mean forward-right-down (--axes)"]
     return []
 

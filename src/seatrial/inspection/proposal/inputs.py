@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which channel drives what, and by how much: asked of the data."""
+"""Actuation found in the data: which channel drives which axis, with sign, scale and weight."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -11,27 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
-from seatrial.inspection.consistency import Assignment, Gain, SignReport, assignments, check_signs
+from seatrial.inspection.consistency.channel_assignment import Assignment, assignments
+from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
 from seatrial.inspection.proposal.sources import Sources
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
 
-SEEN = 6.0  # t from which on a channel is said to drive an axis,
-ALIKE = 0.05  # of their mean, or so many standard errors: thrusters are taken to push alike
-ALIKE_ERRORS = 2.0
-SHARE = 0.3  # with at least this share of the effect of the strongest there
-STICK = 0.1  # share of what turning does to a point off the origin that the axis' own stick does at least
-LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] of the measured point that are proposed
-MOST_CHANNELS = 8  # those that vary most: a vehicle has no more inputs
-PWM = (900.0, 2100.0)  # [us]
-PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us]
-NEARLY_ONE = 1.05
-FULL = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)  # usual values of full command
-USED = 0.5  # share of it that is reached, if it is one of them
-ALONE = 0.01  # of the largest combination of inputs: what is driven less is driven with others only
-NAMES = {
+DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
+EQUAL_GAINS = 0.05  # of their mean; gains within it are proposed as equal (identical thrusters)
+EQUAL_GAINS_ERRORS = 2.0  # standard errors; the same
+LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below is cross-coupling
+OWN_STICK_SHARE = (
+    0.1  # of the lever's effect of yaw on an axis, that the axis' own channel has at least
+)
+LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
+MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
+PWM = (900.0, 2100.0)  # [us] range of servo pulses
+PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us] neutral, and neutral to full
+OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
+USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
+LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data
+LEAST_COMBINATION = (
+    0.01  # of the largest singular value; below, a combination of inputs is unexcited
+)
+LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
+FORCE_NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
     "F_v": "F_v|sway|force_y|linear_y",
     "F_r": "F_r|yaw|torque_z|angular_z",
@@ -41,24 +47,22 @@ Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any
 
 @dataclass(frozen=True)
 class Drive:
-    """The inputs, and what is known of each."""
+    """Inputs and forces, and what the data show about each."""
 
     inputs: dict[str, dict[str, Any]]  # by name: the column
-    remarks: dict[str, str]  # by name: what was seen
+    remarks: dict[str, str]  # by name: what the data show
     forces: dict[str, dict[str, Any]]  # empty: the inputs are F_u, F_v, F_r, and all are there
-    thrusters: bool  # that several channels drive an axis together
-    undriven: tuple[str, ...]  # axes that nothing is seen to drive
-    pose: dict[str, Any]  # as found, units put right
-    lever: (
-        tuple[float, float] | None
-    )  # [m] of the measured point, in the file's axes, as far as seen
-    findings: tuple[str, ...]  # what was put right
+    thrusters: bool  # whether several channels drive an axis together
+    undriven: tuple[str, ...]  # axes without a channel that drives them
+    pose: dict[str, Any]  # columns, with units corrected
+    lever: tuple[float, float] | None  # [m] of the measured point, in the file's axes
+    findings: tuple[str, ...]  # corrected units
     on_change: bool
 
 
 @dataclass(frozen=True)
 class Channels:
-    """What each channel does to each axis, in the axes of the file."""
+    """Gain from each channel to each axis, in the axes of the file."""
 
     names: tuple[str, ...]
     columns: dict[str, dict[str, Any]]  # with offset and scale
@@ -68,45 +72,53 @@ class Channels:
 
     @cached_property
     def assigned(self) -> tuple[Assignment, ...]:
-        """For each axis the channel that moves it most clearly, none twice."""
+        """For each axis the channel with the largest t, each channel once."""
         t = self.t.copy()
         if self.lever is not None:
             t[:2, self.turning] = 0.0
-        return tuple(a for a in assignments(self.names, t) if abs(a.t) > SEEN)
+        return tuple(a for a in assignments(self.names, t) if abs(a.t) > DRIVES_T)
 
     @property
     def turning(self) -> int:
-        """The channel that turns the boat most."""
+        """The channel with the largest effect on yaw."""
         return int(np.argmax(self.effects[2]))
 
     @property
     def effects(self) -> Array:
-        """How much (3, n) each channel does to each axis, where that is seen."""
-        return np.where(np.abs(self.t) > SEEN, np.abs(self.gains) * self.spread, 0.0)
+        """Acceleration (3, n) of each axis by each channel as driven; 0 below `DRIVES_T`."""
+        return np.where(np.abs(self.t) > DRIVES_T, np.abs(self.gains) * self.spread, 0.0)
 
     @property
     def clear(self) -> NDArray[np.bool_]:
-        """Channels (3, n) that drive an axis visibly, and not only by the way.
+        """Channels (3, n) that drive an axis, cross-coupling left out.
 
-        What turns the boat moves a point off its origin aside: that is no drive of surge or sway.
+        With a lever arm, yaw accelerates the measured point in surge and sway: that is no actuation.
         """
-        seen = self.effects
+        effects = self.effects
         if self.lever is not None:
-            seen[:2, self.turning] = 0.0
-        return np.asarray((seen > 0) & (seen >= SHARE * seen.max(axis=1, keepdims=True)))
+            effects[:2, self.turning] = 0.0
+        return np.asarray(
+            (effects > 0) & (effects >= LEAST_EFFECT_SHARE * effects.max(axis=1, keepdims=True))
+        )
 
     @cached_property
     def lever(self) -> tuple[float, float] | None:
-        """The measured point [m] from the origin, if the one channel that turns the boat seems to push it, too.
+        """Lever arm [m] of the measured point, where the only yaw channel also moves surge or sway.
 
-        Others must drive surge and sway as well: else the same is seen of a single thruster at the bow.
+        Other channels must drive these axes, too: a single bow thruster has the same effect.
         """
-        seen = self.effects
+        effects = self.effects
         k = self.turning
-        if np.count_nonzero(seen[2] >= max(SHARE * seen[2].max(), 1e-12)) != 1:
+        if (
+            np.count_nonzero(effects[2] >= max(LEAST_EFFECT_SHARE * effects[2].max(), LEAST_EFFECT))
+            != 1
+        ):
             return None
-        aside = seen[:2, k] > 0.0
-        others = np.delete(seen[:2], k, axis=1).max(axis=1, initial=0.0) >= STICK * seen[:2, k]
+        aside = effects[:2, k] > 0.0
+        others = (
+            np.delete(effects[:2], k, axis=1).max(axis=1, initial=0.0)
+            >= OWN_STICK_SHARE * effects[:2, k]
+        )
         if not aside.any() or not others[aside].all():
             return None
         along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]
@@ -122,38 +134,42 @@ class Channels:
 
 def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     """Inputs, signs, scales and units from the recording itself."""
-    names = _varied(sources, salvage=salvage)
-    pose, said, report = _units(sources, names, salvage=salvage)
+    # 1. Channels that change; units of the poses.
+    names = _changing_channels(sources, salvage=salvage)
+    pose, corrected, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
     recordings = _read(sources, draft, salvage=salvage)
+    # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
+    # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
     inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
+    # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
     on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
-        tuple(said), on_change,
+        tuple(corrected), on_change,
     )  # fmt: skip
 
 
 def _units(
     sources: Sources, names: Sequence[str], *, salvage: bool
-) -> tuple[dict[str, Any], list[str], SignReport]:
-    """The poses' columns with units put right, what was found, and the check that found it."""
+) -> tuple[dict[str, Any], list[str], ConsistencyReport]:
+    """The poses' columns with units corrected, remarks on these, and the consistency report."""
     pose = dict(sources.pose)
     draft = _draft(sources, pose, names)
-    report = check_signs(_read(sources, draft, salvage=salvage), draft)
-    said = []
+    report = check_consistency(_read(sources, draft, salvage=salvage), draft)
+    corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
         if unit is not None:
             pose[key] = dict(pose.get(key, {})) | {"unit": unit}
-            said.append(f"{key} is in {unit}, by the way that the boat moves")
-    if said:
+            corrected.append(f"{key} is in {unit}, by the motion of the boat")
+    if corrected:
         draft = _draft(sources, pose, names)
-        report = check_signs(_read(sources, draft, salvage=salvage), draft)
-    return pose, said, report
+        report = check_consistency(_read(sources, draft, salvage=salvage), draft)
+    return pose, corrected, report
 
 
 def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]:
@@ -161,7 +177,7 @@ def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]
 
 
 def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> Vehicle:
-    """A vehicle that can read the channels."""
+    """A provisional vehicle, to read the channels."""
     content = {
         "seatrial": "vehicle 1",
         "name": sources.name,
@@ -174,8 +190,8 @@ def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> V
     return vehicle_from(content, f"the draft for {sources.path}")
 
 
-def _varied(sources: Sources, *, salvage: bool) -> list[str]:
-    """Channels that change, those that change most often."""
+def _changing_channels(sources: Sources, *, salvage: bool) -> list[str]:
+    """Channels that change, the most active ones."""
     changes: dict[str, int] = {}
     names = [*sources.channels]
     for i in range(0, len(names), MOST_CHANNELS):
@@ -213,45 +229,45 @@ def _channels(
 
 
 def _scale(values: Array, full: float | None = None) -> dict[str, float]:
-    """Offset and scale with which full command is 1; `full` where the message says what it is."""
+    """Offset and scale for a full command of 1; `full` where the message type defines it."""
     least, most = float(values.min()), float(values.max())
     if PWM[0] <= least and most <= PWM[1]:
         return {"offset": PWM_CENTRE, "scale": PWM_SPAN}
     largest = max(abs(least), abs(most))
-    usual = next((x for x in FULL if x > largest / NEARLY_ONE), 0.0)
-    if full is None and largest < USED * usual and largest > NEARLY_ONE:
+    usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
+    if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:
         decade = 10.0 ** np.floor(np.log10(largest))
-        full = float(np.ceil(largest / NEARLY_ONE / decade) * decade)
+        full = float(np.ceil(largest / OVERSHOOT / decade) * decade)
     scale = full or usual or largest
     return {} if scale == 1.0 else {"scale": scale}
 
 
 def _thrusters(found: Channels) -> Parts:
-    """Each channel an input; forces as sums of them, weighted by the gains seen."""
+    """Each channel an input; forces as sums of them, weighted by their gains."""
     forces: dict[str, dict[str, Any]] = {}
     for axis, clear in enumerate(found.clear):
         mine = np.where(clear, found.gains[axis], 0.0)
         if clear.any():
-            weights = _evened(mine, np.abs(mine / np.where(clear, found.t[axis], 1.0)))
+            weights = _equalised(mine, np.abs(mine / np.where(clear, found.t[axis], 1.0)))
             of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
-    if len(forces) > len(used):  # two astern: it sways as it turns, but nothing pushes it aside
+    if len(forces) > len(used):  # two thrusters astern: sway follows from yaw, no force drives it
         forces.pop(WRENCH[1], None)
         used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
-    return inputs, {n: _seen(found.t[:, found.names.index(n)]) for n in inputs}, forces
+    return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
 
 
-def _evened(gains: Array, errors: Array) -> Array:
-    """Weights (n,) whose sizes sum to 1, alike where gains with these errors (n,) do not differ.
+def _equalised(gains: Array, errors: Array) -> Array:
+    """Weights (n,) whose magnitudes sum to 1, equal where the gains do not differ significantly.
 
-    Thrusters of one kind push alike; by how much they seem not to depends on the drive. Sizes count as one where
-    they are a few per cent apart, or no more than their errors explain.
+    Gains are equal within `EQUAL_GAINS` or `EQUAL_GAINS_ERRORS` standard errors (n,): thrusters are
+    usually identical.
     """
     sizes, own = np.abs(gains), gains != 0.0
     mean = float(sizes[own].mean())
-    alike = np.abs(sizes - mean) < np.maximum(ALIKE * mean, ALIKE_ERRORS * errors)
+    alike = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
     even = np.sign(gains) * mean if alike[own].all() else gains
     return np.asarray(even / np.abs(even).sum())
 
@@ -265,20 +281,18 @@ def _sticks(found: Channels) -> Parts:
         positive = found.t[a.axis, found.names.index(a.channel)] > 0
         name = WRENCH[a.axis]
         inputs[name] = found.columns[a.channel] | ({} if positive else {"sign": -1})
-        doubt = (
-            ""
-            if a.trusted or found.lever
-            else "; check: another channel moves it nearly as clearly"
+        ambiguous = (
+            "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
         )
-        remarks[name] = f"seen to move {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
+        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}"
         forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
     return inputs, remarks, forces
 
 
 def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
-    """Where nothing is seen to move the boat: what the channels' names say."""
+    """Inputs by the names of the channels, where no gain is significant."""
     inputs: dict[str, dict[str, Any]] = {}
-    for force, words in NAMES.items():
+    for force, words in FORCE_NAMES.items():
         like = [n for n in found.names if re.search(rf"(^|_)({words})$", n, re.IGNORECASE)]
         if len(like) == 1:
             inputs[force] = found.columns[like[0]]
@@ -288,26 +302,26 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
         count = _combinations(recordings)
         if 0 < count < len(found.names):
             raise RecordingError(
-                f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations, as an "
-                "allocation does: what one of them does alone can't be seen. Write the vehicle file with "
-                "thrusters: and where they are (docs/vehicle.md)"
+                f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
+                "allocation), so their separate effects are not identifiable. Write the vehicle file with "
+                "thrusters: and their positions (docs/vehicle.md)"
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
             "some minutes in which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
         )
-    remarks = dict.fromkeys(inputs, "check: by its name; nothing was seen to move")
+    remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
     axes = dict(zip(WRENCH, AXES, strict=True))
     return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
 
 
 def _combinations(recordings: Sequence[Recording]) -> int:
-    """How many independent combinations of the inputs are driven."""
+    """Number of independent combinations of the inputs that are excited."""
     values = np.concatenate([r.commands.values for r in recordings])
     size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
-    return int((size > ALONE * size[0]).sum()) if size[0] > 0 else 0
+    return int((size > LEAST_COMBINATION * size[0]).sum()) if size[0] > 0 else 0
 
 
-def _seen(t: Array) -> str:
-    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if abs(t[i]) > SEEN]
-    return f"seen to move {', '.join(parts)}" if parts else "not seen to move anything"
+def _moved_axes(t: Array) -> str:
+    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if abs(t[i]) > DRIVES_T]
+    return f"moves {', '.join(parts)}" if parts else "moves no axis significantly"

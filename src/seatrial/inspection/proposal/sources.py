@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a recording's poses and commands are, and what the user said of them."""
+"""Sources of a recording's poses and commands, and the user's choices."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 @dataclass(frozen=True)
 class Choices:
-    """What the user said already."""
+    """Options given by the user."""
 
     name: str | None = None
     axes: str = Axes.FLU.value
@@ -37,24 +37,24 @@ class Sources:
     commands: dict[str, Any]  # without inputs
     channels: dict[str, dict[str, Any]]  # by plain name: the column
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
-    full: float | None = None  # value of full command, where the message says so
+    full: float | None = None  # value of full command, where the message type defines it
     more: tuple[Path, ...] = ()  # further recordings of the same boat
 
 
 def choose(path: Path, role: str, likely: Sequence[str], ask: Ask | None) -> str:
-    """The one of several that plays a role: asked for. Raises RecordingError where nobody answers."""
+    """The candidate for a role: the only one, or the answer of `ask`. Raises RecordingError without it."""
     if len(likely) == 1:
         return likely[0]
     if ask is not None:
         return ask(f"Which are the {role} of the boat?", likely)
     raise RecordingError(
-        f"{path}: several could be the {role}: {', '.join(likely)}; name one with {OPTIONS[role]} (two "
-        "robots? then record them apart, or keep to those of one)"
+        f"{path}: several candidates for the {role}: {', '.join(likely)}; name one with {OPTIONS[role]} "
+        "(of two boats in one recording, choose poses and commands of the same boat)"
     )
 
 
 def named(columns: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, dict[str, Any]]:
-    """Columns by plain words made of their field paths, headers or topics; no two alike."""
+    """Columns by unique plain names, made of their field paths, headers or topics."""
     found: dict[str, dict[str, Any]] = {}
     for text, column in columns:
         word = "".join(c if c.isascii() and c.isalnum() else "_" for c in text).strip("_")

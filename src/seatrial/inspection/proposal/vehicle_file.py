@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The vehicle file that is proposed, with comments."""
+"""The text of the proposed vehicle file, with comments."""
 
 import re
 from collections.abc import Mapping
@@ -12,15 +12,15 @@ from seatrial.inspection.proposal.inputs import Drive
 from seatrial.inspection.proposal.sources import Sources
 from seatrial.util.frames import AXES
 
-COLUMN = 34  # where comments begin
-AXES_SAID = {
+COMMENT_COLUMN = 34  # [characters] where comments begin
+AXES_MEANING = {
     "forward-left-up": "x forward, y to port, psi counter-clockwise (ROS, REP-103)",
     "forward-right-down": "x forward, y to starboard, psi clockwise (SNAME, Fossen)",
 }
-FORCE = dict(zip(AXES, WRENCH, strict=True))
-LONG_HULL = "a hull longer than wide needs others: 'seatrial select' says which"
-UNSEEN = "Nothing was seen to"
-WITHOUT = {"surge": "X_F * F_u", "sway": "Y_F * F_v", "yaw": "N_F * F_r"}
+FORCE_OF_AXIS = dict(zip(AXES, WRENCH, strict=True))
+LONG_HULL_HINT = "a hull longer than wide needs other terms: 'seatrial select' finds them"
+NO_DRIVER_FOUND = "No channel moves it"
+FORCE_TERM = {"surge": "X_F * F_u", "sway": "Y_F * F_v", "yaw": "N_F * F_r"}
 TERMS = {  # the structure `mallard`, spelled out where a force is missing
     "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
     "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
@@ -33,12 +33,12 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
     length = f" ({sources.length:.0f} s)" if sources.length else ""
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
-    axes = f"check: {AXES_SAID[sources.axes]}? The data can't tell"
+    axes = f"check: {AXES_MEANING[sources.axes]}? The data do not show it"
     lines = [
         f"# Proposed by 'seatrial init' from {', '.join([first, *others])}.",
-        "# Look at every line marked 'check'.",
+        "# Check every line marked 'check'.",
         "seatrial: vehicle 1",
-        _commented(_line("name", sources.name), "the boat's; it names the model"),
+        _commented(_line("name", sources.name), "the boat's name, also the model's"),
         _commented(f"axes: {sources.axes}", axes, *sources.notes.get("axes", [])),
         "",
         *_pose(sources, drive),
@@ -62,18 +62,18 @@ def _pose(sources: Sources, drive: Drive) -> list[str]:
 
 
 def _lever(drive: Drive) -> list[str]:
-    """Where the measured point is."""
-    where = "check: where the sensor, or SLAM's frame, is from the point that thrusters turn the boat about"
+    """Position of the measured point."""
+    where = "check: position of the sensor (or SLAM frame) from the boat's origin"
     if drive.lever is None:
         return [
             _commented(
-                "  # lever: [0, 0]", f"{where} [m];", "ahead, and along the file's second axis"
+                "  # lever: [0, 0]", f"{where} [m]:", "ahead, and along the file's second axis"
             )
         ]
     return [
         _commented(
             f"  lever: [{drive.lever[0]:g}, {drive.lever[1]:g}]",
-            f"{where} [m], by what was seen;",
+            f"{where} [m], estimated:",
             "ahead, and along the file's second axis; measure it, or add --effect lever to identify",
         )
     ]
@@ -86,13 +86,17 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
         _commented(
             "  inputs:",
             "value = sign (raw - offset) / scale; full command is 1",
-            "t: how clearly it was seen, in standard errors",
+            "t: gain over its standard error",
         )
     )
     lines += [_commented(f"    {_line(n, c)}", drive.remarks[n]) for n, c in drive.inputs.items()]
     for axis in () if drive.thrusters else drive.undriven:
-        force = FORCE[axis]
-        lines.append(_commented(f"    # {force}: {{...}}", f"check: what drives {axis}? {UNSEEN}"))
+        force = FORCE_OF_AXIS[axis]
+        lines.append(
+            _commented(
+                f"    # {force}: {{...}}", f"check: which input drives {axis}? {NO_DRIVER_FOUND}"
+            )
+        )
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare:
@@ -104,48 +108,52 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
 
 
 def _place(column: Mapping[str, Any]) -> str:
-    """A channel as the file names it."""
+    """Topic, column and field of a channel, as the file names them."""
     return _shown(" ".join(str(column[k]) for k in ("topic", "column", "field") if k in column))
 
 
 def _timeout(drive: Drive) -> list[str]:
     if drive.on_change:
         return [
-            "# Commands are written only when they change, so the last one holds. If the boat stops its",
-            "# thrusters after a while without any, check after how long:",
+            "# Commands are recorded only when they change, so the last one holds. If the boat stops its",
+            "# thrusters after some time without commands, check after how long:",
             "# command_timeout: 0.5          # [s]",
         ]
     return [
-        "# command_timeout: 0.5          # [s] check: after how long without commands does it stop?"
+        "# command_timeout: 0.5          # [s] check: time without commands after which the thrusters stop"
     ]
 
 
 def _forces(drive: Drive) -> list[str]:
     if not drive.forces:
         return [
-            "# check: how the boat's software makes thruster commands of F_u, F_v and F_r. Most thrusters have a",
-            "# dead zone; without these lines it is not found, and force and drag coefficients come out wrong",
-            "# (docs/vehicle.md):",
-            "# thrusters:                    # positions [m]; directions of push [deg] from forward on",
+            "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",
+            "# thrusters have a dead zone; without these lines it is not estimated, and force and drag",
+            "# coefficients are biased (docs/vehicle.md):",
+            "# thrusters:                    # positions [m]; directions of thrust [deg] from forward",
             "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
             "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",
             "#   F_3: {x: -0.2, y: 0.2, angle_deg: 45}",
             "#   F_4: {x: -0.2, y: -0.2, angle_deg: -45}",
             "# allocation: {scheme: moore-penrose, limit: 1.0}",
         ]
-    said = ["# check: each force as a weighted sum of the inputs, by what was seen"]
-    if not drive.undriven:  # `thrusters` are of boats that are pushed in every axis
-        said = [
-            f"{said[0]}; if you know where the",
-            "# thrusters are, write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
+    comments = ["# check: each force as a weighted sum of the inputs, estimated from the recording"]
+    if not drive.undriven:  # `thrusters` needs a force in every axis
+        comments = [
+            f"{comments[0]}. Where the",
+            "# thrusters are known write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
         ]
-    lines = [*(said if drive.thrusters else ()), "forces:"]
+    lines = [*(comments if drive.thrusters else ()), "forces:"]
     lines += [f"  {_line(name, force)}" for name, force in drive.forces.items()]
     for axis in drive.undriven:
-        of = "..." if drive.thrusters else f"{FORCE[axis]}: 1"
-        why = f"check: what drives {axis}? {UNSEEN}" if drive.thrusters else "with its input above"
-        entry = f"  # {FORCE[axis]}: {{axis: {axis}, of: {{{of}}}}}"
-        lines.append(_commented(entry, f"{why}; then write {WITHOUT[axis]} below"))
+        of = "..." if drive.thrusters else f"{FORCE_OF_AXIS[axis]}: 1"
+        why = (
+            f"check: which input drives {axis}? {NO_DRIVER_FOUND}"
+            if drive.thrusters
+            else "with its input above"
+        )
+        entry = f"  # {FORCE_OF_AXIS[axis]}: {{axis: {axis}, of: {{{of}}}}}"
+        lines.append(_commented(entry, f"{why}; then write {FORCE_TERM[axis]} below"))
     return lines
 
 
@@ -153,13 +161,15 @@ def _structure(drive: Drive) -> list[str]:
     if not drive.undriven:
         return [
             _commented(
-                "structure: mallard", "the paper's terms, Eq. (12); or list your own", LONG_HULL
+                "structure: mallard",
+                "the paper's terms, Eq. (12); or list your own",
+                LONG_HULL_HINT,
             )
         ]
-    said = "the paper's terms, Eq. (12), as far as they are driven"
-    lines = [_commented("structure:", said, LONG_HULL)]
+    comment = "the paper's terms, Eq. (12), without the forces that are missing"
+    lines = [_commented("structure:", comment, LONG_HULL_HINT)]
     for axis, terms in TERMS.items():
-        kept = [t for t in terms if axis not in drive.undriven or t != WITHOUT[axis]]
+        kept = [t for t in terms if axis not in drive.undriven or t != FORCE_TERM[axis]]
         lines.append(f"  {axis}: [{', '.join(kept)}]")
     return lines
 
@@ -169,14 +179,14 @@ def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
 
 
 def _commented(text: str, *comments: str) -> str:
-    """The text, and beside and below it what is said of it."""
+    """The text with comments, the first beside it, others below."""
     first, *others = [_shown(comment) for comment in comments] or [""]
-    lines = [f"{text:<{COLUMN - 1}}  # {first}" if first else text]
-    return "\n".join([*lines, *(f"{'':<{COLUMN - 1}}  # {other}" for other in others)])
+    lines = [f"{text:<{COMMENT_COLUMN - 1}}  # {first}" if first else text]
+    return "\n".join([*lines, *(f"{'':<{COMMENT_COLUMN - 1}}  # {other}" for other in others)])
 
 
 def _shown(text: str) -> str:
-    """What may stand in a comment."""
+    """Printable text for a comment."""
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
@@ -194,7 +204,7 @@ def _flow(value: object) -> str:
 
 
 def _word(text: str) -> str:
-    """Text as YAML reads it back: in quotes where it would be something else without."""
+    """A YAML scalar that reads back as this text: quoted where needed."""
     if re.fullmatch(r"[A-Za-z/][\w/.-]*", text, re.ASCII) and yaml.safe_load(text) == text:
         return text
     return '"' + "".join(map(_escaped, text)) + '"'

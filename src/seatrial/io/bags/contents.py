@@ -16,7 +16,7 @@ from seatrial.io.bags.poses import pose_paths
 from seatrial.io.bags.tf import is_tf
 from seatrial.io.bags.wire import WireError
 from seatrial.recording.clocks import clock_verdicts
-from seatrial.recording.timing import Clock, Stream, describe, rhythm
+from seatrial.recording.timing import Clock, Stream, describe, rate_text
 
 COMMAND_TYPES = (
     "sensor_msgs/msg/Joy", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped",
@@ -125,7 +125,7 @@ def _row(entry: Entry) -> tuple[str, ...]:
     if delay is not None:
         clock += f", {delay}"
     return (
-        entry.topic.name, entry.topic.type, str(stream.count), rhythm(stream) if stream.rate else "",
+        entry.topic.name, entry.topic.type, str(stream.count), rate_text(stream) if stream.rate else "",
         f"{stream.longest:.3g} s" if stream.rate else "", clock, entry.role,
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from seatrial.io.bags.wire import Wire, WireError, plain
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
 from seatrial.recording.timing import Clock, Stream, describe
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps, earth_offset
 
 FRAMES = ("header.frame_id", "child_frame_id")
 FARTHEST = 1e9  # [m], [rad] what is farther off is no pose, and its square no number
@@ -141,10 +141,7 @@ def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
     columns = pose_columns(vehicle)
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
     eta[np.abs(eta) > FARTHEST] = np.nan
-    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
-    ahead, aside = vehicle.file.pose.lever or (0.0, 0.0)
-    eta[:, 0] -= c * ahead - s * aside
-    eta[:, 1] -= s * ahead + c * aside
+    eta[:, :2] -= earth_offset(eta[:, 2], *(vehicle.file.pose.lever or (0.0, 0.0)))
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
 
 

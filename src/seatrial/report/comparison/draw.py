@@ -10,8 +10,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.physics import driven
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.evaluation.scores import Scored
-from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability
-from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.identification.uncertainty.identifiability import SHARP_ERROR, Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
 from seatrial.report.comparison.two_models import COLOURS, DASHES, LETTERS, SIGNS
 from seatrial.report.evidence.actuators import Curve
 from seatrial.report.evidence.runs import Run
@@ -83,7 +83,7 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
     return figure(
         traces, "relative error [%]", "",
         xaxis=logarithmic(*reach(np.concatenate(shares))), yaxis=rows.axis, showlegend=True,
-        shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
+        shapes=[upright(100 * SHARP_ERROR, BLACK, "dash"), upright(100 * USABLE_ERROR, BLACK)],
     )  # fmt: skip
 
 

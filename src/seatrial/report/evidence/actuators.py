@@ -80,7 +80,7 @@ def _add(found: list[Curve], new: Curve) -> None:
 def _step(model: Model, q: Array, commands: Array, scales: Array, t: Array) -> Array:
     """The force that a step moves most, over its last value; NaN where it moves none."""
     begin = np.array([t[0] - 60.0, 0.0])
-    trace = _core.Trace(model.vehicle.chain, q, begin, commands, begin[:1], scales)
+    trace = _core.ThrustTrace(model.vehicle.chain, q, begin, commands, begin[:1], scales)
     forces = np.asarray(trace.forces(t))
     most = int(np.argmax(np.abs(forces[-1])))
     last = float(forces[-1, most])

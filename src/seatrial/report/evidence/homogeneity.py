@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.uncertainty.parameter_verdict import TYPICAL
+from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.util.distributions import chi2_sf, holm
 from seatrial.util.frames import Array
@@ -53,7 +53,7 @@ def repeat(evidence: Evidence) -> Repeat | None:
 
 
 def _row(name: str, value: float, steps: Array, errors: Array) -> Row:
-    size = max(abs(value), TYPICAL.get(name.partition(".")[0], 0.0)) or 1.0
+    size = max(abs(value), TYPICAL_SIZES.get(name.partition(".")[0], 0.0)) or 1.0
     shift, width = steps / size, errors / size
     told = np.isfinite(shift) & (width < ENOUGH) & (width > 0)
     shift, width = np.where(told, shift, np.nan), np.where(told, width, np.inf)

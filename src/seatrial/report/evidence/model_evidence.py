@@ -10,7 +10,14 @@ from seatrial.boat.model import Model
 from seatrial.evaluation.assessment import assess, assess_from
 from seatrial.evaluation.scores import Scores
 from seatrial.evaluation.validation import scores_of
-from seatrial.identification.experiment_design import Alone, Around, Gain, alone, around, gains
+from seatrial.identification.experiment_design import (
+    ManoeuvreGain,
+    RecordingInformation,
+    ReferencePoint,
+    information_by_recording,
+    manoeuvre_gains,
+    reference_point,
+)
 from seatrial.identification.uncertainty.identifiability import Identifiability, identifiability
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.physics import Physics, physics
@@ -27,9 +34,9 @@ class Evidence:
     scores: Scores
     known: Identifiability
     physics: Physics
-    point: Around | None  # what information is counted around; None: see `silent`
-    alone: tuple[Alone, ...]  # what each recording says by itself
-    gains: tuple[Gain, ...]  # what more driving would tell
+    point: ReferencePoint | None  # what information is counted around; None: see `silent`
+    alone: tuple[RecordingInformation, ...]  # what each recording says by itself
+    gains: tuple[ManoeuvreGain, ...]  # what more driving would tell
     silent: str  # why there is no information
 
     @property
@@ -65,15 +72,15 @@ def collect(
 
 def _information(
     model: Model, runs: Sequence[Run]
-) -> tuple[Around | None, tuple[Alone, ...], tuple[Gain, ...], str]:
+) -> tuple[ReferencePoint | None, tuple[RecordingInformation, ...], tuple[ManoeuvreGain, ...], str]:
     """What each recording says by itself, and what more driving would; or why that is not known."""
     recordings = [run.recording for run in runs]
     period = float(np.median([r.period for r in recordings]))
     try:
         noise = next((run.noise for run in runs if run.noise is not None), None)
-        point = around(model, recordings, noise)
-        each = alone(point, recordings)
+        point = reference_point(model, recordings, noise)
+        each = information_by_recording(point, recordings)
         seen = [run.name for run in runs if not run.unseen]
-        return point, tuple(each), tuple(gains(point, period, each, seen)), ""
+        return point, tuple(each), tuple(manoeuvre_gains(point, period, each, seen)), ""
     except SeatrialError as error:
         return None, (), (), str(error)

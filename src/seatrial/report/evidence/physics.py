@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import AxisSanity, sanity
+from seatrial.boat.physics import AxisPhysics, axis_physics
 from seatrial.boat.schema import Integration
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
@@ -23,7 +23,7 @@ class Spread:
     """One axis with 95 % intervals; None where there are none."""
 
     axis: int
-    found: AxisSanity
+    found: AxisPhysics
     top_speed: tuple[float, float] | None  # [m/s] or [rad/s]
     rise_time: tuple[float, float] | None  # [s]
     coast: tuple[float, float] | None  # [m] or [rad]
@@ -41,7 +41,7 @@ class Physics:
 def physics(model: Model) -> Physics:
     """Top speeds, rise times and ways to stop, with intervals from draws of the coefficients."""
     try:
-        found = sanity(model)
+        found = axis_physics(model)
     except ModelError as error:
         return Physics((), str(error), 0.0)
     drawn = _drawn(model)
@@ -51,7 +51,7 @@ def physics(model: Model) -> Physics:
     return Physics(tuple(_spread(place, one, told) for place, one in enumerate(found)), "", lost)
 
 
-def _spread(place: int, found: AxisSanity, drawn: Sequence[Sequence[AxisSanity]]) -> Spread:
+def _spread(place: int, found: AxisPhysics, drawn: Sequence[Sequence[AxisPhysics]]) -> Spread:
     def interval(name: str) -> tuple[float, float] | None:
         if not drawn:
             return None
@@ -63,7 +63,7 @@ def _spread(place: int, found: AxisSanity, drawn: Sequence[Sequence[AxisSanity]]
     )
 
 
-def _drawn(model: Model) -> list[list[AxisSanity] | None]:
+def _drawn(model: Model) -> list[list[AxisPhysics] | None]:
     """`sanity` of coefficients drawn from their covariance; None where they make no boat."""
     n = len(model.coefficients)
     root = _root(model.covariance[:n, :n])
@@ -73,10 +73,10 @@ def _drawn(model: Model) -> list[list[AxisSanity] | None]:
     own = model.integration
     step = max(own.step, COARSE) if own.scheme == "runge-kutta" else own.step
     model = replace(model, integration=Integration(own.scheme, step))
-    found: list[list[AxisSanity] | None] = []
+    found: list[list[AxisPhysics] | None] = []
     for draw in model.coefficients + normal @ root.T:
         try:
-            found.append(sanity(replace(model, coefficients=draw)))
+            found.append(axis_physics(replace(model, coefficients=draw)))
         except ModelError:
             found.append(None)
     return found

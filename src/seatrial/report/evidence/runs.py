@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.evaluation.assessment import Assessment, judging
 from seatrial.evaluation.prediction import Prediction
@@ -84,9 +85,9 @@ class Run:
         return self.assessment.correlations
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What else could not be had."""
-        return self.assessment.notes
+    def findings(self) -> tuple[Finding, ...]:
+        """Disturbances, errors beyond the expected, what else could not be had."""
+        return self.assessment.findings
 
     @property
     def noise(self) -> Array | None:

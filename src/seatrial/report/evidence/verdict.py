@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.physics import doubts
-from seatrial.identification.uncertainty.identifiability import Identifiability, Verdict
+from seatrial.boat.physics import implausible_coefficients
+from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
@@ -57,8 +57,8 @@ def _told(known: Identifiability) -> str:
         return "; none has a standard error"
     found = [f for f in known.findings if f.verdict.estimated]
     counts = Counter(f.verdict for f in found)
-    parts = [f"{counts[v]} {v.value}" for v in Verdict if counts[v]]
-    poor = [f.name for f in found if not f.verdict.enough]
+    parts = [f"{counts[v]} {v.value}" for v in ParameterVerdict if counts[v]]
+    poor = [f.name for f in found if not f.verdict.reliable]
     listed = "" if not poor else f" ({', '.join(poor[:6])}{' …' if len(poor) > 6 else ''})"
     return f"; of these {joined(parts)}{listed}"
 
@@ -107,7 +107,7 @@ def _foreseen(runs: Sequence[Run], rms: Array) -> str:
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
-    odd = [] if evidence.physics.unstable else doubts(evidence.model)
+    odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     found = [*odd, *advice(evidence)]
     first = found[0] if found else ALL_WELL
     start = first[0].lower() if first[1:2].islower() else first[0]

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.identification.experiment_design import Gain
+from seatrial.identification.experiment_design import ManoeuvreGain
 from seatrial.report.figures.base import BLUE, ORANGE, Figure, figure, marks
 from seatrial.report.text.names import plotly_symbol
 
 LEAST, MOST = 1.0, 36000.0  # [s] that are shown
 
 
-def halving(found: Sequence[Gain]) -> Figure:
+def halving(found: Sequence[ManoeuvreGain]) -> Figure:
     """Seconds of the best manoeuvre until each parameter's interval is half as wide."""
     times = np.array([g.seconds for g in found])
     place = -np.arange(len(found), dtype=float)

@@ -3,8 +3,12 @@
 
 import numpy as np
 
-from seatrial.identification.uncertainty.identifiability import SHARP, Identifiability, Verdict
-from seatrial.identification.uncertainty.parameter_verdict import USABLE
+from seatrial.identification.uncertainty.identifiability import (
+    SHARP_ERROR,
+    Identifiability,
+    ParameterVerdict,
+)
+from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
 from seatrial.report.figures.base import (
     BLACK,
     BLUE,
@@ -22,11 +26,11 @@ from seatrial.report.text.names import plotly_symbol
 from seatrial.util.frames import Array
 
 LOOKS = {  # of a verdict
-    Verdict.SHARP: (BLUE, "circle"),
-    Verdict.USABLE: (GREEN, "square"),
-    Verdict.WEAK: (ORANGE, "diamond"),
-    Verdict.ZERO: (PURPLE, "cross"),
-    Verdict.LOST: (RED, "x-thin-open"),
+    ParameterVerdict.SHARP: (BLUE, "circle"),
+    ParameterVerdict.USABLE: (GREEN, "square"),
+    ParameterVerdict.WEAK: (ORANGE, "diamond"),
+    ParameterVerdict.ZERO: (PURPLE, "cross"),
+    ParameterVerdict.LOST: (RED, "x-thin-open"),
 }
 LEAST, MOST = 0.01, 1000.0  # [%] that the axis reaches at the most
 
@@ -47,7 +51,7 @@ def errors(found: Identifiability) -> Figure:
         traces, "relative error [%]", "",
         xaxis=logarithmic(*reach(share)),
         yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
-        shapes=[upright(100 * SHARP, BLACK, "dash"), upright(100 * USABLE, BLACK)],
+        shapes=[upright(100 * SHARP_ERROR, BLACK, "dash"), upright(100 * USABLE_ERROR, BLACK)],
         showlegend=True,
     )  # fmt: skip
 
@@ -57,4 +61,4 @@ def reach(share: Array) -> tuple[float, float]:
     if not len(share):
         return 1.0, 100.0
     low, high = float(share.min()), float(share.max())
-    return max(LEAST, 0.5 * min(low, 100 * SHARP)), max(200 * USABLE, 1.6 * high)
+    return max(LEAST, 0.5 * min(low, 100 * SHARP_ERROR)), max(200 * USABLE_ERROR, 1.6 * high)

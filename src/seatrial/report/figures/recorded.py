@@ -41,7 +41,7 @@ MISSING = (  # what is missing in a recording, and its colour
     ("poses left out", {FaultKind.MARKED, FaultKind.NOT_FINITE, FaultKind.STAMP, FaultKind.FROZEN}, ORANGE),
     ("jumps", {FaultKind.EXCURSION, FaultKind.JUMP}, RED),
     ("no poses", {FaultKind.GAP}, PURPLE),
-    ("left out as asked", {FaultKind.UNWANTED}, GREEN),
+    ("left out as asked", {FaultKind.EXCLUDED}, GREEN),
     ("no commands", {FaultKind.SILENT, FaultKind.NO_NUMBER}, SKY),
 )  # fmt: skip
 

@@ -47,6 +47,6 @@ def constants(evidence: Evidence) -> Table:
                 between(interval), Text(chain.unit(name)), Text(said(found)),
             ]
         )  # fmt: skip
-        marked |= set() if found.verdict.enough else {place}
+        marked |= set() if found.verdict.reliable else {place}
     head = ("constant", "value", "standard error", "95 % interval", "unit", "verdict")
     return Table("constants", "Constants of the actuator chain", head, rows, frozenset(marked))

@@ -5,8 +5,8 @@ from html import escape
 
 import numpy as np
 
-from seatrial.identification.experiment_design.sentences import seconds_said
-from seatrial.identification.solution import METHOD as OUTPUT_ERROR
+from seatrial.identification.experiment_design.sentences import drive_time
+from seatrial.identification.solution import OUTPUT_ERROR
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import advice as draw
@@ -47,7 +47,7 @@ def gained(evidence: Evidence) -> Table:
         [
             Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
             Number(NORMAL_95 * g.after, 2),
-            Said(g.seconds, seconds_said(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
+            Said(g.seconds, drive_time(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
             Text(g.manoeuvre),
         ]
         for g in evidence.gains

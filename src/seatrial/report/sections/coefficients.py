@@ -2,8 +2,8 @@
 """The equations, with names and with numbers, and every coefficient."""
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import TOLD_APART
-from seatrial.identification.regression.equation_error import METHOD
+from seatrial.boat.physics import SIGNIFICANT
+from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.sections.known import said
@@ -19,14 +19,14 @@ def section(evidence: Evidence) -> Section:
     """Equations, coefficients, least-squares steps."""
     model, structure = evidence.model, evidence.model.structure
     other = prose.OTHER_AXES if model.vehicle.axes is Axes.FRD else ""
-    remark = prose.LEAST_SQUARES if model.estimator.method == METHOD else ""
+    remark = prose.LEAST_SQUARES if model.estimator.method == EQUATION_ERROR else ""
     tables = [coefficients(evidence)]
     found = ""
     if model.estimator.steps:
         tables.append(steps(model))
         found = f"<h3>How they were found</h3>{tables[-1].html()}"
     html = f"""<section id="model"><h2>Coefficients and equations</h2>
-<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(TOLD_APART)}</p>
+<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(SIGNIFICANT)}</p>
 {tables[0].html()}
 <h3>Equations</h3>
 {equations(structure)}
@@ -59,7 +59,7 @@ def coefficients(evidence: Evidence) -> Table:
         if own_axes:
             row.append(Number(-value if name in model.structure.flipped_coefficients else value))
         rows.append(row)
-        marked |= set() if found.verdict.enough else {place}
+        marked |= set() if found.verdict.reliable else {place}
     return Table("coefficients", "Coefficients", tuple(head), rows, frozenset(marked))
 
 

@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from html import escape
 
+from seatrial.boat.findings import finding_text
 from seatrial.evaluation.scores import Scored
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
@@ -28,7 +29,7 @@ def section(evidence: Evidence) -> Section | None:
         [(run.name, run.score.horizons) for run in evidence.tested if run.score.horizons],
     )  # fmt: skip
     kind = "not seen" if chosen[0].unseen else "seen: identified from"
-    notes = "".join(f"<p>{escape(note)}</p>" for note in _notes(evidence.runs))
+    notes = "".join(f"<p>{escape(note)}</p>" for note in _findings(evidence.runs))
     html = f"""<section id="horizons"><h2>How far ahead</h2>
 <p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
@@ -61,5 +62,5 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Score
     return Table(name, caption, head, rows)
 
 
-def _notes(runs: Sequence[Run]) -> list[str]:
-    return list(dict.fromkeys(f"{run.name}: {note}." for run in runs for note in run.notes))
+def _findings(runs: Sequence[Run]) -> list[str]:
+    return [f"{run.name}: {finding_text(finding)}." for run in runs for finding in run.findings]

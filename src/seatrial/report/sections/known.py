@@ -3,10 +3,15 @@
 
 from html import escape
 
+from seatrial.boat.findings import finding_text
+from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.identification.console import combined, condition_said
 from seatrial.identification.methods import caution
-from seatrial.identification.regression.equation_error import METHOD
-from seatrial.identification.uncertainty.identifiability import Finding, Identifiability, Verdict
+from seatrial.identification.uncertainty.identifiability import (
+    Identifiability,
+    ParameterAccuracy,
+    ParameterVerdict,
+)
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import known as draw
 from seatrial.report.sections.base import ALL, Section, plot
@@ -24,14 +29,14 @@ def section(evidence: Evidence) -> Section:
     """Verdicts, combinations, correlation map."""
     found, model = evidence.known, evidence.model
     names = names_in(model)
-    notes = [sentence(note, names) for note in model.estimator.notes]
+    notes = [sentence(finding_text(f), names) for f in model.estimator.findings]
     if not found.names:
         html = f"""<section id="known"><h2>What is known</h2>
 <p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
         return Section("known", "What is known", html)
     lines = [*map(combined, found.combinations), *condition_said(found)]
     said = [sentence(line, names) for line in lines]
-    scatter = model.estimator.method == METHOD
+    scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
     html = f"""<section id="known"><h2>What is known</h2>
@@ -49,7 +54,7 @@ def section(evidence: Evidence) -> Section:
 def verdicts(found: Identifiability) -> Table:
     """A row for each parameter that was estimated."""
     kept = [f for f in found.findings if f.verdict.estimated]
-    loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.enough)
+    loose = frozenset(i for i, f in enumerate(kept) if not f.verdict.reliable)
     head = ("parameter", "relative error", "verdict", "correlated most with")
     rows = [_row(f) for f in kept]
     return Table("known", "How well each parameter is known", head, rows, loose)
@@ -83,20 +88,20 @@ def correlation_map(found: Identifiability) -> str:
     )
 
 
-def share(found: Finding) -> Cell:
+def share(found: ParameterAccuracy) -> Cell:
     """Standard error over value [%]."""
     return Number(found.relative, 2, 100.0, " %") if found.relative < 1.0 else Text("> 100 %")
 
 
-def said(found: Finding) -> str:
+def said(found: ParameterAccuracy) -> str:
     """The verdict, and how much there may be of what is not distinguishable from zero."""
     text = found.verdict.value
-    if found.verdict is Verdict.ZERO and found.reach is not None:
+    if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
         text += f", at most {percent(found.reach)} of full thrust"
     return text
 
 
-def _row(found: Finding) -> list[Cell]:
+def _row(found: ParameterAccuracy) -> list[Cell]:
     partner: Cell = NOTHING
     if found.partners:
         name, rho = found.partners[0]

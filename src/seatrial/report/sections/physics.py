@@ -3,7 +3,7 @@
 
 from html import escape
 
-from seatrial.boat.physics import sanity_line
+from seatrial.boat.physics import physics_line
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import physics as draw
 from seatrial.report.sections.base import ALL, Section, plot
@@ -41,7 +41,7 @@ def section(evidence: Evidence) -> Section:
             f"unstable in {100 * found.lost:.0f} % of the cases: drive more before you rely on it.</p>"
         )
     html = f"""<section id="physics"><h2>Is that your boat?</h2>
-<p class="sanity">{escape(sanity_line(evidence.model))}</p>
+<p class="sanity">{escape(physics_line(evidence.model))}</p>
 {lost}<div class="three">{drawn}</div>
 {table.html()}<p class="note">{prose.PHYSICS} {prose.RISE}</p></section>"""
     figures = {

@@ -52,7 +52,7 @@ def facts_of(model: Model) -> list[tuple[str, str]]:
     if noise.correlated is not None:
         c = noise.correlated
         sizes = f"{number(1e3 * c.position, 2)} mm, {number(1e3 * c.heading, 2)} mrad"
-        found.append(("correlated pose noise", f"{sizes}, over {c.lasting}"))
+        found.append(("correlated pose noise", f"{sizes}, over {c.memory_text}"))
     text = "none estimated"
     if process is not None:
         walks = f"{number(1e3 * process.walk_linear, 2)} mm/s, {number(1e3 * process.walk_yaw, 2)} mrad/s"

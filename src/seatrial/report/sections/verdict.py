@@ -3,7 +3,7 @@
 
 from html import escape
 
-from seatrial.boat.physics import concerns
+from seatrial.boat.physics import model_concerns
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.verdict import verdict
 from seatrial.report.sections.base import Section
@@ -15,7 +15,7 @@ def section(evidence: Evidence) -> Section:
     model = evidence.model
     names = names_in(model)
     said = "".join(f"<p>{sentence(line, names)}</p>" for line in verdict(evidence))
-    warned = "".join(f'<p class="warning">{sentence(t, names)}</p>' for t in concerns(model))
+    warned = "".join(f'<p class="warning">{sentence(t, names)}</p>' for t in model_concerns(model))
     html = f"""<header><h1>{escape(model.name)}</h1>
 <p class="subtitle">Dynamic model, identified and put to the test</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import TOLD_APART
+from seatrial.boat.physics import SIGNIFICANT
 from seatrial.report.evidence.runs import Run
 from seatrial.util.format import shortened
 from seatrial.util.frames import Array
@@ -67,7 +67,7 @@ def foreseen(runs: Sequence[Run]) -> Array | None:
 def not_told_apart(model: Model) -> list[str]:
     """Coefficients within two standard errors of 0."""
     errors = model.standard_errors
-    return [n for n, v in model.values.items() if abs(v) < TOLD_APART * errors[n]]
+    return [n for n, v in model.values.items() if abs(v) < SIGNIFICANT * errors[n]]
 
 
 def names_of(runs: Sequence[Run]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Terms that are exactly combinations of others, whatever the data: seen before any is looked at.
+"""Exact aliases: terms that are linear combinations of others for any data.
 
 N_ud u_dot, with u_dot = v r + X_u u + X_uu |u| u + X_F F_u put in, is a combination of v r, u,
 |u| u and F_u: with all of these in the yaw equation one of the five is too many.
@@ -14,16 +14,17 @@ from seatrial import _core
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.frames import Array
 
-SAMPLES = 400  # random states and forces; a structure has a tenth of this many columns
-EXACT = 1e-8  # relative: what is left of a column that the others make
+ALIAS_SAMPLES = 400  # random states and forces: ten times the columns of the largest structure
+ALIAS_TOLERANCE = 1e-8  # relative remainder of a column that others reproduce
+RANDOM_COEFFICIENTS = 0.2, 0.8  # range: no coefficient near 0, none dominates
 
 
 @dataclass(frozen=True)
 class Alias:
-    """A coefficient that can't be told from others in any data."""
+    """A coefficient that no data can separate from others."""
 
     coefficient: str
-    made_by: tuple[str, ...]  # coefficients whose terms together are its term
+    made_by: tuple[str, ...]  # coefficients whose terms add up to its term
 
 
 def aliases(
@@ -31,14 +32,14 @@ def aliases(
 ) -> tuple[Alias, ...]:
     """Exact linear dependencies among the free terms of every axis, own terms first.
 
-    What an axis already has counts: of terms that depend on each other the last named is the alias.
-    Accelerations are those that the structure itself gives, at random coefficients.
+    Of terms that depend on each other the last one is the alias. Accelerations are those of the structure
+    itself, with random coefficients.
     """
     rng = np.random.default_rng(0)
     base = Structure("own", tuple(own), tuple(forces))
-    nu = rng.normal(size=(SAMPLES, 3))
-    force = rng.normal(size=(SAMPLES, len(forces)))
-    theta = rng.uniform(0.2, 0.8, len(base.coefficients))
+    nu = rng.normal(size=(ALIAS_SAMPLES, 3))
+    force = rng.normal(size=(ALIAS_SAMPLES, len(forces)))
+    theta = rng.uniform(*RANDOM_COEFFICIENTS, len(base.coefficients))
     nu_dot = _core.accelerations(base.compiled, theta, nu, force)
     found = []
     for axis in range(3):
@@ -68,8 +69,10 @@ def _dependent(names: list[str], columns: Array) -> list[Alias]:
     for j, name in enumerate(names):
         weights = np.linalg.lstsq(columns[:, kept], columns[:, j], rcond=None)[0]
         left = columns[:, j] - columns[:, kept] @ weights
-        if kept and np.linalg.norm(left) < EXACT:
-            shares = [names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > EXACT]
+        if kept and np.linalg.norm(left) < ALIAS_TOLERANCE:
+            shares = [
+                names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > ALIAS_TOLERANCE
+            ]
             found.append(Alias(name, tuple(shares)))
         else:
             kept.append(j)

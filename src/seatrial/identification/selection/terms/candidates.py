@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Terms that a structure might have as well: a sensible list, or the user's own."""
+"""Candidate terms: a default list, or the user's own."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -13,8 +13,8 @@ from seatrial.util.errors import StructureError
 from seatrial.util.files import read_yaml
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 
-LETTERS = ("X", "Y", "N")
-EVEN = {  # that a hull which is the same to port and to starboard may have besides, its mass ahead or astern
+COEFFICIENT_LETTERS = ("X", "Y", "N")
+ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboard, not fore to aft
     0: (("v2", ("v", "v")), ("r2", ("r", "r"))),
     1: (("uv", ("u", "v")),),
     2: (("ur", ("u", "r")), ("vr", ("v", "r"))),
@@ -22,29 +22,29 @@ EVEN = {  # that a hull which is the same to port and to starboard may have besi
 
 
 def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
-    """What the paper tried and left out, and what real boats need, without what is there already.
+    """The terms that the paper tried and dropped, and those that real boats need, without those already there.
 
     Linear and quadratic drag, coupled or not, cubic drag, drag that grows with the speed of another axis,
-    free added mass on v r, u r and u v, coupled force, a cubic in the axis' own force, and a steady trim.
-    What a hull has whose middle of mass is not its middle: v v and r r in surge, u v in sway, u r in yaw.
+    free added mass on v r, u r and u v, coupled force, a cubic of the axis' own force, and a constant trim.
+    For a hull without fore-aft symmetry: v v and r r in surge, u v in sway, u r in yaw.
     In yaw v r as well: one of four that make N_ud.
     """
-    known = {_what(term) for term in vehicle.structure.terms if term.coefficient}
+    known = {_identity(term) for term in vehicle.structure.terms if term.coefficient}
     names = set(vehicle.structure.coefficients)
     found = []
     for axis in range(3):
-        for name, factors in _list(axis, vehicle.forces):
-            term = Term(axis, f"{LETTERS[axis]}_{name}", 1.0, factors, None)
-            if _what(term) in known:
+        for name, factors in _listed(axis, vehicle.forces):
+            term = Term(axis, f"{COEFFICIENT_LETTERS[axis]}_{name}", 1.0, factors, None)
+            if _identity(term) in known:
                 continue
-            while str(term.coefficient) in names:  # another term of the vehicle's has this name
+            while str(term.coefficient) in names:  # another term of the vehicle has this name
                 term = replace(term, coefficient=f"{term.coefficient}x")
             names.add(str(term.coefficient))
             found.append(term)
     return tuple(found)
 
 
-def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _listed(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, ...]]]:
     own = SYMBOLS[axis]
     others = [symbol for i, symbol in enumerate(SYMBOLS) if i != axis]
     yield from ((symbol, (symbol,)) for symbol in (own, *others))
@@ -59,11 +59,11 @@ def _list(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, 
             yield short, (force.name,)
     yield "0", ()
     yield from ((f"{symbol}{own}", (f"|{symbol}|", own)) for symbol in others)
-    yield from EVEN.get(axis, ())  # last: the names are those of drag
+    yield from ASYMMETRY_TERMS.get(axis, ())  # last: the names are those of drag
 
 
 def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]:
-    """Candidates from term lines (the coefficient's letter tells the axis) or from YAML files.
+    """Candidates from term lines (the letter of the coefficient names the axis) or from YAML files.
 
     A file lists terms under surge, sway and yaw. Raises StructureError for terms that can't be
     read, have no coefficient, or are in the structure already.
@@ -83,7 +83,7 @@ def given_candidates(vehicle: Vehicle, given: Sequence[str]) -> tuple[Term, ...]
 
 
 def _axis_of(text: str) -> str:
-    for letter, axis in zip(LETTERS, AXES, strict=True):
+    for letter, axis in zip(COEFFICIENT_LETTERS, AXES, strict=True):
         if f"{letter}_" in text:
             return axis
     raise StructureError(
@@ -93,32 +93,32 @@ def _axis_of(text: str) -> str:
 
 
 def _refuse(structure: Structure, terms: Sequence[Term]) -> None:
-    seen = {_what(term): str(term.coefficient) for term in structure.terms if term.coefficient}
+    seen = {_identity(term): str(term.coefficient) for term in structure.terms if term.coefficient}
     names = set(structure.coefficients)
     for term in terms:
         if term.coefficient is None:
             raise StructureError(
                 f"candidate '{term.text()}' has no coefficient to find; name one, X_..., Y_... or N_..."
             )
-        if _what(term) in seen:
+        if _identity(term) in seen:
             raise StructureError(
-                f"candidate '{term.text()}' is there already: {seen[_what(term)]} in {AXES[term.axis]}"
+                f"candidate '{term.text()}' is there already: {seen[_identity(term)]} in {AXES[term.axis]}"
             )
         if term.coefficient in names:
             raise StructureError(
                 f"candidate '{term.text()}': the name {term.coefficient} is taken; take another"
             )
-        seen[_what(term)] = term.coefficient
+        seen[_identity(term)] = term.coefficient
         names.add(term.coefficient)
 
 
-def _what(term: Term) -> tuple[int, tuple[str, ...], int | None]:
-    """What a term is, whatever its coefficient is called and its number."""
+def _identity(term: Term) -> tuple[int, tuple[str, ...], int | None]:
+    """The product of a term, without its number and the name of its coefficient."""
     return term.axis, tuple(sorted(term.factors)), term.acceleration
 
 
 def drag_of(terms: Sequence[Term], axis: int) -> list[str]:
-    """Coefficients of an axis that brake it, by its own velocity alone."""
+    """Drag coefficients of an axis that depend on its own velocity only."""
     own = {SYMBOLS[axis], f"|{SYMBOLS[axis]}|"}
     return [
         t.coefficient
@@ -132,14 +132,14 @@ def drag_of(terms: Sequence[Term], axis: int) -> list[str]:
 
 
 def is_essential(term: Term, forces: Sequence[Force]) -> bool:
-    """Whether a term is never up for removal: a known one, or thrust along its own axis."""
+    """Whether a term is never removed: one without coefficient, or thrust along its own axis."""
     own = {force.name for force in forces if force.axis == term.axis}
-    alone = len(term.factors) == 1 and term.factors[0] in own and term.acceleration is None
-    return term.coefficient is None or alone
+    thrust = len(term.factors) == 1 and term.factors[0] in own and term.acceleration is None
+    return term.coefficient is None or thrust
 
 
 def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
-    """The vehicle with another structure: forward-left-up terms, written in the file's own axes."""
+    """The vehicle with other terms, given forward-left-up, written in the axes of its file."""
     ordered = sorted(terms, key=lambda term: term.axis)
     structure = Structure(vehicle.structure.name, tuple(ordered), vehicle.forces)
     lines = (structure.flipped() if vehicle.axes is Axes.FRD else structure).lines()

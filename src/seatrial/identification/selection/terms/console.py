@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""A selection for the terminal and for programs."""
+"""A selection as text and as JSON."""
 
 from typing import Final
 
 import numpy as np
 
-from seatrial.identification.selection.terms.decisions import Evidence, Row, Verdict
+from seatrial.boat.findings import finding_text
+from seatrial.identification.selection.terms.decisions import Row, TermEvidence, TermVerdict
 from seatrial.identification.selection.terms.explain import sensible
 from seatrial.identification.selection.terms.selection import Selection
 from seatrial.util.format import plus_minus, table
@@ -14,13 +15,13 @@ from seatrial.util.frames import AXES, Axes
 SELECTION_FORMAT: Final = "selection 1"
 HEAD = ("term", "estimate", "z", "spread", "held-out", "moves")
 LEGEND = """\
-  z: estimate / error, each candidate as if it alone came in; spread: of the repeats' estimates, over what their
-  errors let expect; held-out: how much worse {horizon:g} s ahead is predicted without the term, by models that
-  have not seen the recording; moves: by how much the term moves that prediction, of the velocity's change"""
+  z: estimate / standard error, each candidate added alone; spread: between the repeats, relative to their
+  standard errors; held-out: increase of the {horizon:g} s prediction error without the term, for recordings left
+  out of the fit; moves: RMS change of that prediction by the term, relative to the change of the velocity"""
 
 
 def selection_text(selection: Selection) -> str:
-    """The table, axis by axis, and what is chosen."""
+    """The table, axis by axis, and the chosen equations."""
     rows = selection.rows
     numbers = table(HEAD, [_numbers(row) for row in rows]).splitlines()
     width = max(len(line) for line in numbers)
@@ -37,7 +38,9 @@ def selection_text(selection: Selection) -> str:
         )
     structure = selection.vehicle.structure
     chosen = ["Chosen:", *(f"  {structure.equation(a)}" for a in range(3)), _sum(rows)]
-    return "\n".join([*lines, *chosen, *(f"But {asked}" for asked in selection.asked)])
+    return "\n".join(
+        [*lines, *chosen, *(f"Check first: {finding_text(f)}" for f in selection.asked)]
+    )
 
 
 def _numbers(row: Row) -> tuple[str, ...]:
@@ -48,11 +51,11 @@ def _numbers(row: Row) -> tuple[str, ...]:
     change = (
         "inf" if np.isinf(percent) else f"{'-' if percent < 0 else ''}{sensible(abs(percent))} %"
     )
-    told = found.estimate
+    estimate = found.estimate
     return (
         row.term,
-        plus_minus(told.value, told.error),
-        f"{told.z:.1f}" if abs(told.z) < 100 else f"{told.z:.0f}",
+        plus_minus(estimate.value, estimate.error),
+        f"{estimate.z:.1f}" if abs(estimate.z) < 100 else f"{estimate.z:.0f}",
         f"{found.repeats.ratio:.1f}",
         change,
         f"{found.change.moves:.2g} %",
@@ -60,14 +63,14 @@ def _numbers(row: Row) -> tuple[str, ...]:
 
 
 def _sum(rows: tuple[Row, ...]) -> str:
-    def named(*verdicts: Verdict) -> str:
+    def named(*verdicts: TermVerdict) -> str:
         return ", ".join(row.coefficient for row in rows if row.verdict in verdicts) or "none"
 
     kept = [row for row in rows if row.verdict.kept]
-    weak = ", ".join(row.coefficient for row in kept if row.reason.startswith("weak")) or "none"
+    weak = ", ".join(row.coefficient for row in kept if row.weak) or "none"
     return (
-        f"Came: {named(Verdict.COMES)}. Went: {named(Verdict.GOES)}. Weak: {weak}. "
-        f"Aliased: {named(Verdict.ALIASED)}."
+        f"Added: {named(TermVerdict.COMES)}. Removed: {named(TermVerdict.GOES)}. Weak: {weak}. "
+        f"Aliased: {named(TermVerdict.ALIASED)}."
     )
 
 
@@ -82,7 +85,7 @@ def selection_json(selection: Selection) -> dict[str, object]:
         ],
         "structure": selection.vehicle.structure.lines(),
         "terms": [_entry(row) for row in selection.rows],
-        "asked": list(selection.asked),
+        "asked": [finding_text(finding) for finding in selection.asked],
     }
 
 
@@ -99,7 +102,7 @@ def _entry(row: Row) -> dict[str, object]:
     return entry if row.evidence is None else {**entry, **_measured(row.evidence)}
 
 
-def _measured(found: Evidence) -> dict[str, object]:
+def _measured(found: TermEvidence) -> dict[str, object]:
     change = found.change
     return {
         "value": found.estimate.value,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Repeats: recordings, or parts of them, that each excite what the others excite."""
+"""Folds for cross-validation: recordings, or halves of them, with the same excitation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 
-HALVES = 2
+FEWEST_FOLDS = 2  # fewer repeats: recordings are cut in halves
 HALF_NAMES = (" first half", " second half")
 
 
@@ -30,7 +30,7 @@ def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]
     for recording in recordings:
         kinds.setdefault(excitation(vehicle, recording).dominant, []).append(recording)
     count = min(len(same) for same in kinds.values())
-    if count < HALVES:
+    if count < FEWEST_FOLDS:
         return _halves(recordings)
     groups: list[list[Recording]] = [[] for _ in range(count)]
     for same in kinds.values():
@@ -42,7 +42,7 @@ def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]
 def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
     first, second = [], []
     for recording in recordings:
-        middle = recording.duration / HALVES
+        middle = recording.duration / 2
         first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
         second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
     return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is known of every term, and why it stays or goes."""
+"""The tests of every term, and the decision whether it stays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,8 +11,11 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.held_out import Change, HeldOut
-from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
+from seatrial.identification.selection.terms.score_information import (
+    ScoreInformation,
+    score_information_of,
+)
 from seatrial.identification.selection.terms.significance import (
     Estimate,
     Repeats,
@@ -20,55 +23,57 @@ from seatrial.identification.selection.terms.significance import (
     repeats,
 )
 from seatrial.identification.selection.terms.stepwise import (
-    CHANCE,
-    Search,
-    looks,
-    with_zero,
-    without_idle,
+    SIGNIFICANCE_LEVEL,
+    TermSearch,
+    candidate_information,
+    with_zero_term,
+    without_bound_terms,
 )
 from seatrial.util.statistics import NORMAL_95
 
-WEAK = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
-NOTHING = 0.1  # [%] of the same: a newcomer that moves it by less is not worth a line
-UNREPEATABLE = 0.5  # of its own size: how far a coefficient may spread between repeats
-HARM = -3.0  # [standard errors] held-out prediction must not be better without a term by as much
-DOUBT = -1.0  # [standard errors] the same for a term that is not distinguishable from zero
-SPREAD_CHANCE = 0.01  # that one of the kept terms is called unrepeatable when all are
+WEAK_MOVE = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
+NEGLIGIBLE_MOVE = 0.1  # [%] of the same: a new term that moves it by less is not worth its line
+UNREPEATABLE_SPREAD = (
+    0.5  # of its own size: larger spread of a coefficient between repeats is too much
+)
+HARMFUL_Z = -3.0  # standard errors: held-out prediction is clearly better without a term
+DOUBTFUL_Z = -1.0  # the same for a term that is not distinguishable from zero
+REPEATABILITY_LEVEL = 0.01  # chance that any kept term counts as unrepeatable although all repeat
 
 
-class Verdict(Enum):
+class TermVerdict(Enum):
     """Whether a term is in the chosen structure."""
 
     STAYS = "stays"
-    COMES = "comes"  # a candidate that was not there before
-    GOES = "goes"  # was there before
-    OUT = "out"  # a candidate that does not come
+    COMES = "comes"  # a candidate that is added
+    GOES = "goes"  # one of the vehicle's own, removed
+    OUT = "out"  # a candidate that is not added
     ALIASED = "aliased"
 
     @property
     def kept(self) -> bool:
         """Whether the term is in the chosen structure."""
-        return self in (Verdict.STAYS, Verdict.COMES)
+        return self in (TermVerdict.STAYS, TermVerdict.COMES)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class TermEvidence:
     """The tests of one coefficient."""
 
     estimate: Estimate
     repeats: Repeats
-    change: Change  # of held-out prediction, without the term
+    change: PredictionChange  # of held-out prediction, without the term
 
-    idle: bool = False  # at its bound, 0: the tests say what it would be without a bound
+    idle: bool = False  # at its bound, 0: the tests are of the value without a bound
 
     @property
-    def told(self) -> bool:
-        """Whether it is distinguishable from zero, looked at alone."""
-        return self.estimate.p < CHANCE
+    def significant(self) -> bool:
+        """Whether it is distinguishable from zero, tested alone."""
+        return self.estimate.p < SIGNIFICANCE_LEVEL
 
     @property
     def reach(self) -> float:
-        """How far the prediction may move by it [%], at the end of its 95 % interval.
+        """The largest RMS change [%] of the prediction by it, at the end of its 95 % interval.
 
         Quadratic drag at its bound can only be negative.
         """
@@ -78,23 +83,23 @@ class Evidence:
 
     def repeatable(self, tests: int) -> bool:
         """Whether repeats agree on it to within its own size."""
-        apart = self.repeats.p < SPREAD_CHANCE / tests
-        return not (apart and self.repeats.between > UNREPEATABLE * abs(self.estimate.value))
+        apart = self.repeats.p < REPEATABILITY_LEVEL / tests
+        return not (apart and self.repeats.between > UNREPEATABLE_SPREAD * abs(self.estimate.value))
 
     @property
     def harms(self) -> bool:
         """Whether held-out prediction is clearly better without it."""
-        return self.change.z < HARM
+        return self.change.z < HARMFUL_Z
 
     @property
     def helps(self) -> bool:
         """Whether held-out prediction is clearly worse without it."""
-        return self.change.z > -HARM
+        return self.change.z > -HARMFUL_Z
 
     @property
     def weak(self) -> bool:
         """Whether it hardly moves the prediction, or is not distinguishable from zero."""
-        return self.change.moves < WEAK or not self.told
+        return self.change.moves < WEAK_MOVE or not self.significant
 
 
 @dataclass(frozen=True)
@@ -105,63 +110,75 @@ class Row:
     coefficient: str
     axis: int
     unit: str
-    verdict: Verdict
+    verdict: TermVerdict
     reason: str
-    evidence: Evidence | None  # None: not up for removal, or an exact alias
+    evidence: TermEvidence | None  # None: never removed, or an exact alias
+
+    @property
+    def weak(self) -> bool:
+        """Whether it is kept although it is weak."""
+        found = self.evidence
+        return found is not None and self.verdict.kept and (found.idle or found.weak)
 
 
 @dataclass(frozen=True)
-class Bench:
-    """A fitted model with all that its terms, and others, are tested by."""
+class TermTests:
+    """A fitted model, with the tests of its terms and of candidates."""
 
-    search: Search
+    search: TermSearch
     model: Model
     folds: Sequence[Fold]
     horizon: float  # [s]
 
     @cached_property
-    def slopes(self) -> Slopes:
+    def information(self) -> ScoreInformation:
         """Of the model's own parameters."""
-        return slopes(self.model, self.search.recordings)
+        return score_information_of(self.model, self.search.recordings)
 
     @cached_property
     def held_out(self) -> HeldOut:
         """Prediction of each fold from the others."""
         return HeldOut(
-            self.model, self.slopes, _places(self.folds), self.search.recordings, self.horizon
+            self.model, self.information, _places(self.folds), self.search.recordings, self.horizon
         )
 
     @cached_property
     def idle(self) -> list[str]:
-        """Coefficients that may go and are at their bound: 0."""
+        """Removable coefficients at their bound, 0."""
         terms = self.model.structure.terms
         return [n for n in self.search.removable(terms) if n in self.model.at_bounds]
 
     @cached_property
-    def kept(self) -> dict[str, Evidence]:
-        """Of every coefficient in the model that may go."""
+    def kept(self) -> dict[str, TermEvidence]:
+        """Of every removable coefficient in the model."""
         terms = self.model.structure.terms
         axes = {str(t.coefficient): t.axis for t in terms}
         found = {
-            name: self._evidence(self.slopes, name, self.held_out.without(name, axes[name]))
+            name: self._evidence(self.information, name, self.held_out.without(name, axes[name]))
             for name in self.search.removable(terms)
             if name not in self.idle
         }
         idle = self.others([t for t in terms if t.coefficient in self.idle])
         return {**found, **{name: replace(e, idle=True) for name, e in idle.items()}}
 
-    def others(self, terms: Sequence[Term]) -> dict[str, Evidence]:
-        """Of terms that are not in the model, or idle in it, each as if it alone came in."""
+    def others(self, terms: Sequence[Term]) -> dict[str, TermEvidence]:
+        """Of terms that are not in the model, or at their bound in it, each added alone."""
         found = {}
-        model = without_idle(self.model, self.idle)
-        for term, look in looks(self.search, model, terms):
+        model = without_bound_terms(self.model, self.idle)
+        for term, information in candidate_information(self.search, model, terms):
             name = str(term.coefficient)
-            change = self.held_out.with_it(with_zero(model, term), look, name, term.axis)
-            found[name] = self._evidence(look, name, change)
+            change = self.held_out.with_it(
+                with_zero_term(model, term), information, name, term.axis
+            )
+            found[name] = self._evidence(information, name, change)
         return found
 
-    def _evidence(self, look: Slopes, name: str, change: Change) -> Evidence:
-        return Evidence(estimate(look, name), repeats(look, name, _places(self.folds)), change)
+    def _evidence(
+        self, information: ScoreInformation, name: str, change: PredictionChange
+    ) -> TermEvidence:
+        return TermEvidence(
+            estimate(information, name), repeats(information, name, _places(self.folds)), change
+        )
 
 
 def _places(folds: Sequence[Fold]) -> list[list[int]]:
@@ -174,12 +191,12 @@ def _places(folds: Sequence[Fold]) -> list[list[int]]:
 
 
 def reason_to_go(
-    evidence: Evidence, tests: int, folds: Sequence[Fold], *, own: bool, one_boat: bool
+    evidence: TermEvidence, tests: int, folds: Sequence[Fold], *, own: bool, one_boat: bool
 ) -> str | None:
-    """Why a term of the model can't stay; None if it can.
+    """Why a term of the model is removed; None if it stays.
 
-    The file's own need not be distinguishable from zero: they go where repeats or prediction speak against
-    them, or where they are too small to matter. Unless the repeats are of `one_boat` neither does.
+    Terms of the vehicle's file need not be distinguishable from zero. They are removed if repeats or held-out
+    prediction reject them, or if they are too small to matter; if the repeats are not of `one_boat`, only then.
     """
     change = evidence.change
     if evidence.idle:
@@ -187,12 +204,12 @@ def reason_to_go(
     if own and not one_boat:
         return _too_weak(evidence, doubt=-np.inf)
     if not evidence.repeatable(tests) and not evidence.helps:
-        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+        return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
     if evidence.harms:
         return f"held-out prediction is {-change.percent:.2g} % better without it"
     if own:
         return _too_weak(evidence)
-    small = change.moves < NOTHING
+    small = change.moves < NEGLIGIBLE_MOVE
     return (
         f"distinguishable from zero, but moves the prediction by {change.moves:.1g} % only"
         if small
@@ -200,30 +217,30 @@ def reason_to_go(
     )
 
 
-def _idle(evidence: Evidence) -> str | None:
-    """Why a term at its bound can't stay."""
-    if evidence.reach >= WEAK:
+def _idle(evidence: TermEvidence) -> str | None:
+    """Why a term at its bound is removed; None if it stays."""
+    if evidence.reach >= WEAK_MOVE:
         return None
     return f"at its bound, 0: it moves the prediction by {evidence.reach:.1g} % at most"
 
 
-def _too_weak(evidence: Evidence, doubt: float = DOUBT) -> str | None:
-    """Why a term of the file's own that is not distinguishable from zero can't stay."""
-    if evidence.told:
+def _too_weak(evidence: TermEvidence, doubt: float = DOUBTFUL_Z) -> str | None:
+    """Why a term of the file that is not distinguishable from zero is removed; None if it stays."""
+    if evidence.significant:
         return None
-    told, change = (
+    weak, change = (
         f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f})",
         evidence.change,
     )
     if change.z < doubt:
-        return f"{told}, held-out prediction is {-change.percent:.2g} % better without it"
-    if evidence.reach < WEAK:
-        return f"{told}, and moves the prediction by {evidence.reach:.1g} % at most"
+        return f"{weak}, held-out prediction is {-change.percent:.2g} % better without it"
+    if evidence.reach < WEAK_MOVE:
+        return f"{weak}, and moves the prediction by {evidence.reach:.1g} % at most"
     return None
 
 
-def said_by(repeats: Repeats, folds: Sequence[Fold]) -> str:
-    """What each repeat says, in words."""
+def repeats_text(repeats: Repeats, folds: Sequence[Fold]) -> str:
+    """The estimate of each repeat."""
     return "; ".join(
         f"{fold.name}: {value:.3g} ± {error:.2g}"
         for fold, value, error in zip(folds, repeats.values, repeats.errors, strict=True)

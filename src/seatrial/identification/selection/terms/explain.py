@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The table's rows: for every term its evidence and the reason, in words, why it stayed or went."""
+"""The rows of the table: for every term its tests, the verdict, and the reason."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,65 +9,72 @@ from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.aliasing import Alias
 from seatrial.identification.selection.terms.candidates import drag_of
 from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.decisions import Bench, Evidence, Row, Verdict, said_by
+from seatrial.identification.selection.terms.decisions import (
+    Row,
+    TermEvidence,
+    TermTests,
+    TermVerdict,
+    repeats_text,
+)
 from seatrial.util.frames import AXES
 
-UNSEEN = 0.05  # [%] of the prediction error
+SAME_ERROR = 0.05  # [%] change of the prediction error that rounds to none
+WHOLE_PERCENT = 10  # from here on a percentage has no decimals
 
 
 def rows_of(
-    bench: Bench,
+    tested: TermTests,
     own: Sequence[Term],
     aliased: Sequence[Alias],
     refused: Mapping[str, str],
 ) -> tuple[Row, ...]:
-    """Own terms and candidates, axis by axis."""
-    model, kept = bench.model, bench.kept
+    """The vehicle's own terms and the candidates, axis by axis."""
+    model, kept = tested.model, tested.kept
     made = {a.coefficient: a for a in aliased if a.coefficient not in model.values}
-    everything = [t for t in (*own, *bench.search.candidates) if t.coefficient]
+    everything = [t for t in (*own, *tested.search.candidates) if t.coefficient]
     outside = [
         t for t in everything if t.coefficient not in model.values and t.coefficient not in made
     ]
-    others = bench.others(outside)
+    others = tested.others(outside)
     rows = []
     for term in sorted(everything, key=lambda t: t.axis):
         name, was = str(term.coefficient), term in own
         if name in made:
-            verdict, reason = Verdict.ALIASED, _aliased(made[name])
+            verdict, reason = TermVerdict.ALIASED, _aliased(made[name])
         elif name in model.values:
-            verdict = Verdict.STAYS if was else Verdict.COMES
+            verdict = TermVerdict.STAYS if was else TermVerdict.COMES
             reason = (
-                _stays(kept[name], len(kept), bench.folds, term)
+                _stays(kept[name], len(kept), tested.folds, term)
                 if name in kept
                 else "the only drag of its axis"
                 if name in drag_of(model.structure.terms, term.axis)
                 else "thrust"
             )
         else:
-            verdict = Verdict.GOES if was else Verdict.OUT
-            reason = refused.get(name) or _goes(others[name], len(others), bench.folds)
+            verdict = TermVerdict.GOES if was else TermVerdict.OUT
+            reason = refused.get(name) or _goes(others[name], len(others), tested.folds)
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
     return tuple(rows)
 
 
 def _aliased(alias: Alias) -> str:
-    return f"exactly what {', '.join(alias.made_by)} make together, whatever is recorded"
+    return f"an exact combination of {', '.join(alias.made_by)}, for any data"
 
 
-def _goes(evidence: Evidence, tests: int, folds: Sequence[Fold]) -> str:
+def _goes(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
     if not evidence.repeatable(tests):
-        return f"not repeatable: {said_by(evidence.repeats, folds)}"
+        return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
     return f"not distinguishable from zero (z = {evidence.estimate.z:.1f})"
 
 
-def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
+def _stays(evidence: TermEvidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
     if evidence.idle:
         return (
             f"weak: at its bound, 0, yet not ruled out: it may move {AXES[term.axis]}'s prediction by "
             f"{evidence.reach:.2g} % of its change"
         )
-    if not evidence.told:
+    if not evidence.significant:
         text = (
             f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "
             f"{AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
@@ -77,23 +84,23 @@ def _stays(evidence: Evidence, tests: int, folds: Sequence[Fold], term: Term) ->
     else:
         text = f"distinguishable from zero, {_difference(evidence, term)} without it"
     if not evidence.repeatable(tests):
-        text += f"; not repeatable: {said_by(evidence.repeats, folds)}"
+        text += f"; not repeatable: {repeats_text(evidence.repeats, folds)}"
     return text
 
 
-def _moves(evidence: Evidence, term: Term) -> str:
+def _moves(evidence: TermEvidence, term: Term) -> str:
     percent = evidence.change.moves
     return f"{AXES[term.axis]}'s prediction moves by {percent:.2g} % of its change with it"
 
 
-def _difference(evidence: Evidence, term: Term) -> str:
+def _difference(evidence: TermEvidence, term: Term) -> str:
     axis, percent = AXES[term.axis], evidence.change.percent
-    if abs(percent) < UNSEEN:
+    if abs(percent) < SAME_ERROR:
         return f"{axis} is predicted as well"
     size = "beyond bounds" if np.isinf(percent) else f"{sensible(abs(percent))} %"
     return f"{axis} is predicted {size} {'worse' if percent > 0 else 'better'}"
 
 
 def sensible(percent: float) -> str:
-    """A percentage with as many digits as it needs."""
-    return f"{percent:.0f}" if percent >= 10 else f"{percent:.1f}"
+    """A percentage with sensible digits."""
+    return f"{percent:.0f}" if percent >= WHOLE_PERCENT else f"{percent:.1f}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Prediction of recordings that were left out, with and without a term."""
+"""Cross-validation: prediction of left-out recordings, with and without a term."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,18 +12,18 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.evaluation.filtering import causal
 from seatrial.evaluation.prediction import predict
-from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores
 from seatrial.util.statistics import BLOCK
 
-SPACING = 1 / 3  # [s] between starts of predictions: closer ones say little that is new
+START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
 
 
 @dataclass(frozen=True)
-class Change:
-    """What a term does to the prediction of recordings that no model was fitted to."""
+class PredictionChange:
+    """The effect of a term on the prediction of left-out recordings."""
 
     percent: float  # how much worse the RMS error in its axis is without; negative: better without
     z: float  # the same in standard errors of the mean square, from blocks
@@ -35,71 +35,77 @@ class Change:
 class Predicted:
     """Predictions of all recordings, each by a model from the others."""
 
-    squares: Array  # (blocks, 3) mean squared errors; infinite where the model runs away
+    squares: Array  # (blocks, 3) mean squared errors; infinite where the model diverges
     nu: Array  # (m, 3) velocities
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Every fold in turn is predicted by a model from the others: one Gauss-Newton step away."""
+    """Every fold is predicted by a model of the other folds, which one Gauss-Newton step finds."""
 
     model: Model
-    slopes: Slopes  # of the model's parameters
+    information: ScoreInformation  # about the model's parameters
     folds: Sequence[Sequence[int]]  # indices of each fold's recordings, fold after fold
     recordings: Sequence[Recording]
     horizon: float  # [s]
 
-    def without(self, name: str, axis: int) -> Change:
-        """Of a term that the model has."""
-        gone = self._predicted(self.model, self.slopes, name)
-        return self._change(self._plain, gone, axis, self._size(self.slopes, name))
+    def without(self, name: str, axis: int) -> PredictionChange:
+        """The effect of a term of the model."""
+        gone = self._predicted(self.model, self.information, name)
+        return self._change(self._plain, gone, axis, self._size(self.information, name))
 
-    def with_it(self, model: Model, slopes: Slopes, name: str, axis: int) -> Change:
-        """Of a term that the model has not: `model` and `slopes` are those with it."""
-        there = self._predicted(model, slopes, None)
-        return self._change(there, self._plain, axis, self._size(slopes, name))
+    def with_it(
+        self, model: Model, information: ScoreInformation, name: str, axis: int
+    ) -> PredictionChange:
+        """The effect of a term that the model lacks; `model` and `information` have it."""
+        there = self._predicted(model, information, None)
+        return self._change(there, self._plain, axis, self._size(information, name))
 
     @cached_property
-    def _aims(self) -> list["Aim"]:
-        return [_aim(self.model, recording, self.horizon) for recording in self.recordings]
+    def _targets(self) -> list["Targets"]:
+        return [_targets(self.model, recording, self.horizon) for recording in self.recordings]
 
     @cached_property
     def _plain(self) -> Predicted:
-        """By the model as it is."""
-        return self._predicted(self.model, self.slopes, None)
+        """Predictions by the unchanged model."""
+        return self._predicted(self.model, self.information, None)
 
-    def _predicted(self, model: Model, slopes: Slopes, gone: str | None) -> Predicted:
+    def _predicted(
+        self, model: Model, information: ScoreInformation, gone: str | None
+    ) -> Predicted:
         squares, nu = [], []
         for members in self.folds:
-            trained = _at(model, slopes, retrained(slopes, self._rest(members), gone))
+            trained = _at(model, information, retrained(information, self._rest(members), gone))
             for i in members:
-                nu.append(self._aims[i].predict(trained, self.recordings[i]))
-                squares.append(self._aims[i].squares(nu[-1]))
+                nu.append(self._targets[i].predict(trained, self.recordings[i]))
+                squares.append(self._targets[i].squares(nu[-1]))
         return Predicted(np.concatenate(squares), np.concatenate(nu))
 
-    def _size(self, slopes: Slopes, name: str) -> float:
-        """RMS over all predictions of the coefficient that each fold's rest says."""
-        k, squares, count = slopes.place(name), 0.0, 0
+    def _size(self, information: ScoreInformation, name: str) -> float:
+        """RMS over all predictions of the coefficient in the models that made them."""
+        k, squares, count = information.place(name), 0.0, 0
         for members in self.folds:
-            there = sum(len(self._aims[i].start) for i in members)
-            squares += there * float(retrained(slopes, self._rest(members), None)[k]) ** 2
+            there = sum(len(self._targets[i].start) for i in members)
+            squares += there * float(retrained(information, self._rest(members), None)[k]) ** 2
             count += there
         return float(np.sqrt(squares / count))
 
     def _rest(self, members: Sequence[int]) -> list[int]:
         return [i for i in range(len(self.recordings)) if i not in members]
 
-    def _change(self, with_it: Predicted, without: Predicted, axis: int, size: float) -> Change:
+    def _change(
+        self, with_it: Predicted, without: Predicted, axis: int, size: float
+    ) -> PredictionChange:
         a, b = with_it.squares[:, axis], without.squares[:, axis]
         if not (np.isfinite(a).all() and np.isfinite(b).all()):
             better = np.inf if np.isfinite(a).all() else -np.inf
-            return Change(better, better, np.inf, size)
-        begin = np.concatenate([aim.x0[:, 3:] for aim in self._aims])
+            return PredictionChange(better, better, np.inf, size)
+        begin = np.concatenate([aim.x0[:, 3:] for aim in self._targets])
         moved = _rms(with_it.nu[:, axis] - without.nu[:, axis])
         changed = _rms(with_it.nu[:, axis] - begin[:, axis])
         apart = b - a
         spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else 0.0
-        return Change(
+        return PredictionChange(
             float(100.0 * (np.sqrt(b.mean() / a.mean()) - 1.0)),
             float(apart.mean()) / spread if spread > 0 else 0.0,
             100.0 * moved / changed if changed > 0 else 0.0,
@@ -112,8 +118,8 @@ def _rms(values: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Aim:
-    """What is predicted from where: the same for every model."""
+class Targets:
+    """Starts and ends of the predictions: the same for every model."""
 
     start: NDArray[np.int32]  # (m,) poses
     x0: Array  # (m, 6) states there
@@ -131,43 +137,44 @@ class Aim:
         return np.asarray(states[:, 3:])
 
     def squares(self, nu: Array) -> Array:
-        """Mean squared errors (blocks, 3); infinite where the model ran away."""
+        """Mean squared errors (blocks, 3); infinite where the model diverges."""
         errors = np.where(np.isfinite(nu), self.measured - nu, np.inf)
         return np.asarray(np.add.reduceat(errors**2, self.blocks, axis=0) / self.sizes[:, None])
 
 
-def _aim(model: Model, recording: Recording, horizon: float) -> Aim:
-    """Starts by the model's filter: the stencil's noise would make quadratic drag look too strong."""
+def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
+    """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
     begin = causal(model, recording).motion
-    every = max(1, round(SPACING / recording.period))
+    every = max(1, round(START_SPACING / recording.period))
     found = predict(model, recording, horizon, starts=begin, every=every)
     start = found.begun
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
     blocks = np.flatnonzero(np.diff((found.t // BLOCK).astype(np.int64), prepend=-1))
     sizes = np.diff(np.append(blocks, len(start)))
     end = found.index.astype(np.int32)
-    return Aim(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
+    return Targets(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
 
 
-def retrained(slopes: Slopes, rest: Sequence[int], gone: str | None) -> Array:
-    """Parameters from some recordings, within their bounds: one step may go too far.
+def retrained(information: ScoreInformation, rest: Sequence[int], gone: str | None) -> Array:
+    """Parameters (p,) from some recordings, clipped to their bounds.
 
-    With one held at 0, the others moved as they then must.
+    `gone`: a parameter that is held at 0, the others at their best then.
     """
-    information = slopes.information[list(rest)].sum(axis=0)
-    theta = slopes.values + solve(information, slopes.gradient[list(rest)].sum(axis=0))
+    from_rest = information.information[list(rest)].sum(axis=0)
+    gradient = information.gradient[list(rest)].sum(axis=0)
+    theta = information.values + solve_scaled(from_rest, gradient)
     if gone is not None:
-        j = slopes.place(gone)
+        j = information.place(gone)
         unit = np.zeros(len(theta))
         unit[j] = 1.0
-        row = solve(information, unit)
+        row = solve_scaled(from_rest, unit)
         theta = theta - row * theta[j] / row[j]
-    return np.asarray(np.clip(theta, *slopes.bounds))
+    return np.asarray(np.clip(theta, *information.bounds))
 
 
-def _at(model: Model, slopes: Slopes, theta: Array) -> Model:
+def _at(model: Model, information: ScoreInformation, theta: Array) -> Model:
     """The model with other values of its parameters."""
-    found = dict(zip(slopes.names, theta.tolist(), strict=True))
+    found = dict(zip(information.names, theta.tolist(), strict=True))
     constants = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))
     return replace(
         model,

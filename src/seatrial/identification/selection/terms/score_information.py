@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What one pass of the filter tells about terms that are in the model, and about those that are not.
+"""Scores and Fisher information of the terms of a model, and of terms that it lacks, from one filter run.
 
-The likelihood's gradient and Fisher's information, at the model as it is: a Gauss-Newton step is a
-refit, a part of the gradient that the others can't explain is a test for a term that is not there
-(Rao's score test). Scores are summed over blocks, over which errors may be correlated.
+A Gauss-Newton step with them is a refit; the part of a lacking term's score that the others do not explain
+tests it (Rao's score test). Scores are summed over blocks, within which innovations may be correlated.
 """
 
 from collections.abc import Sequence
@@ -23,21 +22,21 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-TINY = 1e-12  # relative ridge: parameters that a recording says nothing of
+SOLVE_RIDGE = 1e-12  # relative ridge: some recordings hold no information about a parameter
 
 
 @dataclass(frozen=True)
-class Slopes:
-    """Gradient and information of the free parameters, recording by recording."""
+class ScoreInformation:
+    """Gradient and Fisher information of the free parameters, recording by recording."""
 
     names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
-    values: Array  # (p,) where the model is
-    bounds: tuple[Array, Array]  # (p,) the lowest and highest that each may be
+    values: Array  # (p,) of the model
+    bounds: tuple[Array, Array]  # (p,) each: lowest and highest
     information: Array  # (g, p, p)
     gradient: Array  # (g, p)
     scores: Array  # (blocks, p) of all recordings
-    shares: Array  # (blocks, p, p) that each block has of the information
-    recording: NDArray[np.int64]  # (blocks,) that each block is of
+    shares: Array  # (blocks, p, p) the information in each block
+    recording: NDArray[np.int64]  # (blocks,) the recording of each block
 
     @property
     def blocks(self) -> int:
@@ -49,11 +48,10 @@ class Slopes:
         """Information of all recordings (p, p)."""
         return np.asarray(self.information.sum(axis=0))
 
-    def left(self, step: Array) -> Array:
-        """Scores (blocks, p) that are left after a step (p,) of the parameters.
+    def scores_after(self, step: Array) -> Array:
+        """Scores (blocks, p) after a step (p,) of the parameters, by each block's own information.
 
-        By each block's own share of the information. Without this a term that is plainly missing
-        would count as scatter of the scores, and hide itself.
+        Before the step, the scores of a term that is plainly missing would count as scatter.
         """
         return np.asarray(self.scores - self.shares @ step)
 
@@ -61,8 +59,8 @@ class Slopes:
         """Column of a parameter."""
         return self.names.index(name)
 
-    def only(self, names: Sequence[str]) -> "Slopes":
-        """The same of some parameters; the others are as they are."""
+    def only(self, names: Sequence[str]) -> "ScoreInformation":
+        """The same for some parameters, the others being held."""
         at = [self.place(name) for name in names]
         return replace(
             self,
@@ -76,8 +74,10 @@ class Slopes:
         )
 
 
-def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()) -> Slopes:
-    """Of the model's free parameters, and of coefficients of further terms, which are 0 in it."""
+def score_information_of(
+    model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()
+) -> ScoreInformation:
+    """About the model's free parameters, and about coefficients of further terms, which are 0 in it."""
     whole = with_terms(model.vehicle, (*model.structure.terms, *extra))
     free_names = [name for name, error in model.standard_errors.items() if error > 0]
     free_names += [str(term.coefficient) for term in extra]
@@ -92,26 +92,26 @@ def slopes(model: Model, recordings: Sequence[Recording], extra: Sequence[Term] 
     noise = noise_vector(model.noise)
     if noise is None:
         raise IdentificationError("selection needs a model with process noise: output-error's")
-    passes = problem.passes(theta, noise, repeatable=False, shares=True)
-    if not np.isfinite(passes.cost):
+    runs = problem.run_filter(theta, noise, repeatable=False, shares=True)
+    if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
     owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(problem.blocks)]
-    return Slopes(
+    return ScoreInformation(
         tuple(problem.names[i] for i in free),
         theta[list(free)],
         problem.bounds,
-        np.array([p.information for p in passes.each]),
-        np.array([p.gradient for p in passes.each]),
-        passes.scores,
-        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in passes.each]),
+        np.array([p.information for p in runs.by_recording]),
+        np.array([p.gradient for p in runs.by_recording]),
+        runs.scores,
+        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in runs.by_recording]),
         np.concatenate(owner),
     )
 
 
-def solve(matrix: Array, right: Array) -> Array:
+def solve_scaled(matrix: Array, right: Array) -> Array:
     """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    scaled = matrix / np.outer(scale, scale) + TINY * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + SOLVE_RIDGE * np.eye(len(matrix))
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

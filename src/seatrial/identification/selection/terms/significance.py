@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Tests for a term: is it distinguishable from zero, and do repeats agree on it?"""
+"""Wald test of a coefficient, and homogeneity of its estimates over the repeats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.selection.terms.score_information import Slopes, solve
+from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
 from seatrial.util.distributions import chi2_sf, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -15,7 +15,7 @@ from seatrial.util.statistics import BLOCK
 
 @dataclass(frozen=True)
 class Estimate:
-    """A coefficient, its standard error, and the chance of as much where there is nothing."""
+    """A coefficient, its standard error, and its p-value under the hypothesis that it is 0."""
 
     value: float
     error: float
@@ -29,17 +29,17 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Repeats:
-    """A coefficient found from each fold, all others common to them."""
+    """A coefficient estimated from each fold, all others being common."""
 
     values: Array  # (folds,)
     errors: Array  # (folds,)
-    p: float  # chance of such a spread among repeats of one and the same boat
+    p: float  # p-value of the spread if the boat is the same
     between: float  # standard deviation between folds, beyond that of their errors
-    ratio: float  # spread over what the errors let expect: about 1 where repeats agree
+    ratio: float  # spread over its expectation: about 1 where repeats agree
 
 
 def t_chance(t: float, freedom: int) -> float:
-    """Two-sided chance of |t| or more with Student's distribution (Wallace, 1959, to 1e-3 of z)."""
+    """Two-sided p-value of Student's t (Wallace, 1959, to 1e-3 of z)."""
     size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
     return normal_two_sided(float(size))
 
@@ -55,48 +55,50 @@ def freedom(blocks: int, fitted: int) -> int:
     return left
 
 
-def estimate(slopes: Slopes, name: str) -> Estimate:
-    """One coefficient by a Gauss-Newton step of all the parameters there are.
+def estimate(information: ScoreInformation, name: str) -> Estimate:
+    """One coefficient after a Gauss-Newton step of all parameters.
 
-    Its error is the larger of Fisher's and the sandwich over blocks: the one trusts the noise
-    model, the other that there are blocks enough.
+    Its error is the larger of Fisher's and the sandwich's over blocks: the first assumes the noise model, the
+    second many blocks.
     """
-    j, p = slopes.place(name), len(slopes.names)
+    j, p = information.place(name), len(information.names)
     unit = np.zeros(p)
     unit[j] = 1.0
-    row = solve(slopes.total, unit)
-    step = solve(slopes.total, slopes.gradient.sum(axis=0))
-    value = slopes.values[j] + step[j]
-    left = freedom(slopes.blocks, p - 1)
-    influence = slopes.left(step) @ row
-    sandwich = float(np.sum(influence**2)) * slopes.blocks / left
+    row = solve_scaled(information.total, unit)
+    step = solve_scaled(information.total, information.gradient.sum(axis=0))
+    value = information.values[j] + step[j]
+    left = freedom(information.blocks, p - 1)
+    influence = information.scores_after(step) @ row
+    sandwich = float(np.sum(influence**2)) * information.blocks / left
     error = float(np.sqrt(max(sandwich, row[j])))
     return Estimate(float(value), error, t_chance(value / error, left))
 
 
-def repeats(slopes: Slopes, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
+def repeats(information: ScoreInformation, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
     """One coefficient from each fold (indices of its recordings), the others from all together."""
-    j, k = slopes.place(name), len(folds)
-    rest = [i for i in range(len(slopes.names)) if i != j]
+    j, k = information.place(name), len(folds)
+    rest = [i for i in range(len(information.names)) if i != j]
     n = len(rest)
     matrix, right = np.zeros((n + k, n + k)), np.zeros(n + k)
-    matrix[:n, :n] = slopes.total[np.ix_(rest, rest)]
-    right[:n] = slopes.gradient.sum(axis=0)[rest]
+    matrix[:n, :n] = information.total[np.ix_(rest, rest)]
+    right[:n] = information.gradient.sum(axis=0)[rest]
     for f, members in enumerate(folds):
         at = list(members)
-        cross = slopes.information[at].sum(axis=0)[j]
+        cross = information.information[at].sum(axis=0)[j]
         matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
         matrix[n + f, n + f] = cross[j]
-        right[n + f] = slopes.gradient[at, j].sum()
-    step = solve(matrix, right)
-    rows = solve(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
-    influence = np.zeros((slopes.blocks, k))
+        right[n + f] = information.gradient[at, j].sum()
+    step = solve_scaled(matrix, right)
+    rows = solve_scaled(matrix, np.vstack([np.zeros((n, k)), np.eye(k)]))  # (n + k, k)
+    influence = np.zeros((information.blocks, k))
     for f, members in enumerate(folds):
         own = np.insert(step[:n], j, step[n + f])
-        mine = np.isin(slopes.recording, list(members))
-        influence[mine] = (slopes.left(own) @ np.insert(rows[:n], j, rows[n + f], axis=0))[mine]
-    sandwich = influence.T @ influence * slopes.blocks / freedom(slopes.blocks, n + 1)
-    return _spread(slopes.values[j] + step[n:], _larger(sandwich, rows[n:]))
+        mine = np.isin(information.recording, list(members))
+        influence[mine] = (
+            information.scores_after(own) @ np.insert(rows[:n], j, rows[n + f], axis=0)
+        )[mine]
+    sandwich = influence.T @ influence * information.blocks / freedom(information.blocks, n + 1)
+    return _spread(information.values[j] + step[n:], _larger(sandwich, rows[n:]))
 
 
 def _larger(sandwich: Array, fisher: Array) -> Array:

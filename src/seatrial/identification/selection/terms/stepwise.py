@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which terms: forward by score tests, back by Wald tests, both against chance among many."""
+"""Stepwise selection: forward by score tests, backward by Wald tests, both corrected for many candidates."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,54 +12,57 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.terms.aliasing import Alias, aliases
 from seatrial.identification.selection.terms.candidates import drag_of, is_essential, with_terms
-from seatrial.identification.selection.terms.score_information import Slopes, slopes
+from seatrial.identification.selection.terms.score_information import (
+    ScoreInformation,
+    score_information_of,
+)
 from seatrial.identification.selection.terms.significance import estimate
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import StructureError
 
-CHANCE = 0.05  # that any term comes in which is not there, however many are tried
-ROUNDS = 12
-Say = Callable[[str], None]
+SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
+MOST_ROUNDS = 12  # of adding and removing
+Message = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Search:
-    """What is chosen among, and from what."""
+class TermSearch:
+    """The candidates, and the recordings that decide."""
 
     vehicle: Vehicle  # as its file has it
     candidates: tuple[Term, ...]
     recordings: tuple[Recording, ...]
-    say: Say
+    say: Message
 
     def fit(self, terms: Sequence[Term], start: Model | None) -> Model:
         """Output-error with these terms."""
         return output_error(self.recordings, with_terms(self.vehicle, terms), start=start)
 
     def removable(self, terms: Sequence[Term]) -> list[str]:
-        """Coefficients that may go: not thrust along its own axis, nor the last drag there."""
+        """Coefficients that may be removed: not thrust along its own axis, nor the last drag of an axis."""
         fixed = {t.coefficient for t in terms if is_essential(t, self.vehicle.forces)}
         drags = [drag_of(terms, axis) for axis in range(3)]
         fixed |= {names[0] for names in drags if len(names) == 1}
         return list(dict.fromkeys(str(t.coefficient) for t in terms if t.coefficient not in fixed))
 
     def aliased(self, terms: Sequence[Term], out: Sequence[Term]) -> tuple[Alias, ...]:
-        """What can't be told from what is there and what else is tried."""
+        """Exact aliases among terms of a model and those that are tried."""
         return aliases(terms, out, self.vehicle.forces)
 
 
-def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Model:
-    """Terms come in, the best of every axis at a time, until none is distinguishable from zero.
+def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -> Model:
+    """Adds terms, the best of every axis at a time, until no candidate is distinguishable from zero.
 
-    One that came goes again where others do its work better. `refused` ones do not come in.
+    An added term is removed again where later ones replace it. `refused` ones are never added.
     """
     refused = list(refused)
-    for _ in range(ROUNDS):
-        added = newcomers(search, model, refused)
+    for _ in range(MOST_ROUNDS):
+        added = best_candidates(search, model, refused)
         if added:
             search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
             model = search.fit((*model.structure.terms, *added), model)
             continue
-        gone = leaver(search, model)
+        gone = weakest_newcomer(search, model)
         if gone is None:
             return model
         search.say(f"without {gone}")
@@ -68,36 +71,41 @@ def forward_and_back(search: Search, model: Model, refused: Sequence[str]) -> Mo
     return model
 
 
-def newcomers(search: Search, model: Model, refused: Sequence[str]) -> list[Term]:
-    """The clearest candidate of every axis that passes Holm's test among all that are tried."""
+def best_candidates(search: TermSearch, model: Model, refused: Sequence[str]) -> list[Term]:
+    """The most significant candidate of every axis that passes Holm's test among all candidates."""
     out = [
         t for t in search.candidates
         if t.coefficient not in model.values and t.coefficient not in refused
     ]  # fmt: skip
     hidden = {a.coefficient for a in search.aliased(model.structure.terms, out)}
     out = [t for t in out if t.coefficient not in hidden]
-    tested = {t.coefficient: estimate(s, str(t.coefficient)) for t, s in looks(search, model, out)}
+    tested = {
+        t.coefficient: estimate(s, str(t.coefficient))
+        for t, s in candidate_information(search, model, out)
+    }
     best: dict[int, Term] = {}
     for rank, term in enumerate(sorted(out, key=lambda t: tested[t.coefficient].p)):
-        if tested[term.coefficient].p > CHANCE / (len(out) - rank):
+        if tested[term.coefficient].p > SIGNIFICANCE_LEVEL / (len(out) - rank):
             break
         best.setdefault(term.axis, term)
     return list(best.values())
 
 
-def leaver(search: Search, model: Model) -> str | None:
-    """The newcomer that is least distinguishable from zero, if there is one that is not any more."""
-    look = slopes(model, search.recordings)
+def weakest_newcomer(search: TermSearch, model: Model) -> str | None:
+    """The added term of the largest p-value, if it is not distinguishable from zero any more; else None."""
+    information = score_information_of(model, search.recordings)
     own = set(search.vehicle.structure.coefficients)
     names = [n for n in search.removable(model.structure.terms) if n not in own]
-    idle = model.at_bounds  # 0, and without a slope
-    tested = {name: 1.0 if name in idle else estimate(look, name).p for name in names}
-    loose = [name for name in names if tested[name] > CHANCE / len(search.candidates)]
+    idle = model.at_bounds  # 0, and without a gradient
+    tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
+    loose = [name for name in names if tested[name] > SIGNIFICANCE_LEVEL / len(search.candidates)]
     return max(loose, key=lambda name: tested[name], default=None)
 
 
-def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[Term, Slopes]]:
-    """Each term that is not in the model, with the slopes of the model and of it alone."""
+def candidate_information(
+    search: TermSearch, model: Model, out: Sequence[Term]
+) -> Iterator[tuple[Term, ScoreInformation]]:
+    """Each term that is not in the model, with the information about the model and about it alone."""
     terms, coefficients = len(model.structure.terms), len(model.values)
     room = min(MOST_TERMS - terms, MOST_COEFFICIENTS - coefficients)
     if room < 1 and out:
@@ -107,13 +115,13 @@ def looks(search: Search, model: Model, out: Sequence[Term]) -> Iterator[tuple[T
         )
     for first in range(0, len(out), max(1, room)):
         batch = out[first : first + room]
-        whole = slopes(model, search.recordings, batch)
+        whole = score_information_of(model, search.recordings, batch)
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
         for term in batch:
             yield term, whole.only([*there, str(term.coefficient)])
 
 
-def with_zero(model: Model, term: Term) -> Model:
+def with_zero_term(model: Model, term: Term) -> Model:
     """The model with one more term, whose coefficient is 0."""
     whole = with_terms(model.vehicle, (*model.structure.terms, term))
     values = np.array([model.values.get(name, 0.0) for name in whole.structure.coefficients])
@@ -121,8 +129,8 @@ def with_zero(model: Model, term: Term) -> Model:
     return replace(model, vehicle=whole, coefficients=values, covariance=np.zeros((n, n)))
 
 
-def without_idle(model: Model, names: Sequence[str]) -> Model:
-    """The same model without terms whose coefficients (`names`) are 0."""
+def without_bound_terms(model: Model, names: Sequence[str]) -> Model:
+    """The model without terms whose coefficients (`names`) are 0."""
     whole = with_terms(
         model.vehicle, [t for t in model.structure.terms if t.coefficient not in names]
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which channel of an unlabelled joypad moves which axis: a start for a vehicle file."""
+"""Assignment of unlabelled channels to axes by the t of their gains: a start for a vehicle file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 
 from seatrial.util.frames import Array
 
-SEEN = 8.0  # t from which on a channel may be given an axis,
-ALONE = 0.5  # and the largest t of another channel there, as a share
+ASSIGN_T = 8.0  # least t of a clear assignment
+RUNNER_UP_SHARE = 0.5  # of that t; another channel above it makes the assignment ambiguous
 
 
 @dataclass(frozen=True)
@@ -20,17 +20,17 @@ class Assignment:
     channel: str
     sign: int  # 1: positive values push forward or to the left (forward-left-up)
     t: float
-    trusted: bool  # it is clear, and no other channel moves the axis nearly as clearly
+    trusted: bool  # t above `ASSIGN_T`, and no other channel near it
 
 
 def assignments(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:
-    """Axis by axis, the clearest first; t (3, channels): how clearly each moves each axis."""
+    """Greedy, the largest t first; t (3, channels) of the gains. Each channel and axis once."""
     left = np.abs(t)
     for _ in range(min(t.shape)):
         axis, best = (int(i) for i in np.unravel_index(int(np.argmax(left)), t.shape))
         others = np.delete(np.abs(t[axis]), best)
-        clear = abs(t[axis, best]) > SEEN
-        alone = float(others.max(initial=0.0)) < ALONE * abs(t[axis, best])
+        clear = abs(t[axis, best]) > ASSIGN_T
+        alone = float(others.max(initial=0.0)) < RUNNER_UP_SHARE * abs(t[axis, best])
         sign = 1 if t[axis, best] > 0 else -1
         yield Assignment(axis, names[best], sign, float(t[axis, best]), bool(clear and alone))
         left[axis], left[:, best] = -1.0, -1.0

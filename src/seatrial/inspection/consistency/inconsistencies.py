@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""Messages about inconsistencies: what the data show, and the line of the vehicle file to change.
+
+One function a kind of edit; `inconsistencies` lists them all.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency.repair import POSE, Repair, cycles
+from seatrial.util.format import joined
+
+UNIT_NAMES = {
+    "m": "metres",
+    "cm": "centimetres",
+    "mm": "millimetres",
+    "rad": "radians",
+    "deg": "degrees",
+}
+
+
+class InconsistencyKind(str, Enum):
+    """Inconsistencies of units, signs, order and clock."""
+
+    CLOCK = "clock of the commands"
+    LENGTH = "unit of x and y"
+    ANGLE = "unit of psi"
+    MIRRORED = "sign of a pose coordinate"
+    EXCHANGED = "x and y exchanged"
+    HANDED = "poses and commands of opposite axes"
+    NEGATED = "sign of an input"
+    PERMUTED = "order of the inputs"
+
+
+@dataclass(frozen=True)
+class Inconsistency:
+    """One inconsistency between the vehicle file and the data."""
+
+    kind: InconsistencyKind
+    text: str  # what the data show, and the line to change
+
+
+def clock_inconsistency(offset: float) -> list[Inconsistency]:
+    """The clock of commands that act `offset` [s] after their stamps; none for 0."""
+    if not offset:
+        return []
+    side = "after" if offset > 0 else "before"
+    text = (
+        f"commands act about {abs(offset):.1f} s {side} their stamps on the poses' clock: poses and "
+        "commands have different clocks; stamp both by one clock, or correct the stamps"
+    )
+    return [Inconsistency(InconsistencyKind.CLOCK, text)]
+
+
+def inconsistencies(
+    vehicle: Vehicle, repair: Repair, effects: Mapping[str, str], speed: float
+) -> tuple[Inconsistency, ...]:
+    """One message for each edit of the repair.
+
+    effects: by input, its main effect ("moves sway to the right (t 41)"). speed [m/s]: 90th percentile
+    with the units that the file states.
+    """
+    return (
+        *_units(repair, speed),
+        *_poses(vehicle, repair),
+        *_orders(vehicle, repair, effects),
+        *_signs(vehicle, repair, effects),
+    )
+
+
+def _units(repair: Repair, speed: float) -> list[Inconsistency]:
+    found = []
+    *plane, angle = repair.units
+    for unit in dict.fromkeys(u for u in plane if u):
+        names = [name for name, u in zip(POSE[:2], plane, strict=True) if u == unit]
+        verb = "are" if len(names) > 1 else "is"
+        text = (
+            f"{' and '.join(names)} {verb} in {UNIT_NAMES[unit]}: in the unit that the vehicle file "
+            f"states the speed is {speed:.2g} m/s; set unit: {unit} at {_places(names)}"
+        )
+        found.append(Inconsistency(InconsistencyKind.LENGTH, text))
+    if angle:
+        text = f"psi is in {UNIT_NAMES[angle]}: in this unit the heading agrees with the track; "
+        found.append(
+            Inconsistency(InconsistencyKind.ANGLE, f"{text}set unit: {angle} at pose: psi")
+        )
+    return found
+
+
+def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
+    negated = [name for name, sign in zip(POSE, repair.pose_signs, strict=True) if sign < 0]
+    columns = _pose_columns(vehicle)
+    if negated == ["y", "psi"] and not repair.exchanged:
+        return [_handed(vehicle, negated)]
+    found = []
+    if repair.exchanged:
+        named = _label(columns["x"]) and _label(columns["y"])
+        how = (
+            f"exchange their entries under pose (x: {_label(columns['y'])}, y: {_label(columns['x'])})"
+            if named
+            else "under pose exchange the fields of the message (PoseStamped: "
+            "x: {field: pose.position.y}, y: {field: pose.position.x})"
+        )
+        text = f"x and y are exchanged: with their columns swapped the track agrees with the heading; {how}"
+        found.append(Inconsistency(InconsistencyKind.EXCHANGED, text))
+    for name in negated:
+        source = {"x": "y", "y": "x"}.get(name, name) if repair.exchanged else name
+        text = (
+            f"{name} has the wrong sign: negated, the track agrees with the heading; "
+            f"set sign: {-columns[source].sign} at pose: {name}"
+        )
+        found.append(Inconsistency(InconsistencyKind.MIRRORED, text))
+    return found
+
+
+def _handed(vehicle: Vehicle, negated: list[str]) -> Inconsistency:
+    columns = _pose_columns(vehicle)
+    signs = ", ".join(f"sign: {-columns[name].sign} at pose: {name}" for name in negated)
+    return Inconsistency(
+        InconsistencyKind.HANDED,
+        "poses and commands have opposite axes: one is forward-right-down, the other "
+        f"forward-left-up; if the poses are not {vehicle.axes.value}, set {signs}; "
+        "else negate the commands of sway and yaw",
+    )
+
+
+def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list[Inconsistency]:
+    found = []
+    names = vehicle.inputs
+    for cycle in (c for c in cycles(repair.order) if len(c) > 1):
+        labels = [names[i] for i in cycle]
+        what = "swapped" if len(cycle) == 2 else "permuted"
+        entries = ", ".join(
+            f"{names[i]}: {_entry(vehicle, repair.order[i], repair.input_signs[i])}" for i in cycle
+        )
+        text = (
+            f"{joined(labels)} are {what}: {'; '.join(f'{n} {effects[n]}' for n in labels)}; "
+            f"exchange their entries at commands: inputs ({entries})"
+        )
+        found.append(Inconsistency(InconsistencyKind.PERMUTED, text))
+    return found
+
+
+def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list[Inconsistency]:
+    negated = [
+        name
+        for i, name in enumerate(vehicle.inputs)
+        if repair.order[i] == i and repair.input_signs[i] < 0
+    ]
+    entries = vehicle.file.commands.inputs
+    signs = {name: -as_column(entries[name]).sign for name in negated}
+    if set(negated) == {"F_v", "F_r"} and repair.pose_edits == 0:
+        text = (
+            f"commands and poses have opposite axes: F_v {effects['F_v']}, F_r {effects['F_r']}; one "
+            "is forward-right-down, the other forward-left-up: "
+            f"set sign: {signs['F_v']} at commands: inputs: F_v, sign: {signs['F_r']} at commands: "
+            "inputs: F_r; or, if the poses are wrong, negate y and psi"
+        )
+        return [Inconsistency(InconsistencyKind.HANDED, text)]
+    return [
+        Inconsistency(
+            InconsistencyKind.NEGATED,
+            f"{name} {effects[name]}, opposite to the vehicle file; "
+            f"set sign: {signs[name]} at commands: inputs: {name}",
+        )
+        for name in negated
+    ]
+
+
+def _entry(vehicle: Vehicle, source: int, sign: int) -> str:
+    """The column that an input should read, with its sign if that is -1."""
+    column = as_column(vehicle.file.commands.inputs[vehicle.inputs[source]])
+    return _label(column) + (" with sign: -1" if sign * column.sign < 0 else "")
+
+
+def _label(column: Column) -> str:
+    """The column of a table or the field of a message; both where the file names both."""
+    index = "" if column.index is None else f"[{column.index}]"
+    field = column.field and f"{column.topic}{' ' if column.topic else ''}{column.field}{index}"
+    return " or ".join(dict.fromkeys(part for part in (column.column, field) if part))
+
+
+def _pose_columns(vehicle: Vehicle) -> dict[str, Column]:
+    pose = vehicle.file.pose
+    return {n: as_column(c) for n, c in zip(POSE, (pose.x, pose.y, pose.psi), strict=True)}
+
+
+def _places(names: list[str]) -> str:
+    return " and ".join(f"pose: {name}" for name in names)

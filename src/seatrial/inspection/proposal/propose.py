@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""`init`: a vehicle file to start from, proposed from recordings."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from seatrial.inspection.proposal.from_bags import of_bag
+from seatrial.inspection.proposal.from_tables import of_tables
+from seatrial.inspection.proposal.inputs import Drive, find_drive
+from seatrial.inspection.proposal.sources import Ask, Choices, Sources
+from seatrial.inspection.proposal.vehicle_file import vehicle_text
+from seatrial.io.bags.opening import is_bag
+from seatrial.io.bags.recording import recording_name
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Sources and actuation found in the recordings, and the file's text."""
+
+    sources: Sources
+    drive: Drive
+    text: str
+
+
+def init(
+    path: str | Path,
+    *more: str | Path,
+    choices: Choices | None = None,
+    ask: Ask | None = None,
+    salvage: bool = False,
+) -> Proposal:
+    """Propose a `vehicle.yaml`. `ask` decides what the data do not determine; without it, an error.
+
+    Topics or columns are those of the first recording; all recordings decide which columns change
+    and what they drive.
+
+    Raises RecordingError where there are no poses or commands, or several candidates.
+    """
+    path, choices = Path(path), choices or Choices()
+    name = choices.name or recording_name(path)
+    name = "".join(c if c.isprintable() else "_" for c in name)
+    # 1. Topics or columns of the poses and of the commands.
+    if is_bag(path):
+        sources = of_bag(path, name, choices, ask, salvage=salvage)
+    else:
+        sources = of_tables(path, name, choices, ask, tuple(map(Path, more)))
+    sources = replace(sources, more=tuple(map(Path, more)))
+    # 2. Units, signs, scales, and which channel drives which axis, from the data.
+    drive = find_drive(sources, salvage=salvage)
+    # 3. The file, with a comment on each value that needs a check.
+    return Proposal(sources, drive, vehicle_text(sources, drive))
