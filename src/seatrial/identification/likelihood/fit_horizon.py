@@ -219,5 +219,5 @@ def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> Predicti
 
 def _comparable(problem: Problem) -> bool:
     """Whether a prediction has all estimated effects: it has no trim and no wind."""
-    pushes = ("trim", "wind")
-    return not any(problem.names[i].startswith(pushes) for i in problem.free_effects)
+    missing = ("trim", "wind")
+    return not any(problem.names[i].startswith(missing) for i in problem.free_effects)

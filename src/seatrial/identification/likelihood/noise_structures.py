@@ -95,8 +95,8 @@ def multi_start(at: Point, theta: Array) -> Point:
     at = in_likelier_frame(at)
     problem = at.runs.problem
     if not _has_disturbance(at) and not is_white(at):
-        pushes = disturbance_and_gauss_markov(problem.recordings)
-        at = _likelier_from(at, theta, pushes, _other_frame(problem))
+        noise = disturbance_and_gauss_markov(problem.recordings)
+        at = _likelier_from(at, theta, noise, _other_frame(problem))
     # pose errors with a long memory, no process noise
     for times, memory in LONG_CORRELATIONS:
         if not is_white(at):

@@ -188,8 +188,8 @@ def _pose_noise_drifts(noise: Array, most: Array) -> bool:
     """Whether correlated pose errors are at their longest memory, large, and beside process noise."""
     longest = noise[COLOUR_MEMORY] > AT_LONGEST * most[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
-    pushed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
-    return bool(longest and larger and pushed and not oscillates(noise))
+    disturbed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
+    return bool(longest and larger and disturbed and not oscillates(noise))
 
 
 def _whiter_noise(at: Point, least: Array) -> Array | None:
@@ -224,9 +224,8 @@ def _descent(
 ) -> Point:
     """Downhill from a point, until the next step promises less than `settled`.
 
-    steps: at most; fewer than `MOST_ITERATIONS` end without convergence, and without an error. drifts: steps
-    in a row with pose errors at their longest memory after which it gives up. beat: cost of a rival solution.
-    """
+    steps: at most; fewer than `MOST_ITERATIONS` need not converge. drifts: steps in a row with pose errors at
+    their longest memory, after which it gives up. beat: cost of a rival solution."""
     if not np.isfinite(at.runs.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
@@ -250,7 +249,7 @@ def _descent(
         return _with_linearisation(at)
     raise IdentificationError(
         f"no solution after {MOST_ITERATIONS} steps; do poses and commands belong together, by one "
-        "clock? If so, drive more, or state what is known of the thrusters in the vehicle file (chain)"
+        "clock? If so, drive more, or state known constants of the thrusters in the vehicle file (chain)"
     )
 
 
@@ -280,7 +279,7 @@ class _NoiseSteps:
         self.aligned = self.aligned + 1 if self.move @ before > ALIGNED_COSINE * lengths else 0
         self.drifting = self.drifting + 1 if _pose_noise_drifts(noise, self.most) else 0
         if self.drifting == self.drifts:
-            raise IdentificationError("errors of the poses that drift can't be told from motion")
+            raise IdentificationError("pose errors that drift are not separable from motion")
         return noise, gain
 
     def extrapolated(self, at: Point, noise: Array, gain: float) -> Array:
@@ -325,8 +324,8 @@ class _ParameterSteps:
             self.damping = max(DAMPING_FACTOR * self.damping, LEAST_RETRY_DAMPING)
         if promised_first > STUCK_GAIN:
             raise IdentificationError(
-                "no solution: the search is stuck where it should still improve; do poses and commands "
-                "belong together, by one clock? If so, state what is known of the thrusters in the "
+                "no solution: no step improves the likelihood, far from its maximum; do poses and commands "
+                "belong together, by one clock? If so, state known constants of the thrusters in the "
                 "vehicle file (chain)"
             )
         return None

@@ -76,12 +76,8 @@ def equation_error(
     for axis in range(3):
         solver.coupled(axis)  # Eq. (17)
     return Model(
-        vehicle,
-        solver.theta,
-        solver.covariance,
-        vehicle.constants.values,
-        Integration("forward-euler", round(period, 9)),
-        pose_noise(*recordings),
+        vehicle, solver.theta, solver.covariance, vehicle.constants.values,
+        Integration("forward-euler", round(period, 9)), pose_noise(*recordings),
         envelope(vehicle, vehicle.constants.values, recordings, moving),
         tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
@@ -89,7 +85,7 @@ def equation_error(
             {"literal": chosen.literal, "correlation": chosen.correlation},
             solver.steps,
         ),
-    )
+    )  # fmt: skip
 
 
 def _refuse_unknown_actuators(vehicle: Vehicle) -> None:

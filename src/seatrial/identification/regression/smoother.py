@@ -24,6 +24,7 @@ from seatrial.identification.regression.start_values import (
     with_constant_columns,
 )
 from seatrial.identification.regression.weak_form import (
+    WEAK_CHAIN_STEPS,
     axes_served,
     block_numbers,
     checked_fit,
@@ -45,7 +46,6 @@ DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squar
 UNINFORMATIVE_VARIANCE = 1e4
 ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
 EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
-SMOOTHER_CHAIN_STEPS = 8  # Gauss-Newton steps on the chain's constants, at most
 LEAST_SQUARE = 1e-300  # sum of squares, against the logarithm of 0
 
 
@@ -101,7 +101,7 @@ def smoother(
     tracks = smoothed(recordings)
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
     samples = AccelerationRows(whole, tracks, np.concatenate(use))
-    found = fit_equations(samples, moved, SMOOTHER_CHAIN_STEPS)
+    found = fit_equations(samples, moved, WEAK_CHAIN_STEPS)
     fit = checked_fit(found.design, found.weights, whole, SMOOTHER)
     found = replace(found, theta=fit.theta)
     blocks = block_numbers([track.t for track in tracks], BLOCK)

@@ -21,6 +21,7 @@ BOUND_DISTANCES = 0.5 ** np.arange(12, 0, -1)
 OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
 NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
 # of the largest entry: coefficients with less in a tied direction are not named
+LEAST_INFORMATION = 1e-300  # against a division by 0
 LISTED_WEIGHT = 0.1
 
 
@@ -89,7 +90,9 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     across = at.runs.information[inside, held]
     moved = -inverse @ across
     own = float(at.runs.information[held, held] + across @ moved)
-    normal = 1.0 / np.sqrt(max(own, LEAST_EIGENVALUE * at.runs.information[held, held], 1e-300))
+    normal = 1.0 / np.sqrt(
+        max(own, LEAST_EIGENVALUE * at.runs.information[held, held], LEAST_INFORMATION)
+    )
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
@@ -109,13 +112,16 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
         off.append(side * d * moved + step)
         if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
             break
-    # mean square of the moves, weighted with the likelihood
-    weight = np.exp(-0.5 * (np.array(rise) - min(rise)))
-    moves = np.array(off)
-    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
+    return _mean_square(np.array(distance), np.array(rise), np.array(off))
+
+
+def _mean_square(distance: Array, rise: Array, moves: Array) -> Array:
+    """Mean of the products (p, p) of moves (n, p), weighted with the likelihood along the distance (n,)."""
     steps = np.diff(distance)
     if not len(steps):
-        return np.zeros((len(moved), len(moved)))
+        return np.zeros((moves.shape[1],) * 2)
+    weight = np.exp(-0.5 * (rise - rise.min()))
+    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
     whole = np.sum(0.5 * steps * (weight[1:] + weight[:-1]))
     parts = 0.5 * steps[:, None, None] * (products[1:] + products[:-1])
     return np.asarray(np.sum(parts, axis=0) / whole)

@@ -96,13 +96,15 @@ class _ProfileLine:
         """The distances that are reached, and the rises there, until the likelihood is negligible."""
         problem = self.at.runs.problem
         free, theta = list(problem.free), self.at.theta
-        gone, found = [0.0], [0.0]
+        reached_so_far, found = [0.0], [0.0]
         for distance in distances:
             there = theta.copy()
-            there[free] += (distance - gone[-1]) * self.course
+            there[free] += (distance - reached_so_far[-1]) * self.course
             there = problem.clipped(there)
             reached = float(self.along @ (there - self.at.theta)[free])
-            if abs(reached - gone[-1]) < BOUND_REACHED * abs(distance - gone[-1]):
+            if abs(reached - reached_so_far[-1]) < BOUND_REACHED * abs(
+                distance - reached_so_far[-1]
+            ):
                 break  # a bound
             runs = problem.run_filter(there, self.at.noise, repeatable=False)
             if not np.isfinite(runs.cost):
@@ -110,11 +112,11 @@ class _ProfileLine:
             step, fall = self._step(runs.information, runs.gradient)
             theta = there
             theta[np.array(free)[self.inside]] += step
-            gone.append(reached)
+            reached_so_far.append(reached)
             found.append(max(0.0, runs.cost - self.at.runs.cost - fall) * self.scale)
             if found[-1] > NEGLIGIBLE_RISE:
                 break
-        return np.array(gone[1:]), np.array(found[1:])
+        return np.array(reached_so_far[1:]), np.array(found[1:])
 
     def _inverse(self, information: Array) -> tuple[Array, float]:
         """The inverse of the information, and the variance of the combination."""

@@ -78,16 +78,16 @@ def record_length_text(found: RecordLength) -> str:
         known, relative = verdict_of(name, float(found.values[k]), error)
         wanted = {ParameterVerdict.SHARP: "done", ParameterVerdict.ZERO: "-"}.get(known)
         best = int(np.argmin(found.more[:, k]))
-        alone = float(found.more[best, k])
+        more = float(found.more[best, k])
         like = f" like {found.recordings[best]}"
-        if len(found.recordings) == 1 or not alone < ALONE_BETTER * 3 * total:
-            alone, like = 3 * total, " like these"
+        if len(found.recordings) == 1 or not more < ALONE_BETTER * 3 * total:
+            more, like = 3 * total, " like these"
         rows.append(
             [
                 name,
                 *(f"{e:.2g}" if np.isfinite(e) else "-" for e in found.errors[:, k]),
                 wanted or _wanted(total, relative),
-                spelled(alone) + like,
+                spelled(more) + like,
             ]
         )
     return table(head, rows)
