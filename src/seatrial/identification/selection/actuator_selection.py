@@ -172,7 +172,7 @@ def _wider(
 
 
 def _tested(problem: Problem, wider: Problem, runs: FilterRuns) -> ScoreTest:
-    """Whether what a wider problem has more deserves it, by passes of one that may be wider still."""
+    """Whether what a wider problem has more deserves it, by filter runs of one that may be wider still."""
     names = [runs.problem.names[i] for i in runs.problem.free]
     known = {wider.names[i] for i in wider.free}
     neutral = [k for k, name in enumerate(names) if name not in known]
