@@ -6,9 +6,11 @@ CORE   := CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # small matrices on few cores: more threads in BLAS only get in each other's way
-PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal --durations 40
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40
+# a process more than cores: system tests wait for other programs
+MORE := $$(expr $$(nproc) + 1)
 
-.PHONY: help demo test test-system test-all lint docs format stub lock bench clean
+.PHONY: help demo test test-system test-all test-study lint docs format stub lock bench clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -17,13 +19,16 @@ demo: $(VENV)/.built ## identify, validate and report on the bundled recordings,
 	$(BIN)/seatrial demo --out demo
 
 test: $(VENV)/.built $(VENV)/.test ## unit tests, with the package alone; PYTEST_ARGS="tests/test_io.py -x" for a part
-	$(PYTEST) -m unit $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses auto -m unit $(PYTEST_ARGS)
 
 test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs: compilers, ROS, DDS, a browser, Octave, qemu
-	$(PYTEST) -m system $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses $(MORE) -m system $(PYTEST_ARGS)
 
 test-all: $(VENV)/.built $(VENV)/.test ## both in one run
-	$(PYTEST) -m "unit or system" $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses $(MORE) -m "unit or system" $(PYTEST_ARGS)
+
+test-study: $(VENV)/.built $(VENV)/.test ## further seeds of tests' cases, which nothing runs by itself
+	$(PYTEST) --numprocesses auto -m study $(PYTEST_ARGS)
 
 lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-tidy
 	$(BIN)/ruff format --check .

@@ -63,6 +63,11 @@ def at_length(*values: object, **more: object) -> object:
     return pytest.param(*values, marks=pytest.mark.system, **more)
 
 
+def on_request(*values: object, **more: object) -> object:
+    """Another seed of a case that unit and system tests have, as studies run it."""
+    return pytest.param(*values, marks=pytest.mark.study, **more)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
@@ -71,12 +71,11 @@ def test_a_push_does_not_hide_it(mp):
     ("preset", "force", "seed"),
     [
         ("paper-like", None, 510),
-        *(at_length("hard", None, seed) for seed in (510, 511)),
-        *(
-            at_length(preset, PUSH, seed)
-            for preset in ("paper-like", "hard")
-            for seed in (510, 511)
-        ),
+        at_length("hard", None, 510),
+        at_length("paper-like", PUSH, 511),
+        at_length("hard", PUSH, 510),
+        *(on_request("hard", force, 511) for force in (None, PUSH)),
+        on_request("paper-like", PUSH, 510),
     ],
 )
 def test_recordings_of_one_boat_agree(mp, preset, force, seed):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
 
 import seatrial
@@ -21,7 +21,7 @@ def both(rng):
     return rng.uniform(-1.0, 1.0)
 
 
-@pytest.mark.parametrize("seed", [1, at_length(2), at_length(3)])
+@pytest.mark.parametrize("seed", [1, on_request(2), on_request(3)])
 def test_a_start_velocity_from_noisy_poses_is_as_uncertain_as_they_are(seed):
     """0.1 m at 20 Hz: the stencil's velocity is off by 1.9 m/s, three times what the boat can go."""
     noise = np.array([0.1, 0.1, 0.05])
@@ -93,7 +93,7 @@ def test_few_seconds_beside_a_prior_are_not_surer_than_they_can_be():
     assert np.mean(np.abs(off) > 1.96) < 0.1
 
 
-@pytest.mark.parametrize("seconds", [0.15, at_length(0.35), at_length(0.6)])  # 3, 6 and 9 poses
+@pytest.mark.parametrize("seconds", [0.15, at_length(0.35), on_request(0.6)])  # 3, 6 and 9 poses
 def test_a_recording_of_few_poses_beside_long_ones_changes_nothing(mp, paper_mp, seconds):
     """They are fewer than the lags at which errors are looked through for a pattern."""
     long = [paper_mp[name].recording for name in ("S1", "S2", "S3")]

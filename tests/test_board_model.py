@@ -15,7 +15,7 @@ from cpp_tools import built, run
 
 import seatrial
 from seatrial.boat.model import load, save
-from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.boat.vehicle import as_column
 from seatrial.io.bags.poses import heading_of, in_vehicle_terms
 from seatrial.io.table import scaled
@@ -126,7 +126,7 @@ def test_the_predictor_says_the_same_to_the_last_bits(program, written, tmp_path
 def test_the_noise_on_board_is_pythons(program, written):
     model, path = written
     (row,) = program.says("noise", path)
-    believed = believed_on_board(model).noise
+    believed = onboard_uncertainty(model).noise
     np.testing.assert_allclose(floats(row), believed, rtol=1e-12)
 
 

@@ -25,7 +25,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
 
-SETTINGS = OutputErrorSettings(block=5.0, extras=False)  # 48 blocks
+SETTINGS = OutputErrorSettings(block=5.0, select_stages=False)  # 48 blocks
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +205,7 @@ def test_accuracy_against_length_is_that_of_a_shorter_recording(boat, whole):
     """After half of it: as the information of that half alone, searched anew, has it."""
     found = accuracy_by_length(whole)
     half = boat[1].cut(None, boat[1].duration / 2)
-    alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, extras=False))
+    alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, select_stages=False))
     assert alone.names == found.names
     np.testing.assert_allclose(found.errors[-1], np.sqrt(np.diag(whole.covariance)), rtol=1e-6)
     excess = found.errors[-1] / np.sqrt(np.diag(np.linalg.inv(whole.runs.information)))

@@ -4,7 +4,7 @@
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
@@ -46,7 +46,7 @@ def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
 
 @pytest.mark.parametrize("force", [None, at_length(PUSH)])
 @pytest.mark.parametrize("hull", [MIDDLE, SMALL])
-@pytest.mark.parametrize("seed", [5, at_length(6)])
+@pytest.mark.parametrize("seed", [5, on_request(6)])
 def test_a_right_heading_is_not_doubted(hull, seed, force):
     vehicle, drives = driven(hull, CHAIN, seed=seed, white=2e-3, seconds=120, drives=2, push=force)
     assert offsets(drives, vehicle) == ()

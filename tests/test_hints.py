@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 from survey_boat import TRUTH, driven
 
 from seatrial.boat.findings import FindingKind, finding_text
@@ -138,7 +138,7 @@ def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     )
 
 
-@pytest.mark.parametrize("seed", [1, at_length(4), at_length(5)])
+@pytest.mark.parametrize("seed", [1, on_request(4), on_request(5)])
 def test_a_long_lever_arm_is_found(seed):
     vehicle, recordings = drives(off_by((1.5, 0.8)), seeds=(seed, seed + 10))
     settings = OutputErrorSettings(effects=("lever",))

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import at_length, make_model
+from conftest import at_length, make_model, on_request
 from survey_boat import driven, pulses
 
 from seatrial import _core
@@ -62,7 +62,7 @@ def under_gnss(seed, sd, memory, seconds=200.0):
 
 
 @pytest.mark.parametrize(
-    ("sd", "memory"), [(0.05, 1.5), at_length(0.05, 3.0), at_length(0.3, 20.0)]
+    ("sd", "memory"), [(0.05, 1.5), on_request(0.05, 3.0), at_length(0.3, 20.0)]
 )
 def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     """As those of GNSS do: a velocity that wanders would stand for them, and thrust that follows it."""

@@ -302,7 +302,7 @@ def test_as_a_process_by_udp_and_the_systems_clock(path):
         time.sleep(0.2)
         own.sendto(b"", ("127.0.0.1", port))
         assert process.wait(20) == 0
-        assert "read once more" in process.stderr.read()
+        assert "reloaded" in process.stderr.read()
 
 
 def test_along_a_recording(path, recording, tmp_path, capsys):

@@ -8,7 +8,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 from method_trials import driven
 from scipy.linalg import expm
 
@@ -160,7 +160,7 @@ def far():
 
 
 @pytest.mark.parametrize("hold", [False, True])
-@pytest.mark.parametrize("which", [0, *map(at_length, (1, 2, 3))])
+@pytest.mark.parametrize("which", [0, at_length(1), on_request(2), on_request(3)])
 def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
     far, hold, which
 ):
@@ -192,7 +192,7 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
         import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
     )
     vehicle, recordings, _, starts = far
-    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, extras=False)
+    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
         output_error(recordings, vehicle, settings=settings, start=starts[0])
 

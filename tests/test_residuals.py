@@ -64,7 +64,7 @@ def test_a_delay_shows_after_the_force_and_a_late_clock_before_it(truth, quiet):
     assert all(c.lag >= 0 and c.residual == c.force[-1] for c in early)
     assert "a delay is wrong" in in_words(early[0])
     late = found(truth, shifted(quiet, 0.3))
-    assert any(c.lag < 0 and "clock of the commands is late" in in_words(c) for c in late)
+    assert any(c.lag < 0 and "late clock of the commands" in in_words(c) for c in late)
 
 
 def test_of_a_few_seconds_nothing_is_told(truth, quiet):  # noqa: F811

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
@@ -63,8 +63,8 @@ def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
     ("preset", "force"),
     [
         ("paper-like", None),
-        at_length("hard", None),
-        at_length("paper-like", PUSH),
+        on_request("hard", None),
+        on_request("paper-like", PUSH),
         at_length("hard", PUSH),
     ],
 )

@@ -18,8 +18,8 @@ class Row:
 
     seed: int
     off: dict[str, float]  # standard errors by name, of what was found
-    missed: tuple[str, ...]  # stages that it has and that were not freed
-    spurious: tuple[str, ...]  # freed, though the boat has none
+    missed: tuple[str, ...]  # stages that it has and that were not selected
+    spurious: tuple[str, ...]  # and the other way round
     notes: tuple[str, ...]
     refused: str = ""
 

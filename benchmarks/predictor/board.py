@@ -42,8 +42,8 @@ def run(*arguments: str) -> str:
 def speed() -> str:
     """Markdown, with correlated pose errors at the right. Each line from the fastest of RUNS for it."""
     white, correlated = (
-        [min(each, key=_median) for each in zip(*said, strict=True)]
-        for said in (
+        [min(each, key=_median) for each in zip(*printed, strict=True)]
+        for printed in (
             [run("time", *more).splitlines() for _ in range(RUNS)] for more in ((), ("coloured",))
         )
     )

@@ -64,7 +64,7 @@ def outcome(scene: str, current: tuple[float, float]) -> Outcome:
 
 def table() -> str:
     """Markdown."""
-    rows = ["| model identified | current, m/s | overruled | last at, s | doubted | "
+    rows = ["| model identified | current, m/s | reinitialised | last at, s | model doubted | "
             f"position error, mm: RMS | largest | after {FOUND:g} s: RMS | u, mm/s | v, mm/s |",
             "| --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for scene in SCENES:

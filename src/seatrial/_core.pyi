@@ -72,7 +72,7 @@ def simulate(boat: Boat, trace: ThrustTrace, x0: Annotated[NDArray[numpy.float64
     """
 
 def predict(boat: Boat, trace: ThrustTrace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], stop: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], threads: int = 1, sensitivities: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
-    """State at the stop of every start (m x 6), and its tangents."""
+    """State at the stop of every start (m x 6), and its sensitivities."""
 
 class FilterRun:
     @property

@@ -165,9 +165,9 @@ class Shell {
     const std::string wrong = node_.reload();
     const std::string& path = node_.settings().model;
     if (wrong.empty()) {
-      ROS_INFO("%s: read once more", path.c_str());
+      ROS_INFO("%s: reloaded", path.c_str());
     } else {
-      ROS_ERROR("%s; the model of before goes on", wrong.c_str());
+      ROS_ERROR("%s; the previous model stays in use", wrong.c_str());
     }
     return wrong;
   }

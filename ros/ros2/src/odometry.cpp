@@ -154,9 +154,9 @@ class Shell : public rclcpp::Node {
     const std::string wrong = node_.reload();
     const char* path = node_.settings().model.c_str();
     if (wrong.empty()) {
-      RCLCPP_INFO(get_logger(), "%s: read once more", path);
+      RCLCPP_INFO(get_logger(), "%s: reloaded", path);
     } else {
-      RCLCPP_ERROR(get_logger(), "%s; the model of before goes on", wrong.c_str());
+      RCLCPP_ERROR(get_logger(), "%s; the previous model stays in use", wrong.c_str());
     }
     return wrong;
   }

@@ -38,10 +38,14 @@ from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.regression.start_values import start_values
-from seatrial.identification.selection.actuator_selection import STAGES_SELECTED, freed, problem_of
+from seatrial.identification.selection.actuator_selection import (
+    STAGES_SELECTED,
+    problem_with,
+    select_stages,
+)
 from seatrial.identification.selection.actuator_stages import (
     CHAIN_FINDINGS,
-    staged,
+    with_estimated_stages,
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
@@ -98,7 +102,7 @@ def fit(
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
-    fresh = start is None and chosen.extras
+    fresh = start is None and chosen.select_stages
     if not (fresh and prior is None and "lever" in chosen.effects):
         return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
     beside = _from_stated_lever(recordings, vehicle, chosen)
@@ -142,25 +146,33 @@ def _fit(
     further: bool,
 ) -> Fit:
     """`fit` from one start; `further`: with stage selection and all diagnostics."""
+    # which parameters are free, and the prior on them
     whole, findings = _with_sought_stages(vehicle, recordings, start)
     if further and start is not None:
-        findings = [*of_kinds(findings, *STAGES_SELECTED), *staged(vehicle, recordings)[1]]
-    problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
+        findings = [
+            *of_kinds(findings, *STAGES_SELECTED),
+            *with_estimated_stages(vehicle, recordings)[1],
+        ]
+    problem = _with_prior(problem_with(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
     if prior is None:
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
+    # the maximum of the likelihood: a first search, then several noise structures
     at, theta = _maximised(problem, recordings, start, hold=chosen.hold_noise)
     at = at if chosen.hold_noise else multi_start(at, theta)
+    # under model mismatch: the fit horizon that predicts best
     disturbed = at if disturbed_at(at) else None
     likely, at, horizon = with_fit_horizon(at, hold=chosen.hold_noise)
     for point in (at, disturbed or at):
         point.runs.drop_linearisation()
+    # further stages of the actuator chain
     if further and prior is None:  # a prior has stages of its own
         likely, at, horizon, found = _with_stages((likely, at, horizon), vehicle, chosen)
         findings += found
+    # diagnostics at the solution
     if further:
         findings += [
             *unmodelled_effect_findings(at, horizon),
@@ -175,8 +187,9 @@ def _fit(
         findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
     if horizon:
         findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
+    # standard errors, and what disturbed intervals do to them
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise
+    sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
     if sought and (disturbed is not None or not without_process_noise(at)):
         findings += disturbance_findings(disturbed, at, covariance, _from_start_values)
     if _nothing_significant(at, covariance):
@@ -204,7 +217,7 @@ def _with_stages(
     likely, at, horizon = first
     findings: list[Finding] = []
     while True:
-        at, found = freed(at, vehicle, chosen, horizon)
+        at, found = select_stages(at, vehicle, chosen, horizon)
         findings += found
         if not found or horizon == 0.0:
             return likely, at, horizon, findings
@@ -278,7 +291,7 @@ def _outliers(at: Point) -> list[Finding]:
         rejected = f"{100 * share:.0f} % of the poses are rejected as outliers"
         raise IdentificationError(
             f"{rejected if share else 'the poses are nowhere near'}: no model of this structure "
-            "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
+            "explains them. Check the recordings with 'seatrial inspect', and the vehicle file's signs"
         )
     if share > REPORTED_OUTLIERS:
         return [finding_of(FindingKind.OUTLIERS, share=share)]
@@ -323,7 +336,7 @@ def _with_sought_stages(
         if known <= set(start.vehicle.constants.names):
             kept = list(start.findings_of(*STAGES_SELECTED, *CHAIN_FINDINGS))
             chain = list(start.vehicle.file.chain)
-            fresh, _ = staged(vehicle, recordings)
+            fresh, _ = with_estimated_stages(vehicle, recordings)
             apart = [g.name for g in fresh.file.chain if _has_two_edges(g)]
             both = [_with_two_edges(g) if g.name in apart else g for g in chain]
             if both != chain:
@@ -331,7 +344,7 @@ def _with_sought_stages(
             own = dict(zip(vehicle.constants.names, vehicle.constants.values.tolist(), strict=True))
             stated = {name: own[name] for name in known - set(vehicle.estimated)}
             return vehicle.with_chain(both).with_stated(stated), kept
-    return staged(vehicle, recordings)
+    return with_estimated_stages(vehicle, recordings)
 
 
 def _has_two_edges(group: ChainGroup) -> bool:

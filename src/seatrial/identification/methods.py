@@ -16,7 +16,7 @@ from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
-from seatrial.identification.prior import check_prior, widened, with_prior_said
+from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
@@ -94,7 +94,7 @@ def identify_with_fit(
         solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
         model = solution.model()
         if prior is not None:
-            model = with_prior_said(model, prior, prior_spread)
+            model = with_prior_findings(model, prior, prior_spread)
     elif method == WEAK_FORM:
         model = weak_form(recordings, vehicle, roles=roles)
     elif method == SMOOTHER:

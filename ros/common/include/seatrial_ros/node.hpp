@@ -119,7 +119,7 @@ class Node {
     return out;
   }
 
-  /// The model file once more. Empty: done; else, in one line, why the model of before goes on.
+  /// The model file once more. Empty: done; else, in one line, why the previous model stays in use.
   std::string reload() {
     try {
       BoardModel board = load();

@@ -70,8 +70,8 @@ def _pair_text(pair: Pair) -> str:
 
 def _one_sided_text(letter: str, one: OneSided) -> str:
     why = f"; not compared: {one.why}" if one.why else ""
-    told = plus_minus if one.at_bound else _value
-    value = told(one.value, one.error)
+    shown = plus_minus if one.at_bound else _value
+    value = shown(one.value, one.error)
     left, right = (value, "") if letter == "A" else ("", value)
     return f"  {one.name:<12} {left:>20} {right:>20}   only {letter}, {one.unit}{why}"
 
@@ -253,12 +253,12 @@ def prediction_text(found: Comparison, horizon: str) -> str:
     beyond = beyond_same_boat(axes)
     real: list[str] = []
     slight: list[str] = []
-    lucky: list[str] = []
+    same_boat: list[str] = []
     for axis, symbol in enumerate(SYMBOLS):
         letter, one = found.better[horizon][symbol], axes[symbol]
         if letter is not None:
             small = abs(one.difference) < SLIGHT_DIFFERENCE * min(one.a, one.b)
-            kind = lucky if symbol not in beyond else slight if small else real
+            kind = same_boat if symbol not in beyond else slight if small else real
             kind.append(_better(letter, one, axis))
     # 3. Axes that are significant alone, but not after Holm's correction.
     near = [
@@ -279,18 +279,18 @@ def prediction_text(found: Comparison, horizon: str) -> str:
             else "prediction shows a change within the coefficients' errors"
         )
         more = (
-            f"; {'; '.join(lucky)}, within the difference of two estimates of one boat{more}"
-            if lucky
+            f"; {'; '.join(same_boat)}, within the difference of two estimates of one boat{more}"
+            if same_boat
             else more
         )
         return f"{head}: {'; '.join(real + slight)}{more}"
-    if slight or lucky:
+    if slight or same_boat:
         why = (
             f"significant, but less than {100 * SLIGHT_DIFFERENCE:g} % of the error, which is negligible"
             if slight
             else "two estimates of one unchanged boat may differ as much, so this shows no change"
         )
-        return f"{'; '.join(slight or lucky)}: {why}{more}"
+        return f"{'; '.join(slight or same_boat)}: {why}{more}"
     if found.changed and near:
         return f"coefficients changed; in the prediction {chance}: record longer"
     if found.changed:

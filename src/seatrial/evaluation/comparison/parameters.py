@@ -153,8 +153,8 @@ def not_comparable(a: Model, b: Model) -> dict[str, str]:
         mine, yours = (_terms(m, name) for m in (a, b))
         used = {f for t in mine for f in t.factors} & strange
         if {_key(t) for t in mine} != {_key(t) for t in yours}:
-            said = [" + ".join(t.text() for t in terms) for terms in (mine, yours)]
-            found[name] = f"it is {said[0]} in A, {said[1]} in B"
+            texts = [" + ".join(t.text() for t in terms) for terms in (mine, yours)]
+            found[name] = f"it is {texts[0]} in A, {texts[1]} in B"
         elif used:
             found[name] = f"{', '.join(sorted(used))} is a sum of other actuators or weights"
     for label, model in (("A", a), ("B", b)):

@@ -16,7 +16,7 @@ from seatrial.evaluation.prediction import predict
 from seatrial.evaluation.scoring import seen
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
-from seatrial.util.block_bootstrap import block_length, block_sums, draws
+from seatrial.util.block_bootstrap import block_draws, block_length, block_sums
 from seatrial.util.distributions import holm, normal_two_sided
 from seatrial.util.errors import ModelError, SeatrialError
 from seatrial.util.frames import SYMBOLS, Array, Axes
@@ -179,9 +179,9 @@ def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[
     Stencil velocities where a filter fails: their noise hides small differences.
     """
     try:
-        believed = [filter_noise(model, recordings) for model in (a, b)]
+        noises = [filter_noise(model, recordings) for model in (a, b)]
         both = [
-            [run_filter(m, r, n).motion for m, n in zip((a, b), believed, strict=True)]
+            [run_filter(m, r, n).motion for m, n in zip((a, b), noises, strict=True)]
             for r in recordings
         ]
     except SeatrialError:
@@ -259,7 +259,7 @@ def rms_difference(
     samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
     the two models are correlated, so their difference is more certain than each of them.
     """
-    drawn = draws(len(count))
+    drawn = block_draws(len(count))
     whole, spread = _difference(np.ones((1, len(count))), first, second, count)
     if spread[0] <= ZERO_VELOCITY:
         return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= ZERO_VELOCITY), 0.0

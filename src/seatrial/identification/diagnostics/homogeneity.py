@@ -2,8 +2,7 @@
 """Homogeneity across recordings: whether thrust, drag, mass or the clock offset is the same in all.
 
 A battery's voltage falls from drive to drive, a payload is added, a clock is set. One model for all recordings
-then describes none, and its standard errors do not show it. So a scale factor and a delay of each recording are
-tested.
+then describes none, and its standard errors do not show it. So each recording's scale factor and delay are tested.
 """
 
 import numpy as np

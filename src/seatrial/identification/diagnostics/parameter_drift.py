@@ -107,13 +107,13 @@ def _with_slope(drives: _Recordings, weights: Array) -> tuple[Array, Array]:
         n, use = len(each.time), each.places >= 0
         to = each.places[use]
         own = np.where(use, weights[each.places], 0.0)
-        tells = each.information @ own
-        known = tells @ own
+        along = each.information @ own
+        known = along @ own
         middle = float(known @ each.time / known.sum()) if known.sum() > 0.0 else 0.0
         when = (each.time - middle) / drives.span
         block, score = np.zeros((n, p + 1, p + 1)), np.zeros((n, p + 1))
         block[np.ix_(np.arange(n), to, to)] = each.information[np.ix_(np.arange(n), use, use)]
-        block[:, to, p] = block[:, p, to] = when[:, None] * tells[:, use]
+        block[:, to, p] = block[:, p, to] = when[:, None] * along[:, use]
         block[:, p, p] = when**2 * known
         score[:, to], score[:, p] = each.score[:, use], when * (each.score @ own)
         wide.append(block)

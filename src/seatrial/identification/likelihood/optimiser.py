@@ -23,8 +23,8 @@ from seatrial.boat.noise_parameters import (
     likelier_noise,
     loosened,
     most_noise,
+    oscillates,
     repeated_cost,
-    swings,
 )
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.start_noise import gauss_markov_for_white
@@ -189,7 +189,7 @@ def _pose_noise_drifts(noise: Array, most: Array) -> bool:
     longest = noise[COLOUR_MEMORY] > AT_LONGEST * most[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
     disturbed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
-    return bool(longest and larger and disturbed and not swings(noise))
+    return bool(longest and larger and disturbed and not oscillates(noise))
 
 
 def _whiter_noise(at: Point, least: Array) -> Array | None:

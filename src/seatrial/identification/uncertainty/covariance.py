@@ -9,7 +9,7 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
-from seatrial.util.statistics import TIED, inverse_of
+from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 
 SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the scores has weight 1/2
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
@@ -68,7 +68,7 @@ def _shrunk(scores: Array, information: Array, inverse: Array, known: Array) -> 
     scores = scores - scores.mean(axis=0)
     scores *= np.sqrt(blocks / max(blocks - informed / 2, blocks / 4))
     moves = scores @ inverse  # of the parameters by each block
-    factor = float(np.sum(moves * scores)) / max(informed, TIED)
+    factor = float(np.sum(moves * scores)) / max(informed, LEAST_EIGENVALUE)
     if blocks < FEW_BLOCKS * informed:
         factor = max(factor, 1.0)
     # shrunk towards the information; one block has no scatter at all
@@ -90,7 +90,9 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     across = at.runs.information[inside, held]
     moved = -inverse @ across
     own = float(at.runs.information[held, held] + across @ moved)
-    normal = 1.0 / np.sqrt(max(own, TIED * at.runs.information[held, held], LEAST_INFORMATION))
+    normal = 1.0 / np.sqrt(
+        max(own, LEAST_EIGENVALUE * at.runs.information[held, held], LEAST_INFORMATION)
+    )
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
@@ -157,7 +159,7 @@ def _refuse_inseparable(at: Point) -> None:
         return
     scale = 1.0 / np.sqrt(np.diag(information)[alive])
     values, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    if values[0] > TIED:
+    if values[0] > LEAST_EIGENVALUE:
         return
     weights = np.abs(vectors[:, 0])
     names = [problem.names[problem.free[i]] for i in alive[weights > LISTED_WEIGHT * weights.max()]]
