@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSizes[] = {kFilterStates, kColouredStates, kOscillatingStates};
 
-/// A boat under way, believed with a covariance that links all n states.
+/// A moving boat with a covariance in which all n states are correlated.
 StateEstimate under_way(std::uint64_t seed, int n = kFilterStates) {
   Random random(seed);
   StateEstimate b;
@@ -191,7 +191,8 @@ TEST_CASE("correlated errors lag_decay and renew themselves, and no step moves t
   CHECK(onboard::same_bits(renewed.x, faded.x, kFilterStates));
 }
 
-TEST_CASE("errors that swing keep their size, are not linked to their other sides, and turn") {
+TEST_CASE(
+    "oscillating pose noise keeps its variance and rotates, uncorrelated with its quadrature") {
   const double memory = 4.0;
   const double turn = 2.5;
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
@@ -283,7 +284,8 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
   }
 }
 
-TEST_CASE("an outlier moves the state as far as one at the limit, and is worth as much less") {
+TEST_CASE(
+    "an outlier moves the state as far as one at the limit, and reduces the covariance less") {
   for (const int n : kSizes) {
     const StateEstimate before = under_way(7, n);
     const auto moved = [&](double far, StateEstimate& b) {
