@@ -168,7 +168,7 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
   CHECK(added(8, 8) == doctest::Approx(0.07 * 0.07 * (1.0 - std::exp(-2.0 * kStep / 2.0))));
 }
 
-TEST_CASE("correlated errors lag_decay and renew themselves, and no step moves the boat by them") {
+TEST_CASE("coloured pose noise decays and is renewed, and does not move the boat") {
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise.colour_position = 0.006;
   b.noise.colour_heading = 0.003;
