@@ -1,21 +1,36 @@
-# seatrial: `make demo` and `make test` set up what they need in .venv and run.
+# seatrial: `make demo` and `make test` set up what they need in .venv and run. `make help` lists all.
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
-CORE   := CMakeLists.txt $(wildcard core/include/seatrial/*/*.hpp core/bindings/*.?pp)
+CORE   := CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test lint docs format stub lock bench clean
+# small matrices on few cores: more threads in BLAS only get in each other's way
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40
+# a process more than cores: system tests wait for other programs
+MORE := $$(expr $$(nproc) + 1)
 
-demo: $(VENV)/.built
+.PHONY: help demo test test-system test-all test-study lint docs format stub lock bench clean
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
+
+demo: $(VENV)/.built ## identify, validate and report on the bundled recordings, into demo/
 	$(BIN)/seatrial demo --out demo
 
-# small matrices on few cores: more threads in BLAS only get in each other's way
-test: $(VENV)/.built $(VENV)/.test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
-	  --no-loadscope-reorder $(PYTEST_ARGS)
+test: $(VENV)/.built $(VENV)/.test ## unit tests, with the package alone; PYTEST_ARGS="tests/test_io.py -x" for a part
+	$(PYTEST) --numprocesses auto -m unit $(PYTEST_ARGS)
 
-lint: $(VENV)/.built $(VENV)/.test
+test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs: compilers, ROS, DDS, a browser, Octave, qemu
+	$(PYTEST) --numprocesses $(MORE) -m system $(PYTEST_ARGS)
+
+test-all: $(VENV)/.built $(VENV)/.test ## both in one run
+	$(PYTEST) --numprocesses $(MORE) -m "unit or system" $(PYTEST_ARGS)
+
+test-study: $(VENV)/.built $(VENV)/.test ## further seeds of tests' cases, which nothing runs by itself
+	$(PYTEST) --numprocesses auto -m study $(PYTEST_ARGS)
+
+lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-tidy
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -24,26 +39,23 @@ lint: $(VENV)/.built $(VENV)/.test
 	git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp' | \
 	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/tidy
 
-# the site, site/index.html; a link that leads nowhere is an error
-docs: $(VENV)/.docs
+docs: $(VENV)/.docs ## the site, site/index.html; a link that leads nowhere is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-format: $(VENV)/.test
+format: $(VENV)/.test ## format Python and C++
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 	clang-format -i $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 
-bench: $(VENV)/.built $(VENV)/.test $(VENV)/.bench
-	$(BIN)/python benchmarks/run.py
-	$(BIN)/python benchmarks/estimators.py
-	$(BIN)/python benchmarks/scaling.py
+bench: $(VENV)/.built $(VENV)/.test ## speed, as ratios within one run
+	$(BIN)/python -m benchmarks.run
+	$(BIN)/python -m benchmarks.estimators
+	$(BIN)/python -m benchmarks.scaling
 
-# after a change of the core's bindings
-stub: $(VENV)/.built
+stub: $(VENV)/.built ## the type stub, after a change of the core's bindings
 	$(BIN)/python -m nanobind.stubgen -q -m seatrial._core -o src/seatrial/_core.pyi
 
-# after a change of the dependencies in pyproject.toml
-lock: $(VENV)/.test
+lock: $(VENV)/.test ## pin dependencies with hashes, after a change of them in pyproject.toml
 	$(BIN)/python tools/lock.py
 
 $(VENV)/bin/python:
@@ -64,14 +76,9 @@ $(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/docs.txt
 	@touch $@
 
-# the estimators that ours is timed against
-$(VENV)/.bench: requirements/bench.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/bench.txt
-	@touch $@
-
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)
 	$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-clean:
+clean: ## remove all that was built
 	rm -rf $(VENV) build demo site .mypy_cache .ruff_cache .pytest_cache .hypothesis

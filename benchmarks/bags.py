@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""Bags: time and memory of `seatrial.read` beside rosbags' own reader, in the same run.
+"""Gate: time and memory of `seatrial.read` beside rosbags' own reader, in the same run.
 
-    python benchmarks/bags.py            # 10 minutes: 60 000 commands, 9 000 poses
-    python benchmarks/bags.py --long     # 10 hours: 3.6 million commands, 540 000 poses
-    python benchmarks/bags.py --large    # 10 minutes beside 2 GB of images
+    python -m benchmarks.bags            # 10 minutes: 60 000 commands, 9 000 poses
+    python -m benchmarks.bags --long     # 10 hours: 3.6 million commands, 540 000 poses
+    python -m benchmarks.bags --large    # 10 minutes beside 2 GB of images
 
 Every measurement is a process of its own. Machines are noisy: read the ratios.
 """
 
 # ruff: noqa: PLC0415 what is not measured is not imported either
 
-import argparse
-import json
-import statistics
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from heapq import merge
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks.harness import command
+from benchmarks.harness.measure import measure, measured, options
 
 RATES = {"/joy": 100.0, "/slam/pose": 15.0}  # [Hz]
 START = 1_700_000_000 * 10**9  # [ns]
@@ -155,34 +154,16 @@ WORK: dict[str, Callable[[Path], dict[str, float]]] = {
 }  # fmt: skip
 
 
-def peak() -> int:
-    """Most memory so far [bytes]; getrusage would count the parent's, before exec, too."""
-    status = Path("/proc/self/status").read_text()
-    return int(status.partition("VmHWM:")[2].split()[0]) << 10
-
-
-def measured(what: str, path: Path, repeats: int = 1) -> dict[str, float]:
-    """Median time of processes of their own, and the largest peak [bytes]."""
-    command = [sys.executable, __file__, "--measure", what, str(path)]
-    found = []
-    for _ in range(repeats):
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise SystemExit(done.stderr)
-        found.append(json.loads(done.stdout))
-    seconds = statistics.median(f["seconds"] for f in found)
-    return {**found[0], "seconds": seconds, "peak": max(f["peak"] for f in found)}
-
-
 def compare(paths: dict[str, Path], repeats: int) -> None:
     """One table."""
     print(f"  {'':<28}{'time [s]':>10}{'ratio':>8}{'peak [MB]':>11}{'arrays [MB]':>13}")
     for kind, path in paths.items():
         size = path.stat().st_size
         print(f"  .{kind}, {size / 1e6:.0f} MB")
-        base = measured("seatrial.read", path, repeats)
+        base = measured("bags", "seatrial.read", path, repeats=repeats)
         for what in WORK:
-            got = base if what == "seatrial.read" else measured(what, path, repeats)
+            mine = what == "seatrial.read"
+            got = base if mine else measured("bags", what, path, repeats=repeats)
             arrays = f"{got['arrays'] / 1e6:13.1f}" if "arrays" in got else ""
             print(
                 f"    {what:<26}{got['seconds']:10.3f}{got['seconds'] / base['seconds']:8.1f}"
@@ -210,27 +191,25 @@ def one_by_one(title: str, seconds: float, images: int, formats: tuple[str, ...]
             compare({kind: path}, 1)
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.parser("bags", __doc__)
     parser.add_argument("--long", action="store_true", help="10 hours; takes minutes")
     parser.add_argument("--large", action="store_true", help="2 GB of images; takes minutes")
     parser.add_argument("--formats", nargs="+", default=FORMATS, choices=FORMATS)
-    parser.add_argument("--measure", nargs=2, help=argparse.SUPPRESS)
-    args = parser.parse_args()
-    if args.measure:
-        found = WORK[args.measure[0]](Path(args.measure[1]))
-        print(json.dumps({**found, "peak": peak()}))
+    options(parser)
+    given = parser.parse_args(arguments)
+    if measure(given, WORK):
         return
-    formats = tuple(args.formats)
-    if args.long:
+    formats = tuple(given.formats)
+    if given.long:
         title = "10 hours: 3.6 million commands, 540 000 poses"
         one_by_one(title, 36_000.0, 0, formats)
-    if args.large:
+    if given.large:
         one_by_one("10 minutes beside 2 GB of images", 600.0, 2000, formats)
-    if not args.long and not args.large:
+    if not given.long and not given.large:
         ten_minutes()
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""The real boat CSE1: prediction of the run that was left out, and drag against towing tests.
+"""Gate: the real boat CSE1: prediction of the run that was left out, and drag against towing tests.
 
-    python benchmarks/cse1.py
-    python benchmarks/cse1.py --vehicle data/cse1/pair.yaml --method output-error
-    python benchmarks/cse1.py --bollard    # what bollard.yaml states of the propellers
+    python -m benchmarks.cse1
+    python -m benchmarks.cse1 --vehicle data/cse1/pair.yaml --method output-error
+    python -m benchmarks.cse1 --bollard    # what bollard.yaml states of the propellers
 
 Velocities to compare with come from one Savitzky-Golay filter (Anal. Chem. 36, 1627, 1964), the
 local cubic through 21 poses. It gives the starts, too, for the model and for "stays constant"
 alike; then both start from the past alone, a parabola through the last poses.
 """
 
-import argparse
 import csv
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,14 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import seatrial
+from benchmarks.harness import command
 from seatrial.boat.vehicle import as_column
 from seatrial.identification.methods import METHODS
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import UNEVEN, Motion
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, body_velocity
+from tests.boats.drives import RUNS, SHIP
 
-SHIP = Path(__file__).parents[1] / "data" / "cse1"
-RUNS = ("run1", "random_run1", "random_run3")
 CENTRED = (21, 3)  # poses and degree of the reference
 PAST = (9, 2)  # of starts that know the past only
 NORMAL = 1.96  # of a 95 % interval
@@ -89,7 +89,7 @@ def identified(
 
 
 def with_power(model: seatrial.Model, power: float) -> seatrial.Model:
-    """The model with thrust that goes with this power of the propellers' speed."""
+    """The model with thrust proportional to this power of the propellers' speed."""
     constants = model.constants.copy()
     constants[list(model.vehicle.constants.names).index(POWER)] = power
     return replace(model, constants=constants)
@@ -221,17 +221,17 @@ def pair_by_pulls() -> tuple[Array, Array, int]:
     return best.x[:2], errors[:2], len(best.fun)
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Read what is to be compared, and print."""
-    parser = argparse.ArgumentParser(description="Prediction of the real boat CSE1, held out")
+    parser = command.parser("cse1", __doc__)
     default = [SHIP / n for n in ("bollard.yaml", "pair.yaml", "coupled.yaml", "vehicle.yaml")]
     parser.add_argument("--vehicle", type=Path, action="append", help="vehicle file; repeat")
     parser.add_argument("--method", action="append", choices=METHODS, help="repeat; all")
     parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
-    parser.add_argument("--power", type=float, help="thrust goes with it of the propellers' speed")
+    parser.add_argument("--power", type=float, help="exponent of the propellers' speed in thrust")
     parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
     parser.add_argument("--bollard", action="store_true", help="the pair by the bollard pulls")
-    chosen = parser.parse_args()
+    chosen = parser.parse_args(arguments)
     if chosen.bollard:
         values, errors, pulls = pair_by_pulls()
         for name, value, error in zip(PAIR, values, errors, strict=True):
@@ -251,4 +251,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

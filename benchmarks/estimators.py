@@ -1,52 +1,42 @@
 # SPDX-License-Identifier: MIT
-"""The estimator beside CasADi + IPOPT, SciPy and JAX + optimistix: one problem, one answer.
+"""Gate: the estimator and an independent one with SciPy: one problem, one answer; and both times.
 
-    python benchmarks/estimators.py                 # all of them, as a table
-    python benchmarks/estimators.py --only scipy    # beside seatrial, of course
+    python -m benchmarks.estimators
 
 Simulated MallARD, trials S1 to S3, 200 s each at 15 Hz: the 11 coefficients and the initial state of
 every recording, from the poses, weighted with their noise; actuator chain given, no process noise.
-Every contender is a process of its own on one core, and starts from the same values. "estimation" is
-from arrays in memory to coefficients, with what is compiled or built for it. Machines are noisy:
-read the ratios.
+Each is a process of its own on one core, and starts from the same values. It fails where
+coefficients differ by 0.1 %. "estimation" is from arrays in memory to coefficients. Machines are
+noisy: read the ratios.
 """
 
 # ruff: noqa: PLC0415 what is not measured is not imported either
 
-import argparse
-import importlib
-import json
 import os
-import statistics
-import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from rivals.problem import STEPS, Array, Problem, Solution
+
+from benchmarks.harness import command
+from benchmarks.harness.measure import Measured, measure, measured, options
+from benchmarks.scipy_rollout import STEPS, Array, Problem
 
 TRIALS = ("S1", "S2", "S3")
 POSE_SPREAD = 3.0  # of the first pose, in standard deviations of one: as the core has it
 NONE = 1e-9  # of process noise: its limit
 DIGITS = 1e-3  # by which coefficients may differ
-RIVALS = {
-    "CasADi + IPOPT, multiple shooting": "casadi_ipopt",
-    "SciPy least_squares, NumPy roll-out": "scipy_rollout",
-    "JAX + optimistix": "jax_optimistix",
-}
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
-}
+NAMES = {"seatrial": "seatrial", "scipy": "SciPy least_squares, NumPy roll-out"}
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def prepare(folder: Path, plan_name: str) -> None:
-    """Trials as tables for seatrial, and the same as arrays for the others."""
+    """Trials as tables for seatrial, and the same as arrays for SciPy."""
     import msgspec
 
     import seatrial
@@ -88,8 +78,8 @@ def read(folder: Path) -> tuple[object, list[object]]:
 
 
 def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
-    """What the rivals get: the thrusters' forces are worked out for them."""
-    from seatrial.evaluation.filtering import VELOCITY_SPREAD
+    """Arrays for SciPy; the forces of the thrusters are given."""
+    from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
     from seatrial.recording.velocity import motion
 
     noise = truth.noise
@@ -111,7 +101,7 @@ def as_arrays(recordings: list[object], truth: object, theta: Array) -> Problem:
         for r, at in zip(recordings, nodes, strict=True)
     ])  # fmt: skip
     initial = np.concatenate([eta[:, 0], nu[:, 0]], axis=1)
-    spread = np.concatenate([POSE_SPREAD * sigma, VELOCITY_SPREAD])
+    spread = np.concatenate([POSE_SPREAD * sigma, START_VELOCITY_DEVIATION])
     return Problem(h, eta, nu, force, sigma, initial, spread, theta)
 
 
@@ -131,7 +121,7 @@ def steps_between(begin: float, end: float, breaks: Array) -> Array:
     return np.array(fixed)
 
 
-def with_seatrial(folder: Path) -> tuple[Solution, float]:
+def with_seatrial(folder: Path) -> Measured:
     """The output-error method at given settings: noise held, no process noise, chain stated."""
     import seatrial
     from seatrial.identification.estimator import OutputErrorSettings, fit
@@ -141,45 +131,22 @@ def with_seatrial(folder: Path) -> tuple[Solution, float]:
     settings = OutputErrorSettings(outlier=np.inf, hold_noise=True)
     begin = time.perf_counter()
     found = fit(recordings, vehicle, settings=settings, start=start)
-    took = time.perf_counter() - begin
-    return Solution(found.theta[: found.problem.n_coefficients], 0), took
+    seconds = time.perf_counter() - begin
+    return {"seconds": seconds, "theta": found.theta[: found.problem.n_coefficients].tolist()}
 
 
-def with_rival(module: str, folder: Path) -> tuple[Solution, float]:
-    """One of the others, after its imports."""
-    solve = importlib.import_module(f"rivals.{module}").solve
+def with_scipy(folder: Path) -> Measured:
+    """SciPy's, after its imports."""
+    from benchmarks.scipy_rollout import solve
+
     problem = Problem.load(folder / "problem.npz")
     begin = time.perf_counter()
-    return solve(problem), time.perf_counter() - begin
+    theta, steps = solve(problem)
+    seconds = time.perf_counter() - begin
+    return {"seconds": seconds, "theta": theta.tolist(), "steps": steps}
 
 
-def measure(what: str, folder: Path) -> None:
-    """In a process of its own, on one core."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    found, took = with_seatrial(folder) if what == "seatrial" else with_rival(what, folder)
-    print(
-        json.dumps({
-            "theta": found.theta.tolist(), "iterations": found.iterations,
-            "compiling": found.compiling, "estimation": took,
-        })
-    )  # fmt: skip
-
-
-def measured(what: str, folder: Path, repeats: int) -> dict[str, float | list[float]]:
-    """Medians over processes of their own."""
-    command = [sys.executable, __file__, "--measure", what, str(folder)]
-    found = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        done = subprocess.run(
-            command, capture_output=True, text=True, check=False, env={**os.environ, **ONE_THREAD}
-        )
-        if done.returncode:
-            raise SystemExit(f"{what}: {done.stderr}")
-        found.append({**json.loads(done.stdout), "process": time.perf_counter() - begin})
-    times = ("process", "estimation", "compiling")
-    return {**found[0], **{key: statistics.median(f[key] for f in found) for key in times}}
+WORK = {"seatrial": with_seatrial, "scipy": with_scipy}
 
 
 def agree(what: str, theta: Array, base: Array) -> float:
@@ -190,45 +157,40 @@ def agree(what: str, theta: Array, base: Array) -> float:
     return worst
 
 
-def table(folder: Path, rivals: dict[str, str], repeats: int) -> None:
-    """All of them."""
-    base = measured("seatrial", folder, repeats)
-    print(
-        "| | process [s] | ratio | estimation [s] | ratio | of it compiling [s] | steps | differs by |"
-    )
-    print("|---|---|---|---|---|---|---|---|")
-    for label, what in {"seatrial": "seatrial", **rivals}.items():
-        got = base if what == "seatrial" else measured(what, folder, repeats)
-        differs = agree(label, np.array(got["theta"]), np.array(base["theta"]))
+def table(folder: Path, repeats: int) -> None:
+    """Both."""
+    found = {
+        what: measured("estimators", what, folder, repeats=repeats, cores=1, environment=ONE_THREAD)
+        for what in WORK
+    }
+    base = found["seatrial"]
+    print("| | process [s] | ratio | estimation [s] | ratio | steps | differs by |")
+    print("|---|---|---|---|---|---|---|")
+    for what, got in found.items():
+        differs = agree(what, np.array(got["theta"]), np.array(base["theta"]))
         print(
-            f"| {label} | {got['process']:.2f} | {got['process'] / base['process']:.1f} "
-            f"| {got['estimation']:.3f} | {got['estimation'] / base['estimation']:.1f} "
-            f"| {got['compiling']:.2f} | {got['iterations'] or ''} | {differs:.0e} |",
-            flush=True,
+            f"| {NAMES[what]} | {got['process']:.2f} | {got['process'] / base['process']:.1f} "
+            f"| {got['seconds']:.3f} | {got['seconds'] / base['seconds']:.1f} "
+            f"| {got.get('steps', '')} | {differs:.0e} |"
         )
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command.parser("estimators", __doc__)
     parser.add_argument("--plan", default="hard", help="for instance paper-like")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--only", nargs="+", help="of casadi, scipy, jax")
-    parser.add_argument("--measure", nargs=2, help=argparse.SUPPRESS)
-    args = parser.parse_args()
-    if args.measure:
-        measure(args.measure[0], Path(args.measure[1]))
+    options(parser)
+    given = parser.parse_args(arguments)
+    if measure(given, WORK):
         return
-    rivals = {
-        label: module
-        for label, module in RIVALS.items()
-        if args.only is None or module.partition("_")[0] in args.only
-    }
     with tempfile.TemporaryDirectory() as name:
-        prepare(Path(name), args.plan)
-        print(f"trials {', '.join(TRIALS)} of plan {args.plan}, {os.cpu_count()} cores, one used\n")
-        table(Path(name), rivals, args.repeats)
+        prepare(Path(name), given.plan)
+        print(
+            f"trials {', '.join(TRIALS)} of plan {given.plan}, {os.cpu_count()} cores, one used\n"
+        )
+        table(Path(name), given.repeats)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

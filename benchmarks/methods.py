@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
+"""Gate: every method on the same simulated trials: what it finds of the boat, how it predicts, how long it takes.
 
     python -m benchmarks.methods
     python -m benchmarks.methods --pushed          # by a force of 4 % of full thrust that no model knows
@@ -11,29 +11,27 @@ Under always-forward allocation the truth of a force coefficient is the gain pas
 edge. Times are of the CPU, of one thread after the other.
 """
 
-import argparse
+import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
-from pathlib import Path
 
-import msgspec
 import numpy as np
 
 import seatrial
-from benchmarks.blocks import refill
+from benchmarks.harness import command
+from benchmarks.harness.page import refill
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.methods import METHODS
-from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
-from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.simulation.plan import PlanFile, load_plan
+from seatrial.simulation.trials import Trial, plant_model
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
+from tests.boats.scenes import TRAINING, UNSEEN, driven
+from tests.boats.scenes import pushed as with_force
 
-PAGE = Path(__file__).parents[1] / "docs" / "choose.md"
 FIRST = 2001  # seed
-TRAINING, UNSEEN = ("S1", "S2", "S3"), "S7"
-PUSH = Unmodelled(share=0.04, correlation=2.0)  # of full thrust; [s]
 WEAK = "N_ud"  # weakly excited in the paper's trials: listed apart
 
 
@@ -42,9 +40,8 @@ def trials(
     preset: str, name: str, seed: int, *, pushed: bool = False
 ) -> tuple[tuple[Trial, ...], Trial]:
     """Those to train on, and the one to test on; the same for every method."""
-    plan = plan_of(preset, seed, pushed=pushed)
-    plan = msgspec.structs.replace(plan, trials={s: plan.trials[s] for s in (*TRAINING, UNSEEN)})
-    *known, unseen = simulate(plan, load_vehicle(name))
+    plan = with_force(preset) if pushed else preset
+    *known, unseen = driven(plan, load_vehicle(name), seed, (*TRAINING, UNSEEN)).values()
     return tuple(known), unseen
 
 
@@ -55,14 +52,6 @@ def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, f
         for name, value in plan.plant.coefficients.items()
     }
     return {name: values[name] / truth[name] - 1.0 for name in truth}
-
-
-def plan_of(preset: str, seed: int, *, pushed: bool) -> PlanFile:
-    """The preset with another seed, and with an unmodelled force or without."""
-    plan = with_seed(load_plan(preset), seed)
-    unmodelled = PUSH if pushed else plan.plant.unmodelled
-    plant = msgspec.structs.replace(plan.plant, unmodelled=unmodelled)
-    return msgspec.structs.replace(plan, plant=plant)
 
 
 def rows(presets: Iterable[str], seeds: int, *, pushed: bool) -> Iterable[str]:
@@ -81,7 +70,7 @@ def row(preset: str, name: str, method: str, seeds: int, *, pushed: bool = False
     spent: list[float] = []
     failed = 0
     for seed in range(FIRST, FIRST + seeds):
-        plan = plan_of(preset, seed, pushed=pushed)
+        plan = load_plan(preset)
         known, unseen = trials(preset, name, seed, pushed=pushed)
         begin = time.process_time()
         try:
@@ -116,14 +105,14 @@ def _two(value: float) -> str:
     return f"{float(f'{value:.2g}'):.10g}"
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = command.parser("methods", __doc__)
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--presets", nargs="+", default=["paper-like", "hard"])
     parser.add_argument("--pushed", action="store_true", help="by an unmodelled force")
-    parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}, too")
-    given = parser.parse_args()
+    parser.add_argument("--write", action="store_true", help="into docs/choose.md, too")
+    given = parser.parse_args(arguments)
     lines = [
         "| preset | allocation | method | RMS error of coefficients, %: median | worst | N_ud | "
         "S7, 1 s ahead: u, v (cm/s), r (rad/s) | CPU, s | failed |",
@@ -134,8 +123,9 @@ def main() -> None:
         print(line, flush=True)
         lines.append(line)
     if given.write:
-        refill(PAGE, {"methods-pushed" if given.pushed else "methods": "\n".join(lines)})
+        name = "methods-pushed" if given.pushed else "methods"
+        refill(command.DOCS / "choose.md", {name: "\n".join(lines)})
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

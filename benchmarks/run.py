@@ -1,29 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""Speed, as ratios within one run: the core against what one would write without it.
+"""Gate: speed, as ratios within one run: the core against what one would write without it.
 
-    python benchmarks/run.py
+    python -m benchmarks.run
 
 prints medians of several repeats. Machines are noisy: read the ratios, not the milliseconds.
 """
 
 import statistics
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import seatrial
+from benchmarks.harness import command
 from seatrial import _core
 from seatrial.boat.schema import Integration
-from seatrial.io.write import write_setting, write_trial
 from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.trials import plant_model
+from tests.boats.scenes import driven
 
 REPEATS = 7
 STEPS = 15  # one second at 15 Hz
@@ -75,19 +72,19 @@ def numpy_euler(model: seatrial.Model, nu: np.ndarray, F: np.ndarray, dt: float)
     return np.column_stack([u, v, r])
 
 
-def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
+def prediction(truth: seatrial.Model, recording: seatrial.Recording) -> None:
     """15 steps ahead from each of 6000 samples."""
     dt = 1 / 15
     euler = replace(truth, integration=Integration("forward-euler", dt))
     t = np.arange(6000) * dt
     nu = np.random.default_rng(0).normal(0, 0.1, (6000, 3))
-    F = euler.trace(trial).forces(t)
+    F = euler.trace(recording).forces(t)
     x0 = np.ascontiguousarray(np.column_stack([np.zeros((6000 - STEPS, 3)), nu[: 6000 - STEPS]]))
     start = np.arange(6000 - STEPS, dtype=np.int32)
 
     def core(model: seatrial.Model, *, tangents: bool = False) -> np.ndarray:
         columns = {"initial": True, "coefficients": range(11)} if tangents else {}
-        trace = model.trace(trial, **columns)
+        trace = model.trace(recording, **columns)
         got = _core.predict(
             model.boat, trace, t, start, start + STEPS, x0, threads=1, sensitivities=tangents
         )
@@ -118,14 +115,14 @@ def prediction(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     row("the same with 17 tangents", median(lambda: core(fine, tangents=True), 3), base)
 
 
-def simulation(truth: seatrial.Model, trial: seatrial.Recording) -> None:
+def simulation(truth: seatrial.Model, recording: seatrial.Recording) -> None:
     """1600 s of driving, state every 1/15 s."""
     t = np.arange(0, 1600, 1 / 15)
-    trace = truth.trace(trial)
+    trace = truth.trace(recording)
     c = truth.values
 
     def core() -> np.ndarray:
-        return _core.simulate(truth.boat, truth.trace(trial), np.zeros(6), t)[0]
+        return _core.simulate(truth.boat, truth.trace(recording), np.zeros(6), t)[0]
 
     def rate(now: float, x: np.ndarray) -> list[float]:
         u, v, r = x[3:]
@@ -151,41 +148,15 @@ def simulation(truth: seatrial.Model, trial: seatrial.Recording) -> None:
     print(f"    largest difference in speed {np.abs(core() - scipy())[:, 3:].max():.1e} m/s, rad/s")
 
 
-def process(folder: Path) -> None:
-    """`seatrial identify` as a whole process, with its start-up."""
-    command = [
-        str(Path(sys.executable).parent / "seatrial"),
-        "identify",
-        "--method",
-        "equation-error",
-    ]
-    command += [str(folder / f"S{i}-AF") for i in (1, 2, 3)]
-    command += ["--vehicle", str(folder / "vehicle-AF.yaml"), "-o", str(folder / "model.yaml")]
-    bare = [sys.executable, "-c", "import numpy"]
-    print("whole process, 3 recordings of 200 s (9000 poses, 60000 commands)")
-    base = median(lambda: subprocess.run(bare, check=True))
-    row("python -c 'import numpy'", base)
-
-    def identify() -> None:
-        subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
-
-    row("seatrial identify", median(identify), base)
-
-
 def main() -> None:
     """Run all."""
+    command.parser("run", __doc__).parse_args()
     vehicle = seatrial.load_vehicle("mallard-af")
     plan = load_plan("paper-like")
     truth = plant_model(plan, vehicle)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        write_setting(plan, vehicle, truth, folder)
-        trials = {t.name: t for t in simulate(plan, vehicle)}
-        for trial in trials.values():
-            write_trial(trial, folder)
-        prediction(truth, trials["S7-AF"].recording)
-        simulation(truth, trials["S7-AF"].recording)
-        process(folder)
+    recording = driven(plan, vehicle, names=["S7"])["S7"].recording
+    prediction(truth, recording)
+    simulation(truth, recording)
 
 
 if __name__ == "__main__":

@@ -47,11 +47,25 @@ TABLE_II = {
 FIRST = ("test_core_cpp", "test_demo", "test_fuzz", "test_ros1_node", "test_report_browser")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """The longest files first: `make test` hands out files in this order."""
+    """What has no mark is a unit test. The longest files first."""
+    for item in items:
+        if not any(item.iter_markers("system")) and not any(item.iter_markers("study")):
+            item.add_marker("unit")
     items.sort(
         key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST)
     )
+
+
+def at_length(*values: object, **more: object) -> object:
+    """Parameters of a case that only the system tests run: a unit test has another of its branch."""
+    return pytest.param(*values, marks=pytest.mark.system, **more)
+
+
+def on_request(*values: object, **more: object) -> object:
+    """Another seed of a case that unit and system tests have, as studies run it."""
+    return pytest.param(*values, marks=pytest.mark.study, **more)
 
 
 @pytest.hookimpl(wrapper=True)

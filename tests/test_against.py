@@ -12,7 +12,7 @@ from test_residuals import changed
 from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.console import horizons_text
-from seatrial.evaluation.head_to_head import CELLS, PAIRS, against, against_text
+from seatrial.evaluation.head_to_head import CELLS, PAIRS, head_to_head, head_to_head_text
 from seatrial.evaluation.scores import Scores, scores_json
 from seatrial.evaluation.validation import validate
 from seatrial.util.errors import ModelError
@@ -27,7 +27,7 @@ def wrong(truth):  # noqa: F811
 @pytest.fixture(scope="module")
 def table(truth, wrong, trial):  # noqa: F811
     known = {trial.recording.name: trial.true_motion}
-    return against(truth, wrong, [trial.recording], velocities=known)
+    return head_to_head(truth, wrong, [trial.recording], velocities=known)
 
 
 def test_the_right_model_from_its_filter_is_by_far_the_best(table):
@@ -58,7 +58,7 @@ def test_the_figures_are_those_of_its_cells(table):
 
 def test_a_right_models_cells_are_at_their_floors(truth, trial):  # noqa: F811
     """From the stencil and from the filter, against the stencil: floor computed, score measured."""
-    duels = against(truth, truth, [trial.recording]).duels
+    duels = head_to_head(truth, truth, [trial.recording]).duels
     for duel in duels:
         for name in CELLS:
             assert duel.cells[name].rms == pytest.approx(duel.cells[name].floor, rel=0.12), name
@@ -93,7 +93,9 @@ def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
     assert scores.seatrial == "scores 4"
-    assert "worse" in against_text(scores.against) or "better" in against_text(scores.against)
+    assert "worse" in head_to_head_text(scores.against) or "better" in head_to_head_text(
+        scores.against
+    )
 
 
 def test_a_horizon_that_a_recording_has_not_is_left_out(truth, trial):  # noqa: F811
@@ -120,7 +122,7 @@ def test_models_of_other_commands_are_not_compared(truth, trial, cse1_vehicle): 
     names = cse1_vehicle.structure.coefficients
     ship = make_model(cse1_vehicle, dict.fromkeys(names, -0.1))
     with pytest.raises(ModelError, match="only models of one boat"):
-        against(truth, replace(ship), [trial.recording])
+        head_to_head(truth, replace(ship), [trial.recording])
 
 
 def test_models_of_two_origins_are_not_compared(truth, trial):  # noqa: F811
@@ -128,6 +130,6 @@ def test_models_of_two_origins_are_not_compared(truth, trial):  # noqa: F811
     there = replace(truth, vehicle=truth.vehicle.with_lever((0.3, 0.0)))
     for one, other in ((truth, there), (there, truth)):
         with pytest.raises(
-            ModelError, match=r"the poses' point is .* identify both with one lever"
+            ModelError, match=r"the measured point is .* identify both with one lever"
         ):
             validate(one, [trial.recording], other=other)

@@ -5,15 +5,17 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+from conftest import at_length, on_request
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
+PUSH = Unmodelled(0.04, 2.0)
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
 
 
@@ -44,7 +46,8 @@ def findings_after(plan, vehicle, what: str, factor: float) -> tuple[Finding, ..
 
 
 @pytest.mark.parametrize(
-    ("what", "factor"), [("thrust", 0.9), ("thrust and drag", 0.85), ("drag", 0.8)]
+    ("what", "factor"),
+    [("thrust", 0.9), at_length("thrust and drag", 0.85), at_length("drag", 0.8)],
 )
 def test_a_boat_that_changed_between_recordings_is_told_with_what_changed(mp, what, factor):
     found = findings_after(plan_of("hard", 500), mp, what, factor)
@@ -57,17 +60,26 @@ def test_a_boat_that_changed_between_recordings_is_told_with_what_changed(mp, wh
         assert finding.part("higher") in ("S1-MP", "S2-MP", "S3-MP")
 
 
+@pytest.mark.system
 def test_a_push_does_not_hide_it(mp):
-    first, *others = findings_after(plan_of("hard", 501, Unmodelled(0.04, 2.0)), mp, "thrust", 0.85)
+    first, *others = findings_after(plan_of("hard", 501, PUSH), mp, "thrust", 0.85)
     assert first.part("axis") == "surge"
     assert {finding.values["quantity"] for finding in (first, *others)} == {"thrust"}
 
 
-@pytest.mark.parametrize("preset", ["paper-like", "hard"])
-@pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
-def test_recordings_of_one_boat_agree(mp, preset, force):
-    for seed in (510, 511):
-        assert findings_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == ()
+@pytest.mark.parametrize(
+    ("preset", "force", "seed"),
+    [
+        ("paper-like", None, 510),
+        at_length("hard", None, 510),
+        at_length("paper-like", PUSH, 511),
+        at_length("hard", PUSH, 510),
+        *(on_request("hard", force, 511) for force in (None, PUSH)),
+        on_request("paper-like", PUSH, 510),
+    ],
+)
+def test_recordings_of_one_boat_agree(mp, preset, force, seed):
+    assert findings_after(plan_of(preset, seed, force), mp, "thrust", 1.0) == ()
 
 
 def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each():
@@ -87,8 +99,9 @@ def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each(
         assert "Possible cause: payload" in finding_text(finding)
 
 
-@pytest.mark.parametrize("hull", [MIDDLE, SMALL])
-@pytest.mark.parametrize("late", [0.05, 0.1, -0.3])
+@pytest.mark.parametrize(
+    ("hull", "late"), [(MIDDLE, 0.05), at_length(MIDDLE, -0.3), at_length(SMALL, 0.1)]
+)
 def test_a_clock_that_was_set_anew_is_told_with_how_much_and_is_no_payload(hull, late):
     """All but one recording agree; stamps of its commands are late, so that these act early."""
     vehicle, (one, odd, other) = driven(

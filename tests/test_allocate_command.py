@@ -220,10 +220,9 @@ def test_a_model_file_is_told_from_a_vehicle_file(place, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["mallard", "geometries"])
-def test_the_pages_tables_are_what_the_benchmark_prints(name, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT)
-    from benchmarks.allocation import drives, geometries
-    from benchmarks.blocks import MARK, compact
+def test_the_pages_tables_are_what_the_benchmark_prints(name):
+    from benchmarks.harness.page import MARK, compact
+    from benchmarks.studies.allocation import drives, geometries
 
     made = {"mallard": drives.mallard, "geometries": geometries.table_of_boats}[name]()
     page = (ROOT / "docs" / "allocate.md").read_text()

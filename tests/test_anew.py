@@ -4,9 +4,8 @@
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length
 
-from benchmarks.predictor.drives import CORRELATED, CORRELATION, IDENTIFIED, LASTS, SCENES, trials
-from benchmarks.recovery.scenes import scenes, true_parameters
 from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
@@ -22,6 +21,8 @@ from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.drives import CORRELATED, LASTS, SCENES, trials
+from tests.boats.scenes import CORRELATION, TRAINING, scenes, true_parameters
 
 PUSHED = list(SCENES)[1]
 # seeds whose search has errors last as long as they may for many steps, though nothing pushes
@@ -42,8 +43,8 @@ AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, CORREL
 
 
 def solved(seed: int) -> Fit:
-    made = trials(CORRELATED[PUSHED], seed, IDENTIFIED)
-    return fit([made[name].recording for name in IDENTIFIED], made["S1"].vehicle)
+    made = trials(CORRELATED[PUSHED], seed, TRAINING)
+    return fit([made[name].recording for name in TRAINING], made["S1"].vehicle)
 
 
 @pytest.fixture(scope="module")
@@ -75,13 +76,14 @@ def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
     assert found.runs.cost < best.runs.cost + NOISE_SWITCH_GAIN
 
 
+@pytest.mark.system
 def test_a_push_that_comes_and_goes_is_not_taken_for_a_random_walk():
     process = solved(WALKING).model().noise.process
     assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(PUSH, rel=0.15)
     assert process.walk_linear < 1e-3
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize("name", ["correlated 0.3 mm", at_length("correlated 8 mm")])
 def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes(name):
     scene = scenes()[name]
     made = scene.trials(LONG[name])
@@ -128,7 +130,7 @@ def solved_on(
             plan.plant, coefficients=coefficients, unmodelled=Unmodelled(SCENES[PUSHED], LASTS)
         ),
         pose=replace(plan.pose, noise_correlation=CORRELATION),
-        trials={name: replace(plan.trials[name], duration=150.0) for name in IDENTIFIED},
+        trials={name: replace(plan.trials[name], duration=150.0) for name in TRAINING},
     )
     made = list(simulate(plan, vehicle))
     found = fit([trial.recording for trial in made], made[0].vehicle)
@@ -142,7 +144,7 @@ def test_where_nothing_tells_of_a_corner_only_the_pushes_frame_is_asked(found, m
         asked.append(problem.earth_fixed)
         raise IdentificationError("not likelier")
 
-    monkeypatch.setattr(subject, "descend", note)
+    monkeypatch.setattr(subject, "descend_below", note)
     at = Point(found.theta, found.noise, found.runs)
     assert is_white(at)
     assert not at.runs.problem.earth_fixed

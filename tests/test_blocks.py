@@ -7,7 +7,7 @@ import re
 import pytest
 from test_docs import ROOT
 
-from benchmarks.blocks import MARK, RULE, cells, csv_of, refill
+from benchmarks.harness.page import MARK, RULE, cells, csv_of, refill
 
 TABLE = "| boat | error |\n| --- | ---: |\n| still MP | 1 |\n| still AF | 2 |\n| pushed MP | 3 |"
 PAGES = sorted((ROOT / "docs").glob("*.md"))

@@ -2,7 +2,6 @@
 """The C++ reader of model files beside Python's: the same predictor, the same signals, as clear words."""
 
 import copy
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,17 +11,18 @@ import pytest
 import yaml
 from board_boats import VEHICLES, identified
 from conftest import ROOT
-from test_core_cpp import run
+from cpp_tools import built, run
 
 import seatrial
 from seatrial.boat.model import load, save
-from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.boat.vehicle import as_column
 from seatrial.io.bags.poses import heading_of, in_vehicle_terms
 from seatrial.io.table import scaled
 from seatrial.onboard.predictor import Estimate, Predictor
 from seatrial.util.errors import SeatrialError
 
+pytestmark = pytest.mark.system
 MODELS_OF_THEN = sorted((ROOT / "tests" / "models").glob("*-model-2.yaml"))
 
 
@@ -89,12 +89,7 @@ class Program:
 @pytest.fixture(scope="module")
 def program() -> Program:
     """The reader with the predictor, under the sanitizers."""
-    if shutil.which("c++") is None or not Path("/usr/include/yaml-cpp/yaml.h").exists():
-        pytest.skip("no C++ compiler, or no yaml-cpp (apt install libyaml-cpp-dev)")
-    build = ROOT / "build" / "board"
-    run("cmake", "-S", ".", "-B", str(build), "-DSEATRIAL_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug")
-    run("cmake", "--build", str(build), "--target", "board_model")
-    return Program(build / "ros" / "common" / "tests" / "board_model")
+    return Program(built("board_model"))
 
 
 @pytest.fixture(scope="module", params=VEHICLES)
@@ -131,7 +126,7 @@ def test_the_predictor_says_the_same_to_the_last_bits(program, written, tmp_path
 def test_the_noise_on_board_is_pythons(program, written):
     model, path = written
     (row,) = program.says("noise", path)
-    believed = believed_on_board(model).noise
+    believed = onboard_uncertainty(model).noise
     np.testing.assert_allclose(floats(row), believed, rtol=1e-12)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from seatrial.boat.noise_parameters import NOISE_LEAST, noise_entry, noise_vector
 from seatrial.boat.schema import CorrelatedEntry, Integration, NoiseEntry, ProcessEntry
-from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.filtering import filter_noise, run_filter
 from seatrial.recording.recording import make_recording
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
@@ -43,11 +43,11 @@ def truth(mp):
 
 @pytest.fixture(scope="module")
 def noise(truth, trial):
-    return believed_noise(truth, [trial.recording])
+    return filter_noise(truth, [trial.recording])
 
 
 def test_the_filter_is_as_good_as_it_says_and_better_than_the_stencil(truth, trial, noise):
-    got = causal(truth, trial.recording, noise).motion
+    got = run_filter(truth, trial.recording, noise).motion
     stencil = motion(trial.recording)
     use = got.valid & stencil.valid & (trial.recording.t > 5.0)
     errors = np.sqrt(np.mean((got.nu - trial.true_motion.nu)[use] ** 2, axis=0))
@@ -66,13 +66,13 @@ def test_what_comes_later_changes_nothing(truth, trial, noise):
     late, shift = record.t > 50.0, np.array([0.1, -0.2, 0.05])
     pose = np.where(late[:, None], trial.pose + shift, trial.pose)
     other = make_recording("later", trial.pose_stamps, pose, record.commands)
-    a, b = causal(truth, record, noise).motion, causal(truth, other, noise).motion
+    a, b = run_filter(truth, record, noise).motion, run_filter(truth, other, noise).motion
     np.testing.assert_array_equal(a.nu[~late], b.nu[~late])
     assert not np.allclose(a.eta[late][:, :2], b.eta[late][:, :2], atol=0.01, equal_nan=True)
 
 
 def test_the_residuals_of_the_true_model_are_white_and_of_size_one(truth, trial, noise):
-    got = causal(truth, trial.recording, noise).residual[trial.recording.t > 5.0]
+    got = run_filter(truth, trial.recording, noise).residual[trial.recording.t > 5.0]
     e = got[np.isfinite(got).all(axis=1)]
     np.testing.assert_allclose(e.std(axis=0), 1.0, atol=0.1)
     neighbours = np.array([np.corrcoef(x[1:], x[:-1])[0, 1] for x in e.T])
@@ -84,13 +84,13 @@ def test_a_models_own_process_noise_is_believed(truth, trial):
     model = replace(truth, noise=NoiseEntry(0.002, 0.003, process))
     assert noise_vector(truth.noise) is None
     own = [0.002, 0.003, 0.01, 0.02, 0.03, 0.04, 5.0]
-    white = believed_noise(model, [trial.recording])
+    white = filter_noise(model, [trial.recording])
     assert white.tolist() == [*own, *NOISE_LEAST[7:]]
     assert noise_entry(white) == model.noise
     coloured = replace(
         model, noise=NoiseEntry(0.002, 0.003, process, CorrelatedEntry(0.004, 0.005, 0.3))
     )
-    noise = believed_noise(coloured, [trial.recording])
+    noise = filter_noise(coloured, [trial.recording])
     assert noise.tolist() == [*own, 0.004, 0.005, 0.3, NOISE_LEAST[10]]
     assert noise_entry(noise) == coloured.noise
 
@@ -100,4 +100,4 @@ def test_a_model_that_diverges_is_refused(truth, trial, noise):
     wild = truth.coefficients.copy()
     wild[names.index("X_uu")] = 4000.0
     with pytest.raises(ModelError, match="diverges in its own filter"):
-        causal(replace(truth, coefficients=wild), trial.recording, noise)
+        run_filter(replace(truth, coefficients=wild), trial.recording, noise)

@@ -11,20 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.model import load, save, thrust_trace
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_stages import staged, with_room
+from seatrial.identification.selection.actuator_stages import with_estimated_stages, with_room
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.util.files import convert
 from seatrial.util.frames import AXES
+from tests.boats.hulls import MIDDLE, driven
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {
@@ -185,15 +185,18 @@ def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_ve
 def test_a_scales_power_is_taken_as_2_where_the_signal_hardly_changes(cse1, cse1_vehicle):
     open_power = ship(cse1_vehicle)
     assert "scale_power.propellers" in open_power.estimated
-    whole, findings = staged(open_power, [cse1["random_run1"], cse1["random_run3"]])
+    whole, findings = with_estimated_stages(open_power, [cse1["random_run1"], cse1["random_run3"]])
     assert "scale_power.propellers" not in whole.estimated
     constants = dict(zip(whole.constants.names, whole.constants.values, strict=True))
     assert constants["scale_power.propellers"] == 2.0
     names = "scale_power.propellers", "propeller_speed"
     assert finding_of(FindingKind.SCALE_POWER_HELD, *names, power=2.0) in findings
     assert np.ptp(cse1["run1"].scales.values) > 0.1  # before there was a command
-    assert "scale_power.propellers" not in staged(open_power, [cse1["run1"]])[0].estimated
-    whole, findings = staged(open_power, [cse1["random_run1"], cse1["run1"]])
+    assert (
+        "scale_power.propellers"
+        not in with_estimated_stages(open_power, [cse1["run1"]])[0].estimated
+    )
+    whole, findings = with_estimated_stages(open_power, [cse1["random_run1"], cse1["run1"]])
     assert "scale_power.propellers" in whole.estimated
     assert not of_kinds(findings, FindingKind.SCALE_POWER_HELD)
 
@@ -309,6 +312,7 @@ def test_edges_are_of_the_commands_as_the_file_counts_them(reverse):
     np.testing.assert_allclose(found[1], [-past, past, past])
 
 
+@pytest.mark.system
 def test_a_boat_whose_inputs_are_mixed_is_the_same_in_either_axes():
     """Each axis' edges are found; those of F_v and F_r count the other way in forward-right-down files."""
     _, recordings = driven(MIDDLE, {"lag": 0.15}, seed=3, white=2e-3, seconds=60.0)

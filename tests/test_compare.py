@@ -11,13 +11,12 @@ from conftest import TABLE_II, make_model
 from scipy import stats
 
 import seatrial
-from benchmarks.fleet.boats import FREE, MIDDLE
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.evaluation.comparison import compare, comparison_json, drive_of
+from seatrial.evaluation.comparison.compare import compare, comparison_json, drive_of
 from seatrial.evaluation.comparison.console import _factor as factor_text
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import Factor, Joint, factors, joint, pairs, views
@@ -26,6 +25,7 @@ from seatrial.io.write import write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError
+from tests.boats.hulls import FREE, MIDDLE
 
 MORE = 1.2  # times the mass
 TRUTH = TABLE_II["AF"]
@@ -194,7 +194,7 @@ def test_two_origins_are_said_and_recordings_are_not_predicted_by_both(mp):
     a, b = make_model(moved, TRUTH), make_model(mp, TRUTH)
     notes = compare(a, b).notes
     assert any(
-        "two origins: the poses' point is 0.150 m ahead and 0.050 m to port" in n for n in notes
+        "two origins: the measured point is 0.150 m ahead and 0.050 m to port" in n for n in notes
     )
     for vehicle in (None, mp):
         with pytest.raises(ModelError, match=r"of two origins .* identify both with one lever arm"):
@@ -206,7 +206,7 @@ def test_two_origins_are_said_and_recordings_are_not_predicted_by_both(mp):
 @pytest.mark.parametrize("factor", [0.0, -0.4, 1e-9])
 def test_a_factor_that_no_mass_makes_is_another_boat(factor):
     (said,) = factor_text(Factor("surge", ["X_u", "X_F"], factor, 1e-4, (factor - 1) / 1e-4, 1.0))
-    assert said.endswith("times what they were: no change of mass does that; is it another boat?")
+    assert said.endswith("too much for a change of mass; check that both are of the same boat.")
 
 
 def test_what_ended_at_a_bound_is_not_tested(mp):
@@ -220,7 +220,7 @@ def test_what_ended_at_a_bound_is_not_tested(mp):
     assert "X_uu" in [one.name for one in found.only_b]
     told = [t for t in comparison_text(found).splitlines() if "X_uu" in t and "only" in t]
     assert [line.split()[0] for line in told] == ["X_uu", "X_uu"]
-    assert all("it ended at the bound of its range in B" in line for line in told)
+    assert all("it is at the bound of its range in B" in line for line in told)
     assert not any("given" in line for line in told)
 
 
@@ -322,7 +322,7 @@ def test_the_model_of_the_loaded_boat_predicts_it_better(heavier):
     assert "=> the change matters for prediction: B is better in surge" in text
     untold = msgspec.structs.replace(found, pairs=[], joint=Joint(chi2=4.0, freedom=5, p=0.55))
     assert (
-        "=> prediction shows a change that the coefficients' errors hide: B is better in surge"
+        "=> prediction shows a change within the coefficients' errors: B is better in surge"
         in comparison_text(untold)
     )
     turned = compare(after, before, records).ahead[-1]
@@ -344,14 +344,14 @@ def test_a_recording_that_a_model_has_seen_is_no_fair_test(heavier):
     record = trials[0].recording
     after = replace(after, recordings=(RecordingEntry(record.name, record.duration),))
     text = comparison_text(compare(before, after, [record]))
-    assert f"warning: B was identified from {record.name}: that favours it" in text
+    assert f"warning: B was identified from {record.name}, which favours it" in text
 
 
 def test_a_few_seconds_tell_nothing(heavier):
     before, after, trials = heavier
     found = compare(before, after, [trials[0].recording.cut(10, 17)])
     assert found.ahead[0].axes["u"].interval is None
-    assert "too short to tell which predicts better" in comparison_text(found)
+    assert "too short to decide which predicts better" in comparison_text(found)
 
 
 def test_the_command_line(heavier, mp, af, tmp_path, capsys):
@@ -369,7 +369,7 @@ def test_the_command_line(heavier, mp, af, tmp_path, capsys):
     assert f"{100 * content['ahead'][0]['axes']['u']['a']:.3f}" in shown
     save(after.with_vehicle(af), tmp_path / "af.yaml")
     assert main(["compare", files[0], str(tmp_path / "af.yaml"), str(run)]) == 1
-    assert "say with --vehicle how these recordings were driven" in capsys.readouterr().err
+    assert "give the vehicle file of these recordings with --vehicle" in capsys.readouterr().err
     assert (
         main(["compare", files[0], str(tmp_path / "af.yaml"), str(run), "--vehicle", "mallard-mp"])
         == 0

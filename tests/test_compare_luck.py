@@ -12,11 +12,11 @@ from scipy import stats
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
-from seatrial.evaluation.comparison.prediction import beyond_luck
-from seatrial.evaluation.comparison.significance import luck
+from seatrial.evaluation.comparison.prediction import beyond_same_boat
+from seatrial.evaluation.comparison.significance import same_boat_errors
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
@@ -43,7 +43,9 @@ def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_foreseen(mp):
     for _ in range(500):
         a, b = estimated(mp, rng, 0.02), estimated(mp, rng, 0.05)
         seen = views(a, b)
-        mean, variance = luck(a, b, seen, pairs(a, b, seen, {})).difference((form, form))
+        mean, variance = same_boat_errors(a, b, seen, pairs(a, b, seen, {})).difference(
+            (form, form)
+        )
         own, other = a.coefficients - truth, b.coefficients - truth
         scores.append((own @ form @ own - other @ form @ other - mean) / np.sqrt(variance))
     assert stats.kstest(scores, "norm").pvalue > 0.001
@@ -52,7 +54,7 @@ def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_foreseen(mp):
 def test_given_models_leave_nothing_to_luck(mp):
     a, b = (unsure(make_model(mp, {**TRUTH, "X_u": x}), 0.0) for x in (-0.2, -0.3))
     seen = views(a, b)
-    found = luck(a, b, seen, pairs(a, b, seen, {})).difference((np.eye(11), np.eye(11)))
+    found = same_boat_errors(a, b, seen, pairs(a, b, seen, {})).difference((np.eye(11), np.eye(11)))
     assert found == (0.0, 0.0)
 
 
@@ -81,12 +83,12 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
     a, b, record = drive
     found = compare(unsure(a, 0.1), unsure(b, 0.1), [record])
     assert set(found.better["1"].values()) == {"B"}
-    assert beyond_luck(found.ahead[-1].axes) == set()
+    assert beyond_same_boat(found.ahead[-1].axes) == set()
     text = comparison_text(found)
     assert "two estimates of one unchanged boat may differ as much, so this shows no change" in text
     assert "matters" not in text
     sharp = compare(unsure(a, 1e-3), unsure(b, 1e-3), [record])
-    assert beyond_luck(sharp.ahead[-1].axes) == {"u", "v", "r"}
+    assert beyond_same_boat(sharp.ahead[-1].axes) == {"u", "v", "r"}
     assert "=> the change matters for prediction: B is better in surge" in comparison_text(sharp)
 
 
@@ -100,7 +102,7 @@ def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
         estimator=entry,
     )  # fmt: skip
     text = comparison_text(compare(a, b))
-    assert "No difference seen in what can be tested; all together" in text
+    assert "No significant difference in what can be tested; jointly" in text
     (line,) = [
         t for t in text.splitlines() if t.startswith("Not tested, and may differ: X_uu (0 in A")
     ]
@@ -121,7 +123,7 @@ def test_models_of_the_same_recordings_tell_of_no_change(mp):
     assert found.same_data
     text = comparison_text(found)
     assert "any difference comes from how they were identified" in text
-    for claim in ("mass", "drag or thrust", "differences shown are real"):
+    for claim in ("mass", "drag or thrust", "significant differences are real"):
         assert claim not in text
 
 
@@ -149,5 +151,5 @@ def test_what_is_sure_but_next_to_nothing_hardly_matters(drive):
     found = compare(a, b, [recording])
     assert "B" in found.better["1"].values()
     said = comparison_text(found)
-    assert "beyond chance, but less than 0.5 % of the error, which hardly matters" in said
+    assert "significant, but less than 0.5 % of the error, which is negligible" in said
     assert "the change matters" not in said

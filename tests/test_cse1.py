@@ -129,6 +129,7 @@ def test_the_ships_file_of_known_propellers_has_what_the_pulls_say():
     assert stated.file.structure == known.file.structure
 
 
+@pytest.mark.system
 def test_with_known_propellers_the_run_left_out_is_predicted_as_well_as_was_asked_for():
     """One second ahead, error over that of a velocity that stays, of random_run1."""
     known = seatrial.load_vehicle(CSE1 / "bollard.yaml")

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT, TABLE_II, make_model
+from cpp_tools import run
 from dds_tools import Order, canonical, exchange, line
-from test_core_cpp import run
 
 import seatrial
 
@@ -42,7 +42,10 @@ def missing() -> str:
     return ", ".join(name for name, there in parts.items() if not there)
 
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=f"no {missing()}")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(bool(missing()), reason=f"no {missing()}"),
+]
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The demo, run once as a user runs it: its files, its tables, and the figures that documents take from it."""
+"""The demo, shortened, and whole as a user runs it: its files, its tables, and the figures that documents take from it."""
 
 import io
 import json
@@ -8,6 +8,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import CSE1, ROOT
@@ -17,6 +18,7 @@ import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.commands.cli import main
 from seatrial.demo import bundled_data
+from seatrial.simulation.plan import load_plan
 
 
 @dataclass(frozen=True)
@@ -34,22 +36,49 @@ class Demo:
         return [lines[i + 1 : i + 1 + count] for i, line in enumerate(lines) if word in line]
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory) -> Demo:
-    folder = tmp_path_factory.mktemp("demo")
+def ran(folder: Path) -> Demo:
     out, err = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(err):
         code = main(["demo", "--out", str(folder)])
     return Demo(code, out.getvalue(), err.getvalue(), folder)
 
 
-def test_the_demo_identifies_validates_and_reports(demo):
-    assert (demo.code, demo.err) == (0, "")
-    reports = sorted(str(p.relative_to(demo.folder)) for p in demo.folder.rglob("report.html"))
-    assert reports == [
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory) -> Demo:
+    """All of it, which takes minutes."""
+    return ran(tmp_path_factory.mktemp("demo"))
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory) -> Demo:
+    """The same steps with a recording less, one method for the ship, one boat and trials of a minute."""
+    plan = load_plan("paper-like")
+    trials = {n: msgspec.structs.replace(t, duration=60.0) for n, t in plan.trials.items()}
+    plan = msgspec.structs.replace(plan, trials=trials, vehicles=["mallard-mp"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("seatrial.demo.TRAINED_ON", ("CSE1_data_random_run1",))
+        patch.setattr(
+            "seatrial.demo.SHIPS", (("vehicle.yaml", "equation-error", "the paper's method"),)
+        )
+        patch.setattr("seatrial.demo.load_plan", lambda _: plan)
+        return ran(tmp_path_factory.mktemp("short"))
+
+
+REPORTS = {
+    "short": ["cse1/cse1-equation-error/report.html", "mallard/result-MP/report.html"],
+    "demo": [
         "cse1/cse1-equation-error/report.html", "cse1/cse1-pair/report.html",
         "cse1/cse1/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
-    ]  # fmt: skip
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("which", ["short", pytest.param("demo", marks=pytest.mark.system)])
+def test_the_demo_identifies_validates_and_reports(which, request):
+    demo = request.getfixturevalue(which)
+    assert (demo.code, demo.err) == (0, "")
+    reports = sorted(str(p.relative_to(demo.folder)) for p in demo.folder.rglob("report.html"))
+    assert reports == REPORTS[which]
     for report in reports:
         scores = json.loads((demo.folder / report).with_name("scores.json").read_text())
         for row in scores["recordings"]:
@@ -66,6 +95,7 @@ def test_the_demo_identifies_validates_and_reports(demo):
         assert seatrial.load((demo.folder / report).with_name("model.yaml")).recordings
 
 
+@pytest.mark.system
 def test_the_ships_ratios_are_the_readmes(demo):
     rows = [line for line in demo.out.splitlines() if "CSE1_data_run1 " in line]
     ratios = [re.findall(r"\((\d\.\d\d)\)", row) for row in rows]
@@ -81,11 +111,13 @@ def test_the_ships_ratios_are_the_readmes(demo):
     np.testing.assert_allclose(np.array(ratios, dtype=float).T, readme, rtol=0.0, atol=0.011)
 
 
+@pytest.mark.system
 def test_the_share_of_poses_used_is_the_readmes(demo):
     (used,) = re.findall(r"(\d+)\.\d % of the poses used", demo.out)
     assert f"({used} % of its poses" in plain(ROOT / "README.md")
 
 
+@pytest.mark.system
 def test_the_default_method_finds_propellers_as_pairs_and_predicts_the_run_it_has_not_seen(
     demo, cse1
 ):
@@ -108,6 +140,7 @@ def test_the_default_method_finds_propellers_as_pairs_and_predicts_the_run_it_ha
     assert model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
+@pytest.mark.system
 def test_the_simulated_boats_x_uu_are_the_documents(demo):
     tables = [rows for rows in demo.rows("N_ud", 3) if rows[0].startswith("  true")]
     x_uu = [[row.split()[2] for row in rows] for rows in tables]

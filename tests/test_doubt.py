@@ -10,10 +10,9 @@ from conftest import make_model
 
 import seatrial
 from benchmarks.predictor import accuracy
-from benchmarks.predictor.drives import SCENES, model
 from seatrial import _core
 from seatrial.boat.noise_parameters import NOISE_START
-from seatrial.boat.parameter_uncertainty import believed_on_board
+from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.boat.schema import (
     CorrelatedEntry,
     EnvelopeEntry,
@@ -22,6 +21,7 @@ from seatrial.boat.schema import (
     ProcessEntry,
 )
 from seatrial.onboard.predictor import Predictor
+from tests.boats.drives import SCENES, model
 
 EXACT = next(iter(SCENES))
 SILENT = NoiseEntry(1e-4, 1e-4, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.3))
@@ -93,7 +93,7 @@ def test_the_noise_is_the_models_as_far_as_it_is_large_enough(known):
     process = ProcessEntry(0.01, 0.02, 0.03, 0.04, 5.0)
     certain = replace(known, noise=NoiseEntry(0.002, 0.003, process))
     white = [0.0, 0.0, NOISE_START[9], 0.0]  # nothing is correlated
-    assert believed_on_board(certain).noise.tolist() == [
+    assert onboard_uncertainty(certain).noise.tolist() == [
         0.002,
         0.003,
         0.01,
@@ -104,16 +104,16 @@ def test_the_noise_is_the_models_as_far_as_it_is_large_enough(known):
         *white,
     ]
     unknown = replace(certain, noise=NoiseEntry(0.002, 0.003))
-    assert believed_on_board(unknown).noise.tolist() == [0.002, 0.003, *NOISE_START[2:7], *white]
+    assert onboard_uncertainty(unknown).noise.tolist() == [0.002, 0.003, *NOISE_START[2:7], *white]
     coloured = replace(
         certain, noise=NoiseEntry(0.003, 0.0, process, CorrelatedEntry(0.004, 0.01, 0.2))
     )
-    assert believed_on_board(coloured).noise[:2].tolist() == [0.003, 1e-4]
-    assert believed_on_board(coloured).noise[7:].tolist() == [0.004, 0.01, 0.2, 0.0]
+    assert onboard_uncertainty(coloured).noise[:2].tolist() == [0.003, 1e-4]
+    assert onboard_uncertainty(coloured).noise[7:].tolist() == [0.004, 0.01, 0.2, 0.0]
     little = replace(certain, noise=NoiseEntry(0.0, 0.0, None, CorrelatedEntry(1e-7, 0.0, 1e-3)))
-    assert believed_on_board(little).noise[7:].tolist() == [1e-5, 1e-5, 0.02, 0.0]
+    assert onboard_uncertainty(little).noise[7:].tolist() == [1e-5, 1e-5, 0.02, 0.0]
     exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
-    assert believed_on_board(exact).noise.tolist() == [
+    assert onboard_uncertainty(exact).noise.tolist() == [
         1e-4,
         1e-4,
         1e-6,
@@ -127,7 +127,7 @@ def test_the_noise_is_the_models_as_far_as_it_is_large_enough(known):
 
 def test_what_errors_of_the_parameters_do_is_believed_to_the_last_percent(known):
     """Without poses the covariance is S C S', whatever the drive does with thrusters and boat."""
-    errors = believed_on_board(known).errors
+    errors = onboard_uncertainty(known).errors
     believed = spread_believed(known)
     whole = sigmas(spread_by_slopes(known, known.covariance))
     kept = sigmas(spread_by_slopes(known, errors @ errors.T))
@@ -169,15 +169,15 @@ def test_the_power_of_a_scale_is_believed(known, cse1_vehicle):
 
 
 def test_causes_never_say_more_than_the_covariance(known):
-    errors = believed_on_board(known).errors
+    errors = onboard_uncertainty(known).errors
     scale = np.sqrt(np.diag(known.covariance))
     left = (known.covariance - errors @ errors.T) / np.outer(scale, scale)
     assert np.linalg.eigvalsh(left).min() > -1e-9
     assert errors.shape[1] == 12
     slow = replace(known, envelope=EnvelopeEntry({}, {}))
-    assert believed_on_board(slow).errors.shape == (len(known.parameters), 0)
+    assert onboard_uncertainty(slow).errors.shape == (len(known.parameters), 0)
     sure = replace(known, covariance=np.zeros_like(known.covariance))
-    assert believed_on_board(sure).errors.shape[1] == 0
+    assert onboard_uncertainty(sure).errors.shape[1] == 0
 
 
 def test_errors_that_cancel_are_none(known):
@@ -189,7 +189,7 @@ def test_errors_that_cancel_are_none(known):
     covariance[lag, lag] = 2e-3**2
     covariance[lag, latency] = covariance[latency, lag] = -(2e-3**2)
     both = replace(known, covariance=covariance)
-    assert believed_on_board(both).errors.shape[1] == 1
+    assert onboard_uncertainty(both).errors.shape[1] == 1
     assert np.all(sigmas(spread_believed(both))[3:] < 0.4 * sigmas(spread_believed(late))[3:])
 
 
@@ -210,7 +210,7 @@ def test_poses_leave_the_causes_what_they_are(known):
 
 def doubt(model):
     """Noise (10,) that the errors of the parameters alone amount to."""
-    return believed_on_board(replace(model, noise=SILENT)).noise
+    return onboard_uncertainty(replace(model, noise=SILENT)).noise
 
 
 def power(noise):
@@ -221,7 +221,7 @@ def power(noise):
 def test_only_where_structure_and_noise_explain_the_recordings_are_errors_constants(known, vague):
     paper = replace(known, estimator=EstimatorEntry("equation-error", {}))
     for model_, exact in ((known, True), (vague, False), (paper, False)):
-        found, own = believed_on_board(model_), believed_on_board(replace(known, covariance=0.0 * known.covariance))  # fmt: skip
+        found, own = onboard_uncertainty(model_), onboard_uncertainty(replace(known, covariance=0.0 * known.covariance))  # fmt: skip
         assert (found.errors.shape[1] > 0) == exact
         assert np.array_equal(found.noise, own.noise) == exact
 
@@ -229,12 +229,12 @@ def test_only_where_structure_and_noise_explain_the_recordings_are_errors_consta
 def test_what_the_errors_of_a_model_do_is_added_in_variance_and_in_power(vague):
     own = replace(vague, noise=NoiseEntry(0.002, 0.003, ProcessEntry(0.01, 0.02, 2e-5, 1e-4, 5.0)))
     alone = doubt(vague)
-    noise = believed_on_board(own).noise
+    noise = onboard_uncertainty(own).noise
     np.testing.assert_allclose(noise[2:4], np.hypot([0.01, 0.02], alone[2:4]), rtol=1e-3)
     # whatever the shared memory is
     np.testing.assert_allclose(power(noise), power(alone) + 2.0 * np.array([2e-5, 1e-4]) ** 2 * 5.0, rtol=1e-3)  # fmt: skip
     slow = replace(own, envelope=EnvelopeEntry({}, {}))
-    np.testing.assert_allclose(believed_on_board(slow).noise[2:7], [0.01, 0.02, 2e-5, 1e-4, 5.0])
+    np.testing.assert_allclose(onboard_uncertainty(slow).noise[2:7], [0.01, 0.02, 2e-5, 1e-4, 5.0])
 
 
 def test_the_doubt_gives_the_velocity_the_error_that_other_parameters_give_it(vague):

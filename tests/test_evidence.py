@@ -13,6 +13,7 @@ import seatrial
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.on_request import accuracy_tables, profile_text
 from seatrial.identification.uncertainty import profile as profile_module
 from seatrial.identification.uncertainty import record_length as minutes_module
@@ -24,7 +25,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
 
-SETTINGS = OutputErrorSettings(block=5.0, extras=False)  # 48 blocks
+SETTINGS = OutputErrorSettings(block=5.0, select_stages=False)  # 48 blocks
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +205,7 @@ def test_accuracy_against_length_is_that_of_a_shorter_recording(boat, whole):
     """After half of it: as the information of that half alone, searched anew, has it."""
     found = accuracy_by_length(whole)
     half = boat[1].cut(None, boat[1].duration / 2)
-    alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, extras=False))
+    alone = fit([half], boat[0], settings=OutputErrorSettings(block=2.5, select_stages=False))
     assert alone.names == found.names
     np.testing.assert_allclose(found.errors[-1], np.sqrt(np.diag(whole.covariance)), rtol=1e-6)
     excess = found.errors[-1] / np.sqrt(np.diag(np.linalg.inv(whole.runs.information)))
@@ -221,31 +222,36 @@ def test_with_one_recording_half_the_error_takes_three_times_as_long_more(whole)
     assert text.count("12.0 min like these") == len(found.names)
 
 
-def test_the_tables_that_identify_shows_on_request(boat, whole):
-    vehicle, recording = boat
-    text = accuracy_tables(whole.model(), [recording], vehicle, profiled=["lag"], lengths=True)
+def test_the_tables_that_identify_shows_on_request(whole):
+    text = accuracy_tables(whole, profiled=["lag"], lengths=True)
     assert text.splitlines()[0].split()[:3] == ["standard", "error", "after"]
     assert "profile likelihood" in text
 
 
-def test_the_last_column_of_the_minutes_is_what_the_model_states(boat, whole):
-    vehicle, recording = boat
-    model = whole.model()
-    wider = replace(model, covariance=1.44 * model.covariance)  # as other choices may find it
-    lines = accuracy_tables(wider, [recording], vehicle, lengths=True).splitlines()[1:]
+def test_the_last_column_of_the_minutes_is_what_the_model_states(whole):
+    wider = replace(whole, covariance=1.44 * whole.covariance)  # as other choices may find it
+    lines = accuracy_tables(wider, lengths=True).splitlines()[1:]
     shown = {line.split()[0]: float(line.split()[4]) for line in lines}
-    assert shown == {n: pytest.approx(wider.standard_errors[n], rel=0.05) for n in whole.names}
+    assert shown == {n: pytest.approx(wider.errors[n], rel=0.05) for n in whole.names}
 
 
 def test_what_can_not_be_shown_is_refused_in_words(boat, whole):
     vehicle, recording = boat
-    model = whole.model()
     with pytest.raises(
         IdentificationError, match="--profile X_q: not an estimated parameter; estimated are X_u, "
     ):
-        accuracy_tables(model, [recording], vehicle, profiled=["X_q"])
-    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval takes 40"):
-        accuracy_tables(model, [recording], vehicle, replicates=5)
-    paper = seatrial.identify([recording], vehicle, method="equation-error")
-    with pytest.raises(IdentificationError, match="belong to output-error, not to equation-error"):
-        accuracy_tables(paper, [recording], vehicle, lengths=True)
+        accuracy_tables(whole, profiled=["X_q"])
+    with pytest.raises(IdentificationError, match="--bootstrap 5: an interval needs 40"):
+        accuracy_tables(whole, replicates=5)
+    _, none = identify_with_fit([recording], vehicle, method="equation-error")
+    with pytest.raises(IdentificationError, match="belong to output-error; add --method"):
+        accuracy_tables(none, lengths=True)
+
+
+def test_the_solution_is_the_one_that_the_model_came_from(boat):
+    """Nothing is searched again: its numbers are the model's to the last digit."""
+    vehicle, recording = boat
+    model, solution = identify_with_fit([recording], vehicle)
+    assert solution is not None
+    np.testing.assert_array_equal(solution.model().coefficients, model.coefficients)
+    np.testing.assert_array_equal(solution.model().covariance, model.covariance)

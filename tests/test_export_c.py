@@ -9,6 +9,7 @@ from export_tools import BOATS, boat, drive, program, run, trace_states, truth
 
 from seatrial.export import export
 
+pytestmark = pytest.mark.system
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow", "-Wconversion")
 MAIN = """
 #include <stdio.h>

@@ -138,6 +138,7 @@ def test_what_ros_2_can_not_take_is_not_in_it(tmp_path, name):
     look(ros_file(tmp_path, name, 2))
 
 
+@pytest.mark.system
 def test_ros_1s_own_reader_finds_the_matrix_again(tmp_path):
     code = "import json, sys, rosparam; print(json.dumps(rosparam.load_file(sys.argv[1], default_namespace='/')))"
     ros_file(tmp_path, "right_down", 1)

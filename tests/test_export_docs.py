@@ -52,6 +52,7 @@ def said(text: str) -> float:
     return float(re.search(r"(\S+) m/s", text)[1])
 
 
+@pytest.mark.system
 def test_the_lines_of_c(exported, expected):
     program("cc")
     (exported / "main.c").write_text(blocks(PAGE, "c")[0])
@@ -60,6 +61,7 @@ def test_the_lines_of_c(exported, expected):
     assert said(run(exported / "main")) == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.system
 def test_the_lines_of_octave(exported, expected):
     program("octave-cli")
     (exported / "script.m").write_text("1;\n" + blocks(PAGE, "matlab")[0])
@@ -67,6 +69,7 @@ def test_the_lines_of_octave(exported, expected):
     assert said(shown) == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.system
 def test_the_lines_of_fmpy(exported, expected):
     program("cc")
     pytest.importorskip("fmpy")

@@ -57,6 +57,7 @@ class Unit:
         self.slave.freeInstance()
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", BOATS)
 def test_it_moves_the_boat_along_s7_as_the_core_does(tmp_path, name):
     program("cc")
@@ -73,6 +74,7 @@ def test_it_moves_the_boat_along_s7_as_the_core_does(tmp_path, name):
     np.testing.assert_allclose(states, trace_states(model, own), rtol=0, atol=1e-9)
 
 
+@pytest.mark.system
 def test_fmpys_own_simulation_agrees(tmp_path):
     """It steps from one change of the inputs to the next: fewer breaks than commands, as on a recording."""
     program("cc")
@@ -90,6 +92,7 @@ def test_fmpys_own_simulation_agrees(tmp_path):
     np.testing.assert_allclose(states, trace_states(model, own), rtol=0, atol=1e-9)
 
 
+@pytest.mark.system
 def test_it_starts_where_it_is_told_goes_back_and_starts_anew(tmp_path):
     program("cc")
     export(boat("right_down"), "fmu", tmp_path / "boat.fmu")
@@ -113,6 +116,7 @@ def test_it_starts_where_it_is_told_goes_back_and_starts_anew(tmp_path):
     unit.end()
 
 
+@pytest.mark.system
 def test_a_command_that_is_no_number_is_an_error_of_the_standard(tmp_path):
     program("cc")
     export(boat("always_forward"), "fmu", tmp_path / "boat.fmu")
@@ -124,6 +128,7 @@ def test_a_command_that_is_no_number_is_an_error_of_the_standard(tmp_path):
     unit.slave.freeInstance()
 
 
+@pytest.mark.system
 def test_its_source_is_strict_c_and_the_same_model_the_same_bytes(tmp_path):
     program("cc")
     for name in ("one", "two"):
@@ -139,6 +144,7 @@ def test_its_source_is_strict_c_and_the_same_model_the_same_bytes(tmp_path):
         run("cc", *strict, *more, tmp_path / "unit" / "sources" / "fmu.c")
 
 
+@pytest.mark.system
 def test_fmpy_builds_it_from_its_source_alone(tmp_path, monkeypatch):
     program("cc")
     scripts = Path(sysconfig.get_path("scripts"))  # of this environment: cmake is a requirement

@@ -35,6 +35,7 @@ def octave(folder, *lines) -> str:
     return run("octave-cli", "--no-init-file", "--quiet", "script.m", cwd=folder)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", BOATS)
 def test_it_moves_the_boat_along_s7_as_the_core_does(tmp_path, name):
     program("octave-cli")
@@ -49,6 +50,7 @@ def test_it_moves_the_boat_along_s7_as_the_core_does(tmp_path, name):
     np.testing.assert_allclose(states, expected, rtol=0, atol=1e-9)
 
 
+@pytest.mark.system
 def test_ode45_and_other_parameters_can_be_had(tmp_path):
     """A steady push reaches the closed form's top speed; with other drag another."""
     program("octave-cli")
@@ -64,6 +66,7 @@ def test_ode45_and_other_parameters_can_be_had(tmp_path):
     assert [float(x) for x in shown.split()] == pytest.approx(tops, rel=1e-3)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "call",
     ["b.command(b.reset(), [1; NaN; 0])", "b.command(b.reset(), 1)", "b.step(b.reset(), -1)"],

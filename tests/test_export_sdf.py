@@ -32,6 +32,7 @@ def checked(path) -> tuple[int, str]:
     return shown.returncode, shown.stdout + shown.stderr
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", NAMES)
 def test_sdformats_own_checker_passes_it_and_not_a_broken_one(tmp_path, name):
     program("ign")

@@ -6,7 +6,7 @@ import pytest
 from survey_boat import TRUTH, as_stated, driven
 
 from seatrial.boat.noise_parameters import noise_vector
-from seatrial.evaluation.filtering import filter_pass, series
+from seatrial.evaluation.filtering import filter_pass, filter_series
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import make_recording
 
@@ -64,7 +64,7 @@ def test_a_jumps_cost_has_no_step_where_it_is_further_than_anywhere(drive, gap):
         eta[1000:, 0] += leap
         kept = np.r_[0 : 1000 - gap, 1000 : len(eta)]
         jumped = make_recording("jumped", recording.stamps[kept], eta[kept], recording.commands)
-        poses, noise = series(jumped), noise_vector(model.noise)
+        poses, noise = filter_series(jumped), noise_vector(model.noise)
         return filter_pass(model, jumped, poses, noise).cost
 
     costs = [cost(leap) for leap in np.arange(8.5, 11.5, 0.05)]

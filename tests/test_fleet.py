@@ -8,6 +8,7 @@ from benchmarks.fleet.tables import line, sums
 from benchmarks.fleet.work import identified
 
 
+@pytest.mark.system
 def test_a_curve_that_is_nearly_straight_is_freed():
     """Left out, it was taken out of the edges of the dead zone: they were 4.6 and 6.2 standard errors off."""
     row = identified(108)
@@ -17,6 +18,7 @@ def test_a_curve_that_is_nearly_straight_is_freed():
     assert line(row) == ""
 
 
+@pytest.mark.system
 def test_boats_drawn_at_random_are_found():
     rows = [identified(seed) for seed in (2, 7, 30, 61)]
     assert [row.refused for row in rows] == [""] * 4

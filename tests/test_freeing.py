@@ -6,8 +6,8 @@ import pytest
 
 import seatrial
 from seatrial.identification.likelihood.problem import quadratic_drag
-from seatrial.identification.selection.actuator_selection import problem_of
-from seatrial.identification.selection.actuator_stages import extras, with_free_stages
+from seatrial.identification.selection.actuator_selection import problem_with
+from seatrial.identification.selection.actuator_stages import stage_candidates, with_free_stages
 from seatrial.identification.selection.score_test import score_test
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.simulation.plan import load_plan
@@ -29,10 +29,10 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
     vehicle = seatrial.load_vehicle("mallard-mp")
     recordings = [clean_mp[name].recording for name in ("S1", "S3")]
     whole = with_free_stages(vehicle, recordings)
-    found = extras(vehicle, whole, recordings)
-    assert [e.words.split()[0] for e in found] == ["reverse", "power"]
+    found = stage_candidates(vehicle, whole, recordings)
+    assert [e.finding.values["stage"] for e in found] == ["reverse_ratio", "power"]
     settings = OutputErrorSettings()
-    together = problem_of(found[0].probe, vehicle, recordings, settings)
+    together = problem_with(found[0].probe, vehicle, recordings, settings)
     shared = together.run_filter(parameters(together), NOISE)
     places = {
         together.names[i]: k for k, i in enumerate(together.free) if together.names[i] not in whole.constants.names
@@ -40,7 +40,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
     for extra, name, other in zip(
         found, ("reverse_ratio", "power"), ("power", "reverse_ratio"), strict=True
     ):
-        alone = problem_of(extra.vehicle, vehicle, recordings, settings)
+        alone = problem_with(extra.vehicle, vehicle, recordings, settings)
         own = alone.run_filter(parameters(alone), NOISE)
         (place,) = [k for k, i in enumerate(alone.free) if alone.names[i] == name]
         want = score_test(own, [place])
@@ -53,7 +53,7 @@ def test_quadratic_drag_of_the_own_axis_never_drives_the_boat(clean_mp):
     vehicle = seatrial.load_vehicle("mallard-mp")
     assert quadratic_drag(vehicle.structure) == {"X_uu", "Y_vv", "N_rr"}  # N_uu turns it, rightly
     recordings = [clean_mp["S1"].recording]
-    problem = problem_of(
+    problem = problem_with(
         with_free_stages(vehicle, recordings), vehicle, recordings, OutputErrorSettings()
     )
     low, high = problem.bounds

@@ -4,15 +4,17 @@
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length, on_request
 
-from benchmarks.fleet.boats import MIDDLE, SMALL, driven
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import MIDDLE, SMALL, driven
 
+PUSH = Unmodelled(0.04, 2.0)
 CHAIN = {"latency": 0.1, "lag": 0.1}
 
 
@@ -22,7 +24,7 @@ def offsets(recordings, vehicle) -> tuple[Finding, ...]:
 
 @pytest.mark.parametrize(
     ("degrees", "force"),
-    [(4.0, None), (4.0, Unmodelled(0.04, 2.0)), (-15.0, Unmodelled(0.04, 2.0))],
+    [(4.0, None), at_length(4.0, PUSH), (-15.0, PUSH)],
 )
 def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
@@ -33,6 +35,7 @@ def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     assert f"offset: {finding.number('psi_offset'):.4g} at pose: psi" in finding_text(finding)
 
 
+@pytest.mark.system
 def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
     """Where nothing pushes the boat: coefficients are right then, and nothing needs to be said."""
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2)
@@ -41,9 +44,9 @@ def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
         assert model.values[name] == pytest.approx(right, abs=4.0 * model.standard_errors[name])
 
 
-@pytest.mark.parametrize("force", [None, Unmodelled(0.04, 2.0)])
+@pytest.mark.parametrize("force", [None, at_length(PUSH)])
 @pytest.mark.parametrize("hull", [MIDDLE, SMALL])
-@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("seed", [5, on_request(6)])
 def test_a_right_heading_is_not_doubted(hull, seed, force):
     vehicle, drives = driven(hull, CHAIN, seed=seed, white=2e-3, seconds=120, drives=2, push=force)
     assert offsets(drives, vehicle) == ()

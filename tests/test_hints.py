@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import at_length, on_request
 from survey_boat import TRUTH, driven
 
 from seatrial.boat.findings import FindingKind, finding_text
@@ -87,7 +88,7 @@ def asked(model):
     return model.findings_of(*EFFECTS_FOUND)
 
 
-@pytest.mark.parametrize("lever", [(0.3, 0.0), (-0.05, 0.1), (0.5, 0.2)])
+@pytest.mark.parametrize("lever", [(-0.05, 0.1), at_length((0.3, 0.0)), at_length((0.5, 0.2))])
 def test_a_lever_arm_is_named_with_its_length(lever):
     vehicle, recordings = drives(off_by(lever))
     note = told(recordings, vehicle)
@@ -113,6 +114,7 @@ def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():
     assert asked(model) == ()
 
 
+@pytest.mark.system
 def test_what_is_sought_is_not_named():
     vehicle, recordings = drives(off_by((0.3, 0.0)))
     model = output_error(recordings, vehicle, settings=OutputErrorSettings(effects=("lever",)))
@@ -120,6 +122,7 @@ def test_what_is_sought_is_not_named():
     assert model.vehicle.file.pose.lever == pytest.approx((0.3, 0.0), abs=0.01)
 
 
+@pytest.mark.system
 def test_select_says_it_beside_the_terms_that_stand_for_it():
     vehicle, recordings = drives(off_by((-0.05, 0.1)), seeds=(1, 2, 3, 4))
     found = select(recordings, vehicle, candidates=[])
@@ -135,7 +138,7 @@ def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     )
 
 
-@pytest.mark.parametrize("seed", [1, 4, 5])
+@pytest.mark.parametrize("seed", [1, on_request(4), on_request(5)])
 def test_a_long_lever_arm_is_found(seed):
     vehicle, recordings = drives(off_by((1.5, 0.8)), seeds=(seed, seed + 10))
     settings = OutputErrorSettings(effects=("lever",))

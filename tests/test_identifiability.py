@@ -80,7 +80,7 @@ def test_what_ended_at_a_bound_is_not_called_given(plant):
     found = identifiability(with_covariance(held, ["X_u"], [[1e-4]]))
     assert found["X_uu"].verdict is ParameterVerdict.BOUND
     assert found["Y_v"].verdict is ParameterVerdict.GIVEN
-    assert not ParameterVerdict.BOUND.enough
+    assert not ParameterVerdict.BOUND.reliable
     assert [v for v in ParameterVerdict if not v.estimated] == [
         ParameterVerdict.GIVEN,
         ParameterVerdict.BOUND,

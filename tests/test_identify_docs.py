@@ -14,6 +14,7 @@ import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.commands.cli import main
 
+pytestmark = pytest.mark.system
 PAGE = ROOT / "docs" / "identify.md"
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 REPLICATES = "40"  # instead of the page's 200: the same code, ten times as fast

@@ -6,19 +6,19 @@ import re
 import numpy as np
 import pytest
 import yaml
-from conftest import CSE1
+from conftest import CSE1, at_length
 from init_tools import NAMES, refused, same_boat, tables
 from logs import drive, half, nanoseconds
 from test_model import frd
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.proposal.inputs import _equalised
 from seatrial.io.bags.write import BagTopic, write_bag
+from tests.boats.hulls import MIDDLE, driven
 
 # Thrusters. #
 
@@ -157,7 +157,7 @@ def test_units_in_the_names_of_columns_are_believed(log, tmp_path, propose, case
     assert [e["column"] for e in content["commands"]["inputs"].values()] == ["a", "b", "c"]
 
 
-@pytest.mark.parametrize("sticks", ["turned", "as they were"])
+@pytest.mark.parametrize("sticks", ["turned", at_length("as they were")])
 def test_a_recording_in_forward_right_down_axes(tmp_path, propose, sticks):
     """The same boat; sticks that are positive to port have sign -1 in a file that is to starboard."""
     log = drive(180.0, sticks=half)

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.recovery.scenes import scenes, true_parameters, vehicle_of
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.uncertainty import dead_zone as kinks
@@ -14,6 +13,7 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.identification.uncertainty.profile import profile
 from seatrial.util.statistics import NORMAL_95
+from tests.boats.scenes import scenes, true_parameters, vehicle_of
 
 EDGES = "edge_forward", "edge_reverse"
 
@@ -21,7 +21,7 @@ EDGES = "edge_forward", "edge_reverse"
 def found(scene, seed):
     chosen = scenes()[scene]
     vehicle = vehicle_of(chosen.allocations[0])
-    settings = OutputErrorSettings(extras=False)
+    settings = OutputErrorSettings(select_stages=False)
     return fit([t.recording for t in chosen.trials(seed).values()], vehicle, settings=settings)
 
 
@@ -56,21 +56,21 @@ def test_where_it_has_two_summits_the_interval_holds_both():
 
 
 def test_where_the_likelihood_is_a_parabola_nothing_changes(monkeypatch):
-    monkeypatch.setattr(kinks, "SHARP", 0.0)  # or it is not even looked at
+    monkeypatch.setattr(kinks, "UNPROBED_EDGE", 0.0)  # or it is not even looked at
     assert all(abs(r - 1.0) < 0.05 for r in wider(found("hard MP", 1002)).values())
 
 
 def test_where_nothing_can_be_looked_at_the_sandwich_stands(monkeypatch):
-    monkeypatch.setattr(kinks, "SHARP", 0.0)
+    monkeypatch.setattr(kinks, "UNPROBED_EDGE", 0.0)
     nowhere = np.zeros(0), np.zeros(0)
-    monkeypatch.setattr(kinks._ProfileLine, "look", lambda *_: nowhere)
+    monkeypatch.setattr(kinks._ProfileLine, "rises", lambda *_: nowhere)
     assert all(abs(r - 1.0) < 1e-9 for r in wider(found("hard MP", 1002)).values())
 
 
 def test_groups_whose_edges_hang_together_keep_a_covariance(monkeypatch):
     """What one group's likelihood takes away is not there for the next to be taken away again."""
     monkeypatch.setattr(kinks, "_groups", lambda _: iter([[0], [1]]))
-    monkeypatch.setattr(kinks, "_Line", lambda *_: None)
+    monkeypatch.setattr(kinks, "_ProfileLine", lambda *_: None)
     monkeypatch.setattr(kinks, "_error", lambda _, error: 0.3 * error)
     error, together = (
         np.array([0.1, 0.2, 0.05]),

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import at_length, make_model, on_request
 from survey_boat import driven, pulses
 
 from seatrial import _core
@@ -61,7 +61,9 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     return make_recording(f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, commands)
 
 
-@pytest.mark.parametrize(("sd", "memory"), [(0.05, 1.5), (0.05, 3.0), (0.3, 20.0)])
+@pytest.mark.parametrize(
+    ("sd", "memory"), [(0.05, 1.5), on_request(0.05, 3.0), at_length(0.3, 20.0)]
+)
 def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     """As those of GNSS do: a velocity that wanders would stand for them, and thrust that follows it."""
     recordings = [under_gnss(seed, sd, memory) for seed in (11, 12, 13)]

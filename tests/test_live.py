@@ -16,7 +16,6 @@ import pytest
 from test_model import frd
 
 import seatrial
-from benchmarks.predictor.drives import IDENTIFIED, drive, model, trials
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.onboard.live import Reader, Settings, Writer, serve
@@ -27,6 +26,8 @@ from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
 from seatrial.util.errors import LiveError, ModelError
 from seatrial.util.frames import POSE_SIGNS
+from tests.boats.drives import drive, model, trials
+from tests.boats.scenes import TRAINING
 
 SCENE = "hard"
 SEED = 5
@@ -301,13 +302,13 @@ def test_as_a_process_by_udp_and_the_systems_clock(path):
         time.sleep(0.2)
         own.sendto(b"", ("127.0.0.1", port))
         assert process.wait(20) == 0
-        assert "read once more" in process.stderr.read()
+        assert "reloaded" in process.stderr.read()
 
 
 def test_along_a_recording(path, recording, tmp_path, capsys):
     from seatrial.io.write import write_trial
 
-    folder = write_trial(trials(SCENE, SEED, IDENTIFIED)["S1"], tmp_path)
+    folder = write_trial(trials(SCENE, SEED, TRAINING)["S1"], tmp_path)
     for name in ("out.csv", "out.jsonl"):
         assert main(["predict", str(path), str(folder), "-o", str(tmp_path / name)]) == 0
     header, *rows = (tmp_path / "out.csv").read_text().splitlines()

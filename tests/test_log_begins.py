@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from seatrial.evaluation.filtering import LASTING, believed_noise, filter_pass, series
+from seatrial.evaluation.filtering import COMMAND_MEMORY, filter_noise, filter_pass, filter_series
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Recording, Signal
@@ -40,7 +40,7 @@ def used(log, tracked, af):
     """The poses (n,) that the filter took."""
     plan, _ = tracked
     model = plant_model(plan, af)
-    passed = filter_pass(model, log, series(log), believed_noise(model, [log]))
+    passed = filter_pass(model, log, filter_series(log), filter_noise(model, [log]))
     return np.asarray(passed.weight) > 0.0
 
 
@@ -59,7 +59,7 @@ def test_poses_count_from_when_the_first_command_has_lasted(tracked, af):
         ((before, first),) = log.unknown
         assert before == -np.inf
         assert 0.0 <= first < 0.1
-        known = log.t >= first + LASTING
+        known = log.t >= first + COMMAND_MEMORY
         assert not used(log, tracked, af)[~known].any()
         assert np.array_equal(used(log, tracked, af)[known], log.valid[known])
 

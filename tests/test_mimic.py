@@ -10,12 +10,12 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from benchmarks.mimic import DT, driven, follow
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.simulation.mimic import Carrier, Mimic, MimicHealth
 from seatrial.simulation.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
 from seatrial.util.errors import MimicError, PredictorError
+from tests.boats.carrier import DT, driven, follow
 
 LAG = Carrier(lag=0.14)  # the ground's lag and delay
 

@@ -210,6 +210,7 @@ def test_full_thrust_is_never_exceeded_when_the_reference_is_out_of_reach(contro
     assert np.isfinite(states).all()
 
 
+@pytest.mark.system
 def test_generated_c_runs_without_casadi(truth, tmp_path):
     compiler = shutil.which("gcc")
     assert compiler is not None

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import seatrial
-from benchmarks.predictor.drives import drive, model
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Health, Taken
+from tests.boats.drives import drive, model
 
 
 @pytest.fixture(scope="module")

@@ -25,13 +25,13 @@ OLD = {  # as identified by that version, and their findings
     "cse1-model-2.yaml": [
         finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_v", "F_b", stage="lag"),
         finding_of(FindingKind.AT_BOUND, "lag.lag_F_v", bound=0.002),
-        finding_of(FindingKind.MODEL_MISMATCH, share=0.8),
+        finding_of(FindingKind.MODEL_MISMATCH, horizon=0.8),
     ],
     "cse1-pair-model-2.yaml": [
         finding_of(
             FindingKind.SCALE_POWER_HELD, "scale_power.propellers", "propeller_speed", power=2.0
         ),
-        finding_of(FindingKind.MODEL_MISMATCH, share=0.8),
+        finding_of(FindingKind.MODEL_MISMATCH, horizon=0.8),
     ],
     "mallard-af-model-2.yaml": [
         finding_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE, "F_1", "F_2", "F_3", "F_4")
@@ -90,7 +90,7 @@ SENTENCES = {
         finding_of(FindingKind.SHORT_BLOCKS, length=5.0)
     ],
     "the structure is not quite right: poses count as if noisier, by 20 % of the way gone in a second, which predicts one second ahead at least as well as the likelihood's choice; 'seatrial select' tries further terms": [
-        finding_of(FindingKind.MODEL_MISMATCH, share=0.2)
+        finding_of(FindingKind.MODEL_MISMATCH, horizon=0.2)
     ],
     "3.0 % of the poses are outliers to the model and count less": [
         finding_of(FindingKind.OUTLIERS, share=0.03)

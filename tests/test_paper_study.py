@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from benchmarks.paper import coupling, maps, open_points, page, tables
-from benchmarks.paper.grid import Grid, draw
-from benchmarks.paper.trials import boat, changed
+from benchmarks.studies.paper import coupling, maps, open_points, page, tables
+from benchmarks.studies.paper.grid import Grid, draw
+from benchmarks.studies.paper.trials import boat, changed
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import FileError
 

@@ -13,12 +13,13 @@ from scipy.stats import binom, chi2
 from test_docs import blocks
 
 import seatrial
-from benchmarks.predictor import accuracy, board, consistency, drives, matches, unknown
-from benchmarks.predictor.drives import CORRELATED, SCENES, drive, follow, model
+from benchmarks.predictor import accuracy, board, consistency, matches, unknown
 from seatrial import _core
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.onboard.predictor import Health, Predictor, Taken
 from seatrial.util.errors import PredictorError
+from tests.boats import drives, scenes
+from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES
@@ -73,8 +74,8 @@ def test_pose_errors_that_hang_together_are_believed_as_such():
     told, not_told, errors = [], [], []
     for seed in COLOUR_WORTH:
         known = model(CORRELATED[PUSHED], seed)
-        assert known.noise.correlated.memory == pytest.approx(drives.CORRELATION, rel=0.2)
-        pair = known, consistency.taken_for_white(known)
+        assert known.noise.correlated.memory == pytest.approx(scenes.CORRELATION, rel=0.2)
+        pair = known, consistency.as_white(known)
         ways = [consistency.followed(CORRELATED[PUSHED], seed, m) for m in pair]
         told.append(consistency.sampled(*ways[0]))
         not_told.append(consistency.sampled(*ways[1]))

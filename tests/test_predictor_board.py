@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The predictor as a program: without exceptions, under the sanitizers, and on another machine."""
 
-import shutil
-
 import pytest
 from conftest import ROOT
-from test_core_cpp import run
+from cpp_tools import built, needs, run
 from test_docs import blocks
 
 from benchmarks.predictor.board import build
@@ -15,30 +13,18 @@ NUMBERS = 44  # of an estimate: time, health, pose, velocity, covariance
 EXACT = "-ffp-contract=off"  # no fused multiply-add: the same rounding everywhere
 
 
-def needed(*programs: str) -> None:
-    for program in programs:
-        if shutil.which(program) is None:
-            pytest.skip(f"no {program}")
+pytestmark = pytest.mark.system
 
 
-def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers(tmp_path):
-    needed("c++")
-    program = build(
-        tmp_path,
-        "c++",
-        "-Werror",
-        "-g",
-        "-O1",
-        "-fsanitize=address,undefined",
-        "-fno-sanitize-recover=all",
-    )
+def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers():
+    program = built("onboard")
     for more in ((), ("coloured",)):
         shown = run(str(program), "soak", "20000", "1", *more)
         assert "20000 steps, 0 estimates that are not sound, 0 allocations" in shown
 
 
 def test_the_documented_lines_compile(tmp_path):
-    needed("c++")
+    needs("c++")
     source = tmp_path / "documented.cpp"
     source.write_text(blocks(ROOT / "docs" / "onboard.md", "cpp")[0])
     strict = ("-std=c++17", "-fno-exceptions", "-fno-rtti", "-Wall", "-Wextra", "-Werror")
@@ -46,7 +32,7 @@ def test_the_documented_lines_compile(tmp_path):
 
 
 def test_on_aarch64_it_says_the_same(tmp_path):
-    needed("c++", "aarch64-linux-gnu-g++", "qemu-aarch64")
+    needs("c++", "aarch64-linux-gnu-g++", "qemu-aarch64")
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
     native = build(tmp_path / "here", "c++", "-Werror", EXACT)

@@ -9,7 +9,6 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.boat.findings import FindingKind, finding_of, finding_text, of_kinds
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.boat.vehicle import vehicle_from
@@ -17,11 +16,11 @@ from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.methods import identify
 from seatrial.identification.prior import (
-    Shift,
+    PriorShift,
     check_prior,
-    commons,
+    common_factors,
     conflicts,
-    shift_findings,
+    prior_findings,
     widened,
 )
 from seatrial.identification.provenance import recording_entry
@@ -29,6 +28,7 @@ from seatrial.io.write import write_trial
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.hulls import MIDDLE, driven
 
 CONFLICTS = (FindingKind.PRIOR_CONFLICT, FindingKind.PRIOR_FACTOR)
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
@@ -103,26 +103,31 @@ def test_the_pull_away_from_a_right_prior_is_a_standard_normal():
     truth, s = rng.normal(size=4000), 0.5
     error = np.sqrt(1 / (1 + 1 / s**2))
     found = (truth + s * rng.normal(size=4000)) * error**2 / s**2
-    pulls = np.array([Shift("X_u", 0.0, 1.0, f, error).pull for f in found])
+    pulls = np.array([PriorShift("X_u", 0.0, 1.0, f, error).normalised for f in found])
     assert np.std(pulls) == pytest.approx(1.0, abs=0.04)
-    assert Shift("X_u", 0.0, 1.0, 0.1, 0.95).silent
+    assert PriorShift("X_u", 0.0, 1.0, 0.1, 0.95).dominated
 
 
 def test_a_right_prior_is_contradicted_by_chance_in_one_refit_out_of_twenty():
     rng = np.random.default_rng(3)
     alarms = sum(
-        bool(conflicts([Shift("", 0.0, 1.0, z, 0.1) for z in rng.normal(size=15)]))
+        bool(conflicts([PriorShift("", 0.0, 1.0, z, 0.1) for z in rng.normal(size=15)]))
         for _ in range(400)
     )
     assert 8 <= alarms <= 34  # 20 +- 3.2 standard deviations
-    assert conflicts([Shift("X_u", 0.0, 1.0, 5.0, 0.95)]) == []  # hardly seen: no contradiction
-    (one,) = conflicts([Shift("X_u", 0.0, 1.0, 1.2, 0.1), Shift("X_F", 0.0, 1.0, 4.0, 0.1)])
+    assert (
+        conflicts([PriorShift("X_u", 0.0, 1.0, 5.0, 0.95)]) == []
+    )  # hardly seen: no contradiction
+    (one,) = conflicts(
+        [PriorShift("X_u", 0.0, 1.0, 1.2, 0.1), PriorShift("X_F", 0.0, 1.0, 4.0, 0.1)]
+    )
     assert one.name == "X_F"
 
 
 def test_what_became_of_the_prior_is_told():
-    used, conflict, dominated = shift_findings(
-        [Shift("X_u", -0.2, 0.04, -0.4, 0.01), Shift("Y_v", -0.2, 0.04, -0.21, 0.039)], 0.2
+    used, conflict, dominated = prior_findings(
+        [PriorShift("X_u", -0.2, 0.04, -0.4, 0.01), PriorShift("Y_v", -0.2, 0.04, -0.21, 0.039)],
+        0.2,
     )
     assert used == finding_of(FindingKind.PRIOR_USED, spread=0.2)
     assert "widened by 20 % of every parameter" in finding_text(used)
@@ -142,12 +147,12 @@ def test_a_change_of_all_axes_is_no_change_of_each(before, what, factor):
     moved = ways.get(what, ways["thrust"] | ways["drag"])
     values = [v * (factor if n in moved else 1.0) for n, v in before.values.items()]
     found = replace(before, coefficients=np.array(values), covariance=0.1 * before.covariance)
-    best = min(commons(wide, found), key=lambda c: c.p)
+    best = min(common_factors(wide, found), key=lambda c: c.p)
     assert best.what == what
     assert best.p < 0.01
     for axis in ("surge", "sway", "yaw"):
         assert best.factors[axis] == pytest.approx(factor, abs=0.15)
-    _, *told = shift_findings([], 0.2, [best])
+    _, *told = prior_findings([], 0.2, [best])
     assert {f.values["quantity"] for f in told} == {what}
     assert {f.part("axis"): f.number("factor") for f in told} == best.factors
 
@@ -161,7 +166,7 @@ def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
         found = replace(
             before, coefficients=before.coefficients + drawn, covariance=1e-4 * before.covariance
         )
-        alarms += bool(of_kinds(shift_findings([], 0.2, commons(wide, found)), *CONFLICTS))
+        alarms += bool(of_kinds(prior_findings([], 0.2, common_factors(wide, found)), *CONFLICTS))
     assert 3 <= alarms <= 34  # three tests that are correlated at 5 % in all
 
 
@@ -283,11 +288,12 @@ def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, a
         )
 
 
+@pytest.mark.system
 def test_a_prior_counts_where_the_data_ask_for_a_stage_that_it_has_not():
     """The library's `output_error(prior=...)`: what was freed began without the prior."""
     curved = {"lag": 0.15, "latency": 0.05, "power": 1.6}
     vehicle, long = driven(MIDDLE, curved, seed=3, white=2e-3)
-    straight = output_error(long, vehicle, settings=OutputErrorSettings(extras=False))
+    straight = output_error(long, vehicle, settings=OutputErrorSettings(select_stages=False))
     _, short = driven(MIDDLE, curved, seed=4, white=2e-3, drives=1)
     assert "power" in output_error(short, vehicle).vehicle.constants.names
     found = fit(short, vehicle, prior=straight)

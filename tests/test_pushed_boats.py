@@ -2,14 +2,15 @@
 """Boats that are quicker, heavier or pushed otherwise than the paper's: what the noise is, and the thrust curve."""
 
 import pytest
+from conftest import at_length, on_request
 from survey_boat import as_stated
 
-from benchmarks.fleet.boats import BOWED, MIDDLE, SMALL, driven
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}
@@ -20,7 +21,8 @@ def misfit(model):
     return model.findings_of(FindingKind.MODEL_MISMATCH)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.system
+@pytest.mark.parametrize("seed", [0, on_request(1), on_request(2)])
 def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
     """Random walks of the velocity stood for both: errors two times too large, and a structure called wrong."""
     push = Unmodelled(0.04, 1.2)
@@ -39,18 +41,18 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
 
 
 @pytest.mark.parametrize("earth", [False, True])
-def test_whether_a_push_turns_with_the_boat_is_found(earth):
+@pytest.mark.parametrize("seed", [0, at_length(1), on_request(2)])
+def test_whether_a_push_turns_with_the_boat_is_found(earth, seed):
     """Taken for one that turns, wind made right structures look wrong, and lags vanish."""
-    for seed in (0, 1, 2):
-        push = Unmodelled(0.05, 3.0, earth_fixed=earth)
-        vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
-        model = output_error(recordings, vehicle)
-        assert model.noise.process.earth_fixed == earth
-        assert misfit(model) == ()
-        assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
+    push = Unmodelled(0.05, 3.0, earth_fixed=earth)
+    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+    model = output_error(recordings, vehicle)
+    assert model.noise.process.earth_fixed == earth
+    assert misfit(model) == ()
+    assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, on_request(1)])
 def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
     """It was asked only as the likelihood has it, where coefficients follow what the structure lacks."""
     push = Unmodelled(0.05, 3.0, earth_fixed=True)
@@ -66,7 +68,10 @@ def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
     assert model.noise.process.earth_fixed
 
 
-@pytest.mark.parametrize(("share", "seed"), [(0.0, 0), (0.01, 1), (0.05, 2), (0.05, 3), (0.05, 5)])
+@pytest.mark.parametrize(
+    ("share", "seed"),
+    [(0.0, 0), (0.05, 2), at_length(0.01, 1), on_request(0.05, 3), on_request(0.05, 5)],
+)
 def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
     """Edges that were twice too large stood for it, 4 to 17 standard errors away; or it was believed loosely."""
     push = Unmodelled(share, 2.0) if share else None
@@ -78,15 +83,15 @@ def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
     assert wide < (0.1 if share > 0.02 else 0.03 if share else 0.002)
 
 
-def test_a_linear_thruster_gets_no_curve():
-    for seed in range(6):
-        push = Unmodelled(0.05, 2.0)
-        vehicle, recordings = driven(MIDDLE, CHAIN, seed=10 + seed, push=push, white=4e-3)
-        found = output_error(recordings, vehicle).estimator.findings
-        assert of_kinds(found, *STAGES_SELECTED) == (), found
+@pytest.mark.parametrize("seed", [10, at_length(11), *map(on_request, range(12, 16))])
+def test_a_linear_thruster_gets_no_curve(seed):
+    push = Unmodelled(0.05, 2.0)
+    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+    found = output_error(recordings, vehicle).estimator.findings
+    assert of_kinds(found, *STAGES_SELECTED) == (), found
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, on_request(1)])
 def test_a_bow_thruster_has_a_lag_of_its_own(seed):
     """One for all, the gain in sway was six standard errors off, and no note said so."""
     same = {"latency": 0.1, "dead_zone": {"forward": 0.075, "reverse": 0.075}}

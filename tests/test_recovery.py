@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The benchmark of recovery: its bounds against dense matrices, its scenes, its tables."""
 
+import re
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -9,9 +10,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.recovery import bounds, store, tables
+from benchmarks.harness import store
+from benchmarks.recovery import bounds, tables
 from benchmarks.recovery.figure import draw, numbers
-from benchmarks.recovery.scenes import (
+from benchmarks.recovery.work import work
+from seatrial import _core
+from seatrial.boat.model import thrust_trace
+from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
+from seatrial.simulation.plan import TrialEntry, load_plan
+from tests.boats.scenes import (
     SIGMAS,
     by_thrusters,
     scenes,
@@ -19,11 +26,6 @@ from benchmarks.recovery.scenes import (
     vehicle_of,
     without_faults,
 )
-from benchmarks.recovery.work import work
-from seatrial import _core
-from seatrial.boat.model import thrust_trace
-from seatrial.evaluation.filtering import VELOCITY_SPREAD
-from seatrial.simulation.plan import TrialEntry, load_plan
 
 BEGIN, END = 10.0, 15.0  # [s] of the dense matrices' recording
 STEP = 1e-5  # of differences, relative
@@ -81,7 +83,7 @@ class Dense:
     def covariance(self, noise):
         """Of all poses (3 n, 3 n), from the states' recursion."""
         spread = np.diag(
-            [*(3 * noise[[0, 0, 1]]) ** 2, *VELOCITY_SPREAD**2, *noise[[4, 4, 5]] ** 2]
+            [*(3 * noise[[0, 0, 1]]) ** 2, *START_VELOCITY_DEVIATION**2, *noise[[4, 4, 5]] ** 2]
         )
         means, moves = [spread], []
         for k, (a, b) in enumerate(pairwise(self.t)):
@@ -190,11 +192,11 @@ def test_a_seed_is_worked_stored_and_shown(tmp_path):
     scene = scenes()["hard MP"]
     entries = {name: TrialEntry(entry.drive, 110.0) for name, entry in scene.plan.trials.items()}
     short = replace(scene, plan=msgspec.structs.replace(scene.plan, trials=entries))
-    record = work(short, 7) | {"code": store.code()}
+    record = work(short, 7) | {"code": store.code("recovery")}
     assert "failed" not in record, record
     path = tmp_path / "results.jsonl"
     path.write_text(msgspec.json.encode(record).decode() + '\n{"scene": "cut o')
-    (again,) = store.chosen(store.read(path), any_code=False)
+    (again,) = store.chosen(store.read(path), store.code("recovery"))
     off = np.abs(np.subtract(again["found"], again["truth"]))
     best = np.sqrt(again["bound"]["whole"])
     assert (off < 5 * best).all(), dict(zip(again["names"], off / best, strict=True))
@@ -253,7 +255,7 @@ def test_the_figure_has_a_curve_for_each_noise_and_method(tmp_path):
     ]  # fmt: skip
     draw(records, tmp_path / "noise.svg")
     drawn = (tmp_path / "noise.svg").read_text()
-    assert drawn.count("<polyline") == 8
+    assert len(re.findall(r'd="M[^"L]*(?:L[^"L]*){5}" fill="none" stroke="#', drawn)) == 8
     assert drawn.count("nan") == 0
     rows = [line for line in numbers(records).splitlines() if line.startswith("| white")]
     assert rows[0].count("| 1 ") == 6  # per cent

@@ -10,7 +10,7 @@ import pytest
 from html_tables import Tables
 
 import seatrial
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.report.comparison import comparison_report, write_comparison
 from seatrial.report.figures.embed import decode
 

@@ -12,13 +12,14 @@ import pytest
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
+    pytest.mark.system,
     pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
 ]

@@ -22,9 +22,12 @@ from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import RecordingError
 
-pytestmark = pytest.mark.skipif(
-    not all(part.exists() for part in PARTS), reason="Debian's ROS 1 is not installed"
-)
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in PARTS), reason="Debian's ROS 1 is not installed"
+    ),
+]
 TOPICS = ("/slam/pose", "/joy")
 DRIVEN = ("/odom", "/joy", "/cmd_wrench", "/tf", "/tf_static")
 LAUNCH = ROOT / "docs" / "recording" / "record.launch"

@@ -16,9 +16,13 @@ from seatrial import _core
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = pytest.mark.skipif(
-    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
-)
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in (*PARTS, CATKIN)),
+        reason="Debian's ROS 1 is not installed",
+    ),
+]
 MIMIC = NODE.parent / "mimic"
 RECORDED = ("/cmd_vel", "/virtual_boat", "/odom", "/joy", "/diagnostics")
 DRIVES = ([0.1, 0.6, 0.0, 0.2], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad

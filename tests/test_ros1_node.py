@@ -9,7 +9,7 @@ import time
 import msgspec
 import numpy as np
 import pytest
-import script_tools
+from cpp_tools import built
 from ros1_node_tools import (
     CATKIN,
     LATENCY,
@@ -24,14 +24,18 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 
 import seatrial
-from benchmarks.predictor.drives import model
 from seatrial.io.write import EPOCH, write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
+from tests.boats.drives import model
 
-pytestmark = pytest.mark.skipif(
-    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
-)
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in (*PARTS, CATKIN)),
+        reason="Debian's ROS 1 is not installed",
+    ),
+]
 SETTLED, OVER = 4.0, 24.0  # [s] of the drive, between which it is compared
 RECORDED = ("/odom", "/map_pose", "/tf", "/diagnostics", "/joy", "/slam/pose")
 
@@ -180,7 +184,7 @@ def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
 
 def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
     done = subprocess.run(
-        [script_tools.program(), f"model={known}"],
+        [built("script"), f"model={known}"],
         input="\n".join(script(recorded[0])), capture_output=True, text=True, check=True,
     )  # fmt: skip
     rows = [line.split() for line in done.stdout.splitlines() if line[0].isdigit()]

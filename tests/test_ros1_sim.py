@@ -15,9 +15,13 @@ from seatrial import _core
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = pytest.mark.skipif(
-    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
-)
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in (*PARTS, CATKIN)),
+        reason="Debian's ROS 1 is not installed",
+    ),
+]
 SIMULATOR = NODE.parent / "simulator"
 SCENE = """seatrial: scene 1
 pool: {length: 12, width: 8}

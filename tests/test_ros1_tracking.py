@@ -19,9 +19,13 @@ from seatrial.control import Circle, Course, Reference, save_gains, save_ros, tu
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = pytest.mark.skipif(
-    not all(part.exists() for part in (*PARTS, CATKIN)), reason="Debian's ROS 1 is not installed"
-)
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in (*PARTS, CATKIN)),
+        reason="Debian's ROS 1 is not installed",
+    ),
+]
 SIMULATOR, TRACKING = NODE.parent / "simulator", NODE.parent / "tracking"
 RECORDED = ("/truth", "/odom", "/map_pose", "/reference", "/goal", "/joy", "/diagnostics")
 HOLD = 4.0  # [s] at the first goal

@@ -16,9 +16,11 @@ from xml.etree import ElementTree
 
 import pytest
 from conftest import ROOT
+from cpp_tools import built, needs, run
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
+pytestmark = pytest.mark.system
 DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
 SHELLS = ROOT / "ros" / "ros2" / "src"
 NODES = ("odometry", "simulator", "mimic", "tracking")
@@ -103,14 +105,9 @@ def headers(tmp_path_factory) -> Path:
     return folder
 
 
-def expect_compiler() -> None:
-    if shutil.which("c++") is None or not Path("/usr/include/yaml-cpp").exists():
-        pytest.skip("no C++ compiler, or no libyaml-cpp-dev")
-
-
 def compiled(headers: Path, source: Path) -> str:
     """What the compiler complains of."""
-    expect_compiler()
+    needs("c++", yaml=True)
     folders = (ROOT / "core/include", ROOT / "ros/common/include")
     done = subprocess.run(
         ["c++", "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror",
@@ -168,16 +165,9 @@ class Parameter:
 
 
 @pytest.fixture(scope="module")
-def parameters(tmp_path_factory) -> dict[str, dict[str, Parameter]]:
+def parameters() -> dict[str, dict[str, Parameter]]:
     """What each node declares, as it runs."""
-    expect_compiler()
-    program = tmp_path_factory.mktemp("parameters") / "parameters"
-    subprocess.run(
-        ["c++", "-std=c++17", f"-I{ROOT}/core/include", f"-I{ROOT}/ros/common/include",
-         str(ROOT / "ros/common/tests/parameters.cpp"), "-o", str(program), "-lyaml-cpp"],
-        check=True,
-    )  # fmt: skip
-    text = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    text = run(str(built("parameters")))
     found: dict[str, dict[str, Parameter]] = {node: {} for node in NODES}
     for line in text.splitlines():
         node, name, kind, default, low, high = line.split("|")

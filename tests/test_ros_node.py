@@ -8,21 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import script_tools
 from board_boats import changed, skiff
 from conftest import ROOT, TABLE_II, make_model
+from cpp_tools import built
 
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry, NoiseEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.onboard.odometer import Odometer
 
+pytestmark = pytest.mark.system
 EPOCH = 1_700_000_000 * 10**9
 
 
 @pytest.fixture(scope="module")
 def program() -> Path:
-    return script_tools.program()
+    return built("script")
 
 
 @pytest.fixture

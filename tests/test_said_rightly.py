@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, at_length, make_model
 from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
@@ -43,20 +43,18 @@ def test_slow_poses_are_said_where_their_velocities_are_used():
     assert not of_kinds(row.findings, FindingKind.SLOW_POSES)
 
 
-def test_commands_in_other_units_are_named_by_identify():
+@pytest.mark.parametrize("method", [at_length("output-error"), "weak-form"])
+def test_commands_in_other_units_are_named_by_identify(method):
     vehicle, recording = driven({}, [both, both])
     c = recording.commands
     pulses = replace(recording, commands=Signal(c.names, c.stamps, 1500.0 + 400.0 * c.values))
-    for method in ("output-error", "weak-form"):
-        try:
-            said = seatrial.identify([pulses], vehicle, method=method).warnings
-        except SeatrialError as error:
-            said = (str(error),)
-        text = "; ".join(said)
-        for name in ("left", "right"):
-            assert f"{name} reaches 1" in text and "but full command is 1: give offset" in text, (
-                method
-            )
+    try:
+        said = seatrial.identify([pulses], vehicle, method=method).warnings
+    except SeatrialError as error:
+        said = (str(error),)
+    text = "; ".join(said)
+    for name in ("left", "right"):
+        assert f"{name} reaches 1" in text and "but full command is 1: give offset" in text
 
 
 def test_a_fast_boat_is_not_unstable(mp):

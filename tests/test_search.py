@@ -13,7 +13,7 @@ from seatrial.boat.actuators import ESTIMATE
 from seatrial.boat.schema import ChainGroup
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood.optimiser import box_minimum
-from seatrial.identification.selection.actuator_stages import alike
+from seatrial.identification.selection.actuator_stages import actuator_groups
 
 SIZES = st.floats(-3.0, 3.0, allow_subnormal=False)
 
@@ -49,7 +49,7 @@ def test_what_another_parameter_drags_to_its_bound_is_let_go_again():
 def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
     """The lag ends at its bound, and drags none of the latencies along: they are those without a lag."""
     vehicle = seatrial.load_vehicle(CSE1 / "vehicle.yaml")
-    kinds = alike(vehicle)
+    kinds = actuator_groups(vehicle)
     asked = [ChainGroup(name=n, actuators=of, latency=ESTIMATE) for n, of in kinds.items()]
     runs = ("run1", "random_run1", "random_run3")
     recordings = [seatrial.read(CSE1 / "csv" / f"CSE1_data_{run}.csv", vehicle) for run in runs]
@@ -57,7 +57,7 @@ def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
         output_error(
             recordings,
             vehicle.with_chain([*vehicle.file.chain, *asked, *lag]),
-            settings=OutputErrorSettings(extras=False),
+            settings=OutputErrorSettings(select_stages=False),
         )
         for lag in ([], [ChainGroup(lag=0.0)])
     )

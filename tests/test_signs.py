@@ -24,7 +24,6 @@ from sign_tables import (
 )
 
 import seatrial
-from benchmarks.fleet.boats import MIDDLE
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import assignments
 from seatrial.inspection.consistency.check import check_consistency
@@ -36,6 +35,7 @@ from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.hulls import MIDDLE
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     def nothing(*_):
         raise IdentificationError("no solution after 40 steps")
 
-    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_output_error", nothing)
+    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_fit", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
         seatrial.identify(read_all(given, wrong), wrong)
 
@@ -288,12 +288,12 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
     recording = read_all([table], vehicle)[0]
     poses = import_module("seatrial.inspection.consistency.pose_units")
     found = []
-    for size, least in ((0.5, poses.RADIANS), (5.0, poses.RADIANS), (5.0, 0.0)):
+    for size, least in ((0.5, poses.RADIAN_RANGE), (5.0, poses.RADIAN_RANGE), (5.0, 0.0)):
         raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]
         moved = make_recording("drift", recording.stamps, raw, recording.commands)
         run = read_run(moved, moved.commands)
         with monkeypatch.context() as patch:
-            patch.setattr(poses, "RADIANS", least)
+            patch.setattr(poses, "RADIAN_RANGE", least)
             # degrees fit clearly better: they are not refused, then taken
             patch.setattr(poses, "clearly_better", Mock(side_effect=[False, True]))
             found.append(poses.heading_unit([run], vehicle, (1.0, 1.0))[0])

@@ -5,7 +5,6 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.fleet.boats import MIDDLE, driven
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
@@ -13,6 +12,7 @@ from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.io.bags.poses import in_vehicle_terms
 from seatrial.recording.recording import make_recording
 from seatrial.util.frames import Axes
+from tests.boats.hulls import MIDDLE, driven
 
 ORIGIN = (0.0, 0.0)
 LEVERS = [ORIGIN, (0.25, 0.0), (-0.1, 0.2)]  # [m]

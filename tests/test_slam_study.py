@@ -6,14 +6,19 @@ import pytest
 from scipy.linalg import expm
 
 pytest.importorskip("small_gicp")
-from benchmarks.slam import lidar, localise, mapping, tables
-from benchmarks.slam.drives import drive
-from benchmarks.slam.guesses import ConstantPose, ConstantVelocity, ModelOdometry, TrueMotion
-from benchmarks.slam.localise import plausible
-from benchmarks.slam.mapping import Map, Match, matrix
-from benchmarks.slam.scene import pool_scene
-from benchmarks.slam.se2 import between, compose, exponential, inverse, logarithm, transform
-from benchmarks.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
+from benchmarks.studies.slam import lidar, localise, mapping, tables
+from benchmarks.studies.slam.drives import drive
+from benchmarks.studies.slam.guesses import (
+    ConstantPose,
+    ConstantVelocity,
+    ModelOdometry,
+    TrueMotion,
+)
+from benchmarks.studies.slam.localise import plausible
+from benchmarks.studies.slam.mapping import Map, Match, matrix
+from benchmarks.studies.slam.scene import pool_scene
+from benchmarks.studies.slam.se2 import between, compose, exponential, inverse, logarithm, transform
+from benchmarks.studies.slam.study import Case, Outcome, driven, error, scans, without_drop_outs
 from seatrial.boat.model import Model
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.scene import Scene, box
@@ -167,10 +172,10 @@ def test_odometry_knows_commands_up_to_now_and_the_matches_that_were_accepted(tr
     off = {name: [] for name in guesses}
     for now, pose in zip(t[1:], true[1:], strict=True):
         for name, guess in guesses.items():
-            guess.hear(now)
+            guess.commands_until(now)
             off[name].append(error(pose[None], guess.poses(np.array([now])))[0])
             guess.accepted(now, pose)
-        heard = guesses["predictor"].heard
+        heard = guesses["predictor"].taken
         assert made.command_sent[heard - 1] <= now < made.command_sent[heard]
     rms = {name: np.sqrt(np.mean(np.square(x), axis=0)) for name, x in off.items()}
     assert (rms["predictor"] < 0.5 * rms["velocity"]).all()

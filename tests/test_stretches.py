@@ -12,7 +12,11 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.commands.cli import main
-from seatrial.evaluation.disturbed_intervals import MANY, stretches, stretches_found
+from seatrial.evaluation.disturbed_intervals import (
+    MOST_INTERVALS,
+    disturbed_intervals,
+    interval_findings,
+)
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.console import summary
 from seatrial.identification.selection.terms.select_terms import of_files
@@ -42,14 +46,14 @@ def test_right_models_have_none(rate):
         cases = [
             made(seconds, rate, seed=seed + 100 * i) for i, seconds in enumerate((60, 200, 900))
         ]
-        assert stretches(*zip(*cases, strict=True)) == []
+        assert disturbed_intervals(*zip(*cases, strict=True)) == []
 
 
 def test_heavy_tails_all_over_are_none():
     here, squares = made()
     rng = np.random.default_rng(1)
     squares = squares * np.where(rng.random(len(squares)) < 0.05, 8.0, 1.0)
-    assert stretches([here], [squares]) == []
+    assert disturbed_intervals([here], [squares]) == []
 
 
 @pytest.mark.parametrize(
@@ -59,7 +63,7 @@ def test_a_stretch_is_found_where_it_is(begin, end):
     other, quiet = made(name="S2", seed=1)
     here, squares = made()
     squares[(here.t >= begin) & (here.t < end)] *= 5.0
-    (found,) = stretches([other, here], [quiet, squares])
+    (found,) = disturbed_intervals([other, here], [quiet, squares])
     assert found.recording == 1
     assert found.start == pytest.approx(begin, abs=2.0)
     assert found.end == pytest.approx(end, abs=2.0)
@@ -70,9 +74,9 @@ def test_several_are_found_and_those_side_by_side_are_one():
     here, squares = made()
     for begin, end in ((20.0, 22.0), (80.0, 84.0), (87.0, 91.0), (150.0, 152.0)):
         squares[(here.t >= begin) & (here.t < end)] *= 6.0
-    found = stretches([here], [squares])
+    found = disturbed_intervals([here], [squares])
     assert [(round(s.start), round(s.end)) for s in found] == [(20, 22), (80, 92), (150, 152)]
-    listed = stretches_found([here], found)
+    listed = interval_findings([here], found)
     assert [(f.number("start"), f.number("end")) for f in listed] == [
         (20, 22),
         (80, 92),
@@ -87,19 +91,19 @@ def test_what_happens_all_the_time_is_no_exception():
     here, squares = made(800.0)
     for begin in np.arange(20.0, 790.0, 30.0):
         squares[(here.t >= begin) & (here.t < begin + 4.0)] *= 6.0
-    assert MANY < 790 / 30
-    assert stretches([here], [squares]) == []
+    assert MOST_INTERVALS < 790 / 30
+    assert disturbed_intervals([here], [squares]) == []
     squares = made(800.0)[1]
     squares[here.t < 420.0] *= 3.0  # half of it
-    assert stretches([here], [squares]) == []
+    assert disturbed_intervals([here], [squares]) == []
 
 
 def test_poses_that_are_not_used_do_not_count():
     here, squares = made(uneven=0.8)
     squares[(here.t >= 40.0) & (here.t < 50.0)] = np.nan
-    assert stretches([here], [squares]) == []
+    assert disturbed_intervals([here], [squares]) == []
     squares[(here.t >= 50.0) & (here.t < 54.0)] *= 6.0
-    (found,) = stretches([here], [squares])
+    (found,) = disturbed_intervals([here], [squares])
     assert found.end == 54.0
 
 
@@ -121,7 +125,7 @@ def test_names_for_a_shell_and_ends_of_a_part():
 
 def options(here, squares):
     """What leaves out the intervals that are found in one recording."""
-    found = stretches_found([here], stretches([here], [squares]))
+    found = interval_findings([here], disturbed_intervals([here], [squares]))
     return [finding_text(of_files(f)).partition("exclude it with ")[2] for f in found]
 
 
@@ -266,7 +270,7 @@ def test_a_recording_without_a_stretch(paper_mp):
 
 @pytest.fixture(scope="module")
 def on_disk(paper_mp, tmp_path_factory):
-    return write_trial(paper_mp["S1"], tmp_path_factory.mktemp("stretches"))
+    return write_trial(paper_mp["S1"], tmp_path_factory.mktemp("disturbed_intervals"))
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Thrusters that do not thrust alike: named with their gains, and only where commands tell them apart."""
 
-import re
-
 import numpy as np
 import pytest
 from survey_boat import TRUTH, boat, driven
 from test_hints import asked, both
 
-from seatrial.identification.diagnostics.thruster_gains import WithGains, with_gains
+from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.selection.actuator_selection import problem_of
+from seatrial.identification.selection.actuator_selection import problem_with
 from seatrial.identification.selection.actuator_stages import with_free_stages
 
 GAINS = {"left": 1.15, "right": 0.85}
@@ -23,8 +22,8 @@ def drives(gains, seeds=(1, 2), sizes=(both, both, both)):
     return found[0][0], [recording for _, recording in found]
 
 
-def gains_in(note):
-    return {name: float(gain) for name, gain in re.findall(r"(\w+): ([\d.]+)", note)}
+def gains_in(finding):
+    return dict(zip(finding.subject, finding.values["gains"], strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +34,15 @@ def weak_propeller():
 
 def test_gains_are_named_as_the_vehicle_file_takes_them(weak_propeller):
     _, recordings, model = weak_propeller
-    (note,) = asked(model)
-    group = gains_in(note[note.index("{gains") :])
+    (finding,) = asked(model)
+    assert finding.kind is FindingKind.UNEQUAL_THRUSTER_GAINS
+    group = gains_in(finding)
+    assert f"{{gains: {{left: {group['left']:.4g}, right: " in finding_text(finding)
     assert group == pytest.approx(GAINS, abs=0.01)
     assert np.mean(list(group.values())) == pytest.approx(1.0, abs=1e-12)
     stated = boat([{"name": "props", "gains": group}], bow=True)
     again = output_error(recordings, stated)
-    assert asked(again) == []
+    assert asked(again) == ()
     got, errors = again.values, again.standard_errors
     assert {n: got[n] for n in TRUTH if abs(got[n] - TRUTH[n]) > 4.5 * errors[n]} == {}
     assert again.noise.process.disturbance_linear < 0.5 * model.noise.process.disturbance_linear
@@ -50,20 +51,18 @@ def test_gains_are_named_as_the_vehicle_file_takes_them(weak_propeller):
 def test_a_prior_is_no_hindrance(weak_propeller):
     vehicle, _, model = weak_propeller
     _, (other,) = drives({"left": 0.9, "right": 1.1}, seeds=(3,))
-    (note,) = asked(output_error([other], vehicle, prior=model))
-    assert gains_in(note[note.index("{gains") :]) == pytest.approx(
-        {"left": 0.9, "right": 1.1}, abs=0.03
-    )
+    (finding,) = asked(output_error([other], vehicle, prior=model))
+    assert gains_in(finding) == pytest.approx({"left": 0.9, "right": 1.1}, abs=0.03)
 
 
 def test_alike_thrusters_are_not_named():
     vehicle, recordings = drives(None)
-    assert asked(output_error(recordings, vehicle)) == []
+    assert asked(output_error(recordings, vehicle)) == ()
 
 
 def problem(vehicle, recordings):
     whole = with_free_stages(vehicle, recordings)
-    found = problem_of(whole, vehicle, recordings, OutputErrorSettings())
+    found = problem_with(whole, vehicle, recordings, OutputErrorSettings())
     return found, np.zeros(len(found.names))
 
 
@@ -97,5 +96,5 @@ def test_nothing_is_sought_where_commands_or_the_file_leave_nothing_to_seek():
 )
 def test_a_weak_thruster_is_told_from_a_force_off_the_middle(gains, grouped):
     names = tuple(f"t{k}" for k in range(len(gains)))
-    found = WithGains(None, np.array(gains), (), (names,), 0)
+    found = GainProblem(None, np.array(gains), (), (names,), 0)
     assert found.in_groups(np.array(gains)) is grouped

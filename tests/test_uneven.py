@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from survey_boat import LAG, LATENCY, NOISE, TRUTH, as_stated, driven
 
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import make_recording
@@ -39,7 +39,7 @@ def test_the_boat_is_found_whatever_the_stamps(stamps):
     assert model.noise.position == pytest.approx(NOISE[0], rel=0.05)
     top = max(abs(x) for x in model.envelope.speeds["u"])
     assert top < 1.0  # what its velocities by differences say is not noise
-    assert causal(model, recording).motion.valid[recording.t > 2.1].mean() > 0.99
+    assert run_filter(model, recording).motion.valid[recording.t > 2.1].mean() > 0.99
 
 
 @pytest.mark.parametrize("stamps", STAMPS.values(), ids=STAMPS)

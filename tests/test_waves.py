@@ -14,7 +14,7 @@ from seatrial import _core
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import _wave_periods
@@ -129,7 +129,7 @@ def test_the_velocity_on_board_is_without_the_swing(on_swell):
 
 
 def batch(model, recording):
-    return causal(model, recording).motion.nu
+    return run_filter(model, recording).motion.nu
 
 
 def live(model, recording):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
@@ -38,9 +39,9 @@ def drift_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> tuple[Finding, .
 @pytest.mark.parametrize(
     ("names", "force", "thrust", "off"),
     [
-        (("S1", "S2", "S3"), None, (1.1, 1.0), 2.0),
+        at_length(("S1", "S2", "S3"), None, (1.1, 1.0), 2.0),
         (("S1", "S2", "S3"), PUSH, (1.25, 1.0), 5.0),
-        (("S7",), PUSH, (1.0, 1.25), 5.0),
+        at_length(("S7",), PUSH, (1.0, 1.25), 5.0),
     ],
 )
 def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
@@ -58,8 +59,15 @@ def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
         assert finding.number("change") == pytest.approx(expected, abs=off / 100.0)
 
 
-@pytest.mark.parametrize("force", [None, PUSH])
-@pytest.mark.parametrize("preset", ["paper-like", "hard"])
+@pytest.mark.parametrize(
+    ("preset", "force"),
+    [
+        ("paper-like", None),
+        on_request("hard", None),
+        on_request("paper-like", PUSH),
+        at_length("hard", PUSH),
+    ],
+)
 @pytest.mark.parametrize("names", [("S1", "S2", "S3"), ("S7",), ("S6",)])
 def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
     assert drift_of(mp, with_seed(load_plan(preset), 711), force, names) == ()

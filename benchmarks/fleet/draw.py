@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.fleet.boats import CORNERS, CROSS, TUG, Hull, driven
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import Unmodelled
+from tests.boats.hulls import CORNERS, CROSS, TUG, Hull, driven
 
 LENGTH = (0.3, 2.0)  # [m]
 DISPLACED = (10.0, 30.0)  # [kg] of a boat of one metre; with the length's cube

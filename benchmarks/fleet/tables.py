@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is said of one boat, and of all."""
+"""The findings of one boat, and the sums of all."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ FAR = 4.0  # standard errors: worth a line
 
 
 def line(row: Row) -> str:
-    """What is not as it should be; nothing where all is."""
+    """Findings of one boat; empty where there are none."""
     far = {n: round(z, 1) for n, z in row.off.items() if abs(z) > FAR}
     parts = [f"refused: {row.refused}"] if row.refused else []
     parts += [f"{n} off by {z} standard errors" for n, z in far.items()]

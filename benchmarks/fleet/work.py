@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is done with one boat: drive, identify, compare with the truth."""
+"""The work of one boat: drive, identify, compare with the truth."""
 
 from dataclasses import dataclass
 
@@ -14,11 +14,11 @@ from seatrial.util.errors import SeatrialError
 
 @dataclass(frozen=True)
 class Row:
-    """What came of one boat."""
+    """The result of one boat."""
 
     seed: int
     off: dict[str, float]  # standard errors by name, of what was found
-    missed: tuple[str, ...]  # stages that it has and that were not freed
+    missed: tuple[str, ...]  # stages that it has and that were not selected
     spurious: tuple[str, ...]  # and the other way round
     notes: tuple[str, ...]
     refused: str = ""

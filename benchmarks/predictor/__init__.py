@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The on-board predictor: how right, how sure and how fast it is.
+"""Gate: accuracy, consistency and speed of the on-board predictor.
 
     python -m benchmarks.predictor                 # all tables but the soak
     python -m benchmarks.predictor velocity speed  # some
@@ -9,5 +9,5 @@
 
 Simulated: S1-S3 of the preset `hard` (4 mm, 4 mrad, 15 Hz, drop-outs, two clocks) to identify from,
 S7 to drive along, "pushed" with an unmodelled force of 4 % of full thrust that lasts 2 s. Poses
-come as the SLAM gives them. Real: CSE1, the run that the model was not identified from.
+are those of the SLAM. Real: CSE1, the run that the model was not identified from.
 """

@@ -5,9 +5,9 @@ import numpy as np
 
 import seatrial
 from benchmarks.cse1 import local_polynomial
-from benchmarks.predictor.drives import SCENES, SETTLED, Drive, Inputs, drive, follow, model
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array
+from tests.boats.drives import SCENES, SETTLED, Drive, Inputs, drive, follow, model
 
 SEED = 31
 WINDOWS = range(3, 32, 2)  # poses of a Savitzky-Golay filter

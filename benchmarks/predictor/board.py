@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The predictor as a C++ program of its own: what a step costs, and what it bears."""
+"""The predictor as a C++ program of its own: the time of a step, and a soak test."""
 
 import subprocess
 import tempfile
@@ -42,8 +42,8 @@ def run(*arguments: str) -> str:
 def speed() -> str:
     """Markdown, with correlated pose errors at the right. Each line from the fastest of RUNS for it."""
     white, correlated = (
-        [min(each, key=_median) for each in zip(*said, strict=True)]
-        for said in (
+        [min(each, key=_median) for each in zip(*printed, strict=True)]
+        for printed in (
             [run("time", *more).splitlines() for _ in range(RUNS)] for more in ((), ("coloured",))
         )
     )
@@ -64,5 +64,5 @@ def _median(line: str) -> float:
 
 
 def soak() -> str:
-    """Markdown; fails on an estimate that is not sound, or where memory was asked for."""
+    """Markdown; fails on an estimate that is not finite, or where memory is allocated."""
     return f"```\n{run('soak', str(STEPS), str(SEED))}```"

@@ -10,7 +10,10 @@ from scipy.stats import binom, chi2, t
 
 import seatrial
 from benchmarks.predictor.accuracy import rms
-from benchmarks.predictor.drives import (
+from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
+from tests.boats.drives import (
     CORRELATED,
     RUNS,
     SCENES,
@@ -23,9 +26,6 @@ from benchmarks.predictor.drives import (
     ship,
     ship_model,
 )
-from seatrial.boat.schema import NoiseEntry
-from seatrial.recording.recording import Recording
-from seatrial.util.frames import Array
 
 SEEDS = range(41, 65)
 FEWER = SEEDS[:8]  # where each takes longer
@@ -61,13 +61,15 @@ def sampled(track: Track, errors: Array) -> Array:
 
 
 def nees(scene: str, seed: int, frame: Frame = "earth", *, noise: bool = False) -> Array:
-    """Squares on S7, by a model of that seed's own S1 to S3; its parameters' errors taken for noise?"""
+    """Squares on S7, by a model of that seed's own S1 to S3; `noise`: its parameter errors as process noise."""
     known = model(scene, seed)
-    return sampled(*followed(scene, seed, told(known, explained=False) if noise else known, frame))
+    return sampled(
+        *followed(scene, seed, with_mismatch(known, explained=False) if noise else known, frame)
+    )
 
 
-def told(known: seatrial.Model, *, explained: bool) -> seatrial.Model:
-    """The model as if its structure explained what was recorded, or not."""
+def with_mismatch(known: seatrial.Model, *, explained: bool) -> seatrial.Model:
+    """The model with its parameter errors as Schmidt–Kalman states (explained), or as process noise."""
     settings = {**known.estimator.settings, "belief": 0.0 if explained else 1.0}
     return replace(known, estimator=msgspec.structs.replace(known.estimator, settings=settings))
 
@@ -117,7 +119,7 @@ def nees_table() -> str:
     return "\n".join(rows)
 
 
-def taken_for_white(known: seatrial.Model) -> seatrial.Model:
+def as_white(known: seatrial.Model) -> seatrial.Model:
     """The model with all of its pose noise white, of the same size."""
     noise, coloured = known.noise, known.noise.correlated
     if coloured is None:
@@ -128,7 +130,7 @@ def taken_for_white(known: seatrial.Model) -> seatrial.Model:
 
 
 def correlated_table() -> str:
-    """Markdown: correlated pose errors, as states and taken for white ones.
+    """Markdown: correlated pose errors, as states and assumed white.
 
     Where the estimator found none there is nothing to choose: a row of its own.
     """
@@ -139,7 +141,7 @@ def correlated_table() -> str:
         found = {s: m for s, m in models.items() if m.noise.correlated is not None}
         ways = {
             "filter states": found,
-            "assumed white": {s: taken_for_white(m) for s, m in found.items()},
+            "assumed white": {s: as_white(m) for s, m in found.items()},
             "not found by the estimator": {s: m for s, m in models.items() if s not in found},
         }
         for way, known in ways.items():
@@ -174,7 +176,7 @@ def ship_table(vehicle: str = "pair") -> str:
             "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     runs, models = ship(vehicle), {name: ship_model(vehicle, name) for name in RUNS}
     found = {name: ahead(runs[name], models[name]) for name in RUNS}
-    considered = {n: ahead(runs[n], told(m, explained=True)) for n, m in models.items()}
+    considered = {n: ahead(runs[n], with_mismatch(m, explained=True)) for n, m in models.items()}
     ways = {"all": found, "all, Schmidt–Kalman parameters": considered}
     pooled = {
         way: tuple(np.concatenate(parts) for parts in zip(*each.values(), strict=True))

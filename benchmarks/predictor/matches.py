@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import seatrial
-from benchmarks.predictor.drives import SCENES, SETTLED, Inputs, drive, give, model
 from seatrial.util.frames import Array, Mask
+from tests.boats.drives import SCENES, SETTLED, Inputs, drive, give, model
 
 SEED = 31
 SHARE = 0.01  # of the poses at which one begins

@@ -53,7 +53,7 @@ def cost() -> str:
     sys.path.insert(0, str(ROOT / "tests"))
     from ros1_node_tools import NODE, RELAY, build  # noqa: PLC0415
 
-    from benchmarks.predictor.drives import model  # noqa: PLC0415
+    from tests.boats.drives import model  # noqa: PLC0415
 
     build()
     rows = [
@@ -64,8 +64,8 @@ def cost() -> str:
         path = Path(name) / "model.yaml"
         seatrial.save(model("hard", 5), path)
         for odometry, commands in CASES:
-            asked = "after every command" if odometry == 0.0 else f"{odometry:g} Hz"
+            rate = "after every command" if odometry == 0.0 else f"{odometry:g} Hz"
             for words, program in (("node", NODE), ("empty node", RELAY)):
                 cells = measured(program, path, odometry, commands)
-                rows.append(f"| {asked} | {commands:g} Hz | {words} | {' | '.join(cells)} |")
+                rows.append(f"| {rate} | {commands:g} Hz | {words} | {' | '.join(cells)} |")
     return "\n".join(rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A current that the filter is told nothing of: how often poses overrule it, and how far it is off."""
+"""A current that the filter does not know: how often poses reinitialise it, and its errors."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -8,12 +8,12 @@ import numpy as np
 
 import seatrial
 from benchmarks.predictor.accuracy import SEED, rms
-from benchmarks.predictor.drives import SCENES, SETTLED, model
 from seatrial.onboard.predictor import Health, Predictor
 from seatrial.simulation import PoseReading, PoseSettings, Sensors, Simulator
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.frames import Array
+from tests.boats.drives import SCENES, SETTLED, model
 
 CURRENTS = ((0.0, 0.0), (0.03, 0.02), (0.1, 0.05))  # [m/s]
 DELAY = 0.05  # [s] from a pose's stamp to its arrival
@@ -64,7 +64,7 @@ def outcome(scene: str, current: tuple[float, float]) -> Outcome:
 
 def table() -> str:
     """Markdown."""
-    rows = ["| model identified | current, m/s | overruled | last at, s | doubted | "
+    rows = ["| model identified | current, m/s | reinitialised | last at, s | model doubted | "
             f"position error, mm: RMS | largest | after {FOUND:g} s: RMS | u, mm/s | v, mm/s |",
             "| --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for scene in SCENES:

@@ -1,33 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, tables, write (docs/recovery.md), reachable (its block there), figure."""
+"""Command line: run, tables, write (into their pages), reachable (its block), figure."""
 
-import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before NumPy; the worker processes inherit it
-
-from benchmarks.blocks import refill
-from benchmarks.recovery import store, tables
+import benchmarks.recovery
+from benchmarks.harness import command, store
+from benchmarks.harness.page import refill
+from benchmarks.recovery import moved, tables, terms
 from benchmarks.recovery.figure import draw, numbers
 from benchmarks.recovery.reachable import reachable
-from benchmarks.recovery.scenes import scenes
-from benchmarks.recovery.work import Record
+from benchmarks.recovery.work import FIRST, Record, groups, one
 
-FIRST = 1001  # seed; those of the tests are others
-DEFAULT = Path("build/recovery.jsonl")
-PAGE = Path("docs/recovery.md")
-
-
+PAGES = (command.DOCS / "recovery.md", command.DOCS / "identify.md")
 Block = tuple[list[str], Callable[[], str]]  # scenes that it is of, and what makes it
 
 
 def blocks(records: Sequence[Record]) -> dict[str, Block]:
-    """The tables by name, each made when it is asked for."""
-    names = {g: [s.name for s in scenes().values() if s.group == g] for g in
-             ("still", "pushed", "together", "faults", "noise")}  # fmt: skip
+    """The tables by name, each made on request."""
+    names = groups()
     driven = names["still"] + names["pushed"]
     delayed = driven + names["together"]
     return {
@@ -40,44 +32,47 @@ def blocks(records: Sequence[Record]) -> dict[str, Block]:
         "noise": (names["noise"], lambda: numbers(records)),
         "noise-levels": (driven, lambda: tables.noise_levels(records, driven)),
         "parameters": (driven, lambda: "\n".join(tables.recovery(records, n) for n in driven)),
+        "bumps": ([], lambda: moved.table(records)),
+        "terms": ([], lambda: terms.summary(records)),
     }
 
 
 def made(records: Sequence[Record]) -> dict[str, str]:
     """Those tables whose scenes all have results."""
     there = {r["scene"] for r in records if "failed" not in r}
-    return {name: make() for name, (wanted, make) in blocks(records).items() if there >= {*wanted}}
+    found = {n: make() for n, (wanted, make) in blocks(records).items() if there >= {*wanted}}
+    return {name: text for name, text in found.items() if text}
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Run what is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.recovery", description=__doc__)
+    """Run, print or write."""
+    parser = command.parser("recovery", benchmarks.recovery.__doc__)
     parser.add_argument("verb", choices=("run", "tables", "write", "reachable", "figure"))
-    parser.add_argument("--results", type=Path, default=DEFAULT)
-    parser.add_argument("--seeds", type=int, default=8, help=f"how many, from {FIRST} on")
-    parser.add_argument("--groups", help="still,pushed,together,faults,noise; default all")
+    command.with_results(parser, "build/recovery.jsonl")
+    command.with_seeds(parser, 8, FIRST)
+    parser.add_argument("--groups", help=f"{','.join(groups())}; default all")
     parser.add_argument("--scenes", help="names, with commas")
-    parser.add_argument("--out", type=Path, default=Path("docs/images/noise.svg"))
-    parser.add_argument("--any-code", action="store_true", help="results of other code, too")
+    parser.add_argument("--out", type=Path, default=command.DOCS / "images" / "noise.svg")
     given = parser.parse_args(arguments)
+    present = store.code("recovery")
     if given.verb == "run":
-        groups = given.groups.split(",") if given.groups else None
-        names = given.scenes.split(",") if given.scenes else None
-        chosen = [
-            s.name for s in scenes().values()
-            if (groups is None or s.group in groups) and (names is None or s.name in names)
-        ]  # fmt: skip
-        store.run(given.results, chosen, range(FIRST, FIRST + given.seeds), print)
+        wanted = given.groups.split(",") if given.groups else list(groups())
+        names = [name for group in wanted for name in groups()[group]]
+        if given.scenes:
+            names = [name for name in names if name in given.scenes.split(",")]
+        jobs = [(n, s) for s in range(FIRST, FIRST + given.seeds) for n in names]  # even if stopped
+        store.run(given.results, jobs, one, present, given.processes)
         return
     if given.verb == "reachable":
-        refill(PAGE, {"reachable": reachable()})
+        refill(PAGES[0], {"reachable": reachable()})
         return
-    records = store.chosen(store.read(given.results), any_code=given.any_code)
+    records = store.chosen(store.read(given.results), present, any_code=given.any_code)
     if given.verb == "tables":
         print("\n".join(f"## {name}\n\n{text}" for name, text in made(records).items()))
         print(tables.failures(records))
     elif given.verb == "write":
-        refill(PAGE, made(records))
+        for page in PAGES:
+            refill(page, made(records))
     else:
         draw(records, given.out)
 

@@ -59,7 +59,7 @@ def whole(problem: Problem, theta: Array, noise: Array) -> Array:
 def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Problem:
     """The same problem with the poses that the model itself takes under the same commands.
 
-    A filter that believes in no process noise is to be linearised about such a path.
+    A filter without process noise must be linearised about such a path.
     """
     n = problem.n_coefficients
     boat = _core.Boat(

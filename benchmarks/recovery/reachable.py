@@ -10,8 +10,15 @@ from dataclasses import replace
 import numpy as np
 
 import seatrial
+from benchmarks.harness.markdown import table
 from benchmarks.recovery import bounds
-from benchmarks.recovery.scenes import (
+from benchmarks.recovery.tables import SYMBOLS, rms
+from benchmarks.recovery.work import HORIZON
+from seatrial.boat.model import Model
+from seatrial.evaluation.prediction import predict
+from seatrial.simulation.trials import Trial
+from seatrial.util.frames import Array
+from tests.boats.scenes import (
     ALLOCATIONS,
     PRESETS,
     TRAINING,
@@ -21,12 +28,6 @@ from benchmarks.recovery.scenes import (
     true_parameters,
     vehicle_of,
 )
-from benchmarks.recovery.tables import SYMBOLS, rms, table
-from benchmarks.recovery.work import HORIZON
-from seatrial.boat.model import Model
-from seatrial.evaluation.prediction import predict
-from seatrial.simulation.trials import Trial
-from seatrial.util.frames import Array
 
 DRIVES = range(1001, 1201)  # seeds of what the true parameters score: those of the other tables
 FITS = range(1001, 1005)  # of the bound, which hardly depends on the seed

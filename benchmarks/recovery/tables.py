@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.recovery.scenes import ALLOCATIONS, PRESETS
-from benchmarks.recovery.work import Record
+from benchmarks.harness.markdown import table
+from benchmarks.harness.store import Record
 from seatrial.util.frames import SYMBOLS, Array
+from tests.boats.scenes import ALLOCATIONS, PRESETS
 
 LIMIT = {"still": 1.25, "pushed": 1.4}  # RMS error over bound
 BOUND = {"still": "whole", "pushed": "process"}
@@ -19,12 +20,6 @@ AHEAD_LIMIT = {
     "own": dict(zip(PRESETS, (4.0, 6.0), strict=True)),
 }
 OWN = {"ours": "ours filter", "paper": "paper stencil"}
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A markdown table."""
-    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def good(records: Sequence[Record], scene: str) -> list[Record]:
@@ -158,9 +153,9 @@ def thrusters(records: Sequence[Record], names: Sequence[str]) -> str:
         place = {name: i for i, name in enumerate(mine[0]["names"])}
         edges = off[:, [i for name, i in place.items() if name.startswith("edge")]]
         delay = off[:, place["latency"]] + off[:, place["lag"]]
-        said = [f"{rms(edges.ravel()):.2g}", f"{np.abs(edges).max():.2g}"] if edges.size else []
+        zone = [f"{rms(edges.ravel()):.2g}", f"{np.abs(edges).max():.2g}"] if edges.size else []
         rows.append([
-            scene, *(said or ["not identifiable", "-"]), f"{EDGE_LIMIT}",
+            scene, *(zone or ["not identifiable", "-"]), f"{EDGE_LIMIT}",
             f"{1e3 * rms(delay):.2f}", f"{1e3 * np.abs(delay).max():.2f}", f"{1e3 * DELAY_LIMIT:g}",
             f"{1e3 * rms(off[:, place['latency']]):.2f}", f"{1e3 * rms(off[:, place['lag']]):.2f}",
         ])  # fmt: skip
@@ -246,14 +241,14 @@ def further(records: Sequence[Record], names: Sequence[str]) -> str:
                 continue
             off = _far(common)[: _coefficients(common)]
             most = int(np.argmax(np.abs(off)))
-            said = (
+            more_values = (
                 f"{name} {value:.2f} ± {error:.2f}"
                 for name, value, error in zip(
                     *(record[k] for k in ("names", "found", "error")), strict=True
                 )
                 if name in more
             )
-            rows.append([scene, f"{record['seed']}", ", ".join(said),
+            rows.append([scene, f"{record['seed']}", ", ".join(more_values),
                          f"{off[most]:.1f} ({common['names'][most]})"])  # fmt: skip
     return table(
         ["scene", "seed", "freed parameters", "largest error of a coefficient / standard error"],

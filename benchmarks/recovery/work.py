@@ -1,24 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""What is done with one scene and seed: identify, compare with the truth, note it."""
+"""The work of one scene and seed: identify, compare with the truth, record it."""
 
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 import seatrial
-from benchmarks.recovery import bounds
-from benchmarks.recovery.scenes import (
-    TRAINING,
-    UNSEEN,
-    Scene,
-    by_thrusters,
-    true_parameters,
-    vehicle_of,
-    without_faults,
-)
+from benchmarks.harness.store import Record
+from benchmarks.recovery import bounds, moved, terms
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_vector
 from seatrial.boat.vehicle import Vehicle
@@ -30,15 +21,45 @@ from seatrial.recording.velocity import Motion, motion
 from seatrial.simulation.trials import Trial
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
+from tests.boats.scenes import (
+    TRAINING,
+    UNSEEN,
+    Scene,
+    by_thrusters,
+    scenes,
+    true_parameters,
+    vehicle_of,
+    without_faults,
+)
 
+FIRST = 1001  # seed; those of the tests are others
 PIECES = (3.0, 20.0)  # [s] of the free segments that the bounds are given for
 SETTLING = 2.0  # [s] that the filter has before predictions start from it
 HORIZON = 1.0  # [s]
-Record = dict[str, Any]
+
+
+def groups() -> dict[str, list[str]]:
+    """Names of scenes by group; those of `OTHERS` begin with their group."""
+    found: dict[str, list[str]] = {group: [] for group in KINDS}
+    for scene in scenes().values():
+        found[scene.group].append(scene.name)
+    return found | {g: [f"{g} {name}" for name in of.SCENES] for g, of in OTHERS.items()}
+
+
+def one(name: str, seed: int) -> Record:
+    """The record of a scene by its name, and of a seed."""
+    group, _, rest = name.partition(" ")
+    if group not in OTHERS:
+        return work(scenes()[name], seed)
+    record: Record = {"scene": name, "group": group, "seed": seed}
+    try:
+        return record | OTHERS[group].work(rest, seed)
+    except SeatrialError as failure:
+        return record | {"failed": str(failure)}
 
 
 def work(scene: Scene, seed: int) -> Record:
-    """All figures of one scene and seed; `failed` in words where no model was found."""
+    """All figures of one scene and seed; `failed`: the message where no model was found."""
     record: Record = {"scene": scene.name, "group": scene.group, "seed": seed}
     try:
         return record | KINDS[scene.group](scene, seed)
@@ -133,7 +154,7 @@ def _noise_of(model: Model) -> Array:
 
 
 def causal(model: Model, recording: Recording) -> Motion:
-    """Poses and velocities of the model's own filter, each from what came before it."""
+    """Poses and velocities of the model's own filter, each from the poses before it."""
     problem = bounds.problem_of(model.vehicle, [recording])
     problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])
@@ -167,3 +188,4 @@ KINDS = {
     "faults": faults,
     "noise": noise,
 }
+OTHERS = {"moved": moved, "terms": terms}

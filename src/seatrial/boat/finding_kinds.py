@@ -158,9 +158,9 @@ class FindingKind(Enum):
         "model-mismatch",
         Spec(
             "model mismatch: innovations are correlated. Fitted to the 1 s prediction error instead of "
-            "single-pose innovations (pose noise at least {share:.0%} of the motion in 1 s)",
+            "single-pose innovations (fit horizon {horizon:g} s)",
             "Run 'seatrial select' to look for missing terms",
-            numbers={"share": "-"},
+            numbers={"horizon": "s"},
         ),
     )
     OUTLIERS = (

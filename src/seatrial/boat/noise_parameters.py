@@ -69,7 +69,7 @@ def correlated_vector(entry: CorrelatedEntry) -> list[float]:
     return [entry.position, entry.heading, entry.memory, turn]
 
 
-def swings(noise: Array) -> bool:
+def oscillates(noise: Array) -> bool:
     """Whether the Gauss-Markov pose noise oscillates."""
     return bool(noise[COLOUR_TURN] > _core.NO_TURN)
 
@@ -79,7 +79,7 @@ def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
     position, heading, *rest = noise.tolist()
     process, colour = rest[:5], rest[5:]
     coloured = max(colour[:2]) > _core.NO_COLOUR
-    period = float(2.0 * np.pi / noise[COLOUR_TURN]) if swings(noise) else None
+    period = float(2.0 * np.pi / noise[COLOUR_TURN]) if oscillates(noise) else None
     correlated = CorrelatedEntry(colour[0], colour[1], colour[2], period) if coloured else None
     made = ProcessEntry(process[0], process[1], process[2], process[3], process[4], earth)
     return NoiseEntry(position, heading, made, correlated)
@@ -95,7 +95,7 @@ def most_noise(noise: Array) -> Array:
     most[0] = most[COLOUR[0]] = max(most[0], POSE_NOISE_GROWTH * noise[0])
     if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9):
         most[COLOUR_MEMORY] = LONGEST
-    if swings(noise):
+    if oscillates(noise):
         most[COLOUR_TURN] = 2.0 * np.pi / WAVE_PERIODS[0]
         most[COLOUR_MEMORY] = LONGEST
     return most
@@ -175,7 +175,7 @@ def likelier_noise(
     active = phi > low
     active[MEMORY] = active[DISTURBANCES].any()
     active[COLOUR_MEMORY] = active[COLOUR].any()
-    active[COLOUR_TURN] = active[COLOUR].any() and swings(noise)
+    active[COLOUR_TURN] = active[COLOUR].any() and oscillates(noise)
     if active[COLOUR_TURN]:
         low[COLOUR_TURN] = np.log(2.0 * np.pi / WAVE_PERIODS[1])
     # 2. Gradient and Fisher information of the linearised passes.

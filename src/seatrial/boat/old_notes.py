@@ -98,7 +98,7 @@ def _stage(found: Found) -> list[Finding]:
 
 
 def _share(kind: FindingKind) -> Read:
-    """A share that was written in per cent."""
+    """A number that was written in per cent; a fit horizon as a share of one second."""
 
     def read(found: Found) -> list[Finding]:
         name = next(iter(kind.spec.numbers))
@@ -245,7 +245,7 @@ _WORDINGS: Sequence[tuple[str, Read]] = (
         _plain(FindingKind.LEVER_ARM_ERRORS),
     ),
     (
-        rf"the structure is not quite right: poses count as if noisier, by (?P<share>{NUMBER}) % of the way .*",
+        rf"the structure is not quite right: poses count as if noisier, by (?P<horizon>{NUMBER}) % of the way .*",
         _share(FindingKind.MODEL_MISMATCH),
     ),
     (

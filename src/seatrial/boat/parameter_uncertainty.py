@@ -22,14 +22,14 @@ from seatrial.util.frames import SYMBOLS, Array
 
 
 @dataclass(frozen=True)
-class Believed:
+class OnboardUncertainty:
     """Noise and principal parameter errors for the on-board filter."""
 
     noise: Array  # (11,) of poses and process, in the filter's order
     errors: Array  # (n + m, k) of coefficients and constants: k principal errors of unit variance
 
 
-def believed_on_board(model: Model) -> Believed:
+def onboard_uncertainty(model: Model) -> OnboardUncertainty:
     """Noise, and the principal parameter errors (Schmidt-Kalman states of the filter).
 
     Where structure and noise explain the recordings, parameter errors are constant states, ranked by
@@ -43,13 +43,13 @@ def believed_on_board(model: Model) -> Believed:
     covariance = model.covariance if known else np.zeros_like(model.covariance)
     explained = model.estimator.settings.get("belief") == 0.0
     chain, constants = model.vehicle.chain, model.constants
-    own = _own(model.noise)
-    return Believed(
+    own = _noise_vector(model.noise)
+    return OnboardUncertainty(
         *_core.onboard_uncertainty(model.boat, chain, constants, ranges, covariance, own, explained)
     )
 
 
-def _own(noise: NoiseEntry) -> Array:
+def _noise_vector(noise: NoiseEntry) -> Array:
     """Noise (11,) as the model file states it."""
     own = NOISE_START.copy()
     own[:2] = noise.position, noise.heading

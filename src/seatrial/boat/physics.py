@@ -192,8 +192,8 @@ def _step_profile(model: Model, axis: int) -> tuple[float, Array, Array]:
 
 def _single_axis_states(model: Model, axis: int, force: Array, t: Array) -> Array:
     """States (n, 6) with the other axes at rest."""
-    alone = Structure(model.name, _own_terms(model.structure, axis), model.structure.forces)
-    return _run(model, alone, force, t)
+    single = Structure(model.name, _own_terms(model.structure, axis), model.structure.forces)
+    return _run(model, single, force, t)
 
 
 def _own_terms(structure: Structure, axis: int) -> tuple[Term, ...]:

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     """Two models side by side, on the terminal and as a page."""
     from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.evaluation.comparison import compare, comparison_json, drive_of
+    from seatrial.evaluation.comparison.compare import compare, comparison_json, drive_of
     from seatrial.evaluation.comparison.console import comparison_text
     from seatrial.util.errors import FileError
     from seatrial.util.files import dump_json, write_text

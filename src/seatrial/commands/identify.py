@@ -67,7 +67,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     """A model, its summary, and the evidence that was asked for."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.identification.methods import EquationErrorSettings, identify, summary
+    from seatrial.identification.methods import (
+        EquationErrorSettings,
+        identify_with_fit,
+        summary,
+    )
     from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
@@ -79,7 +83,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.say("identifying")
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
-    model = identify(
+    model, solution = identify_with_fit(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
         prior=prior, effects=args.effect,
         prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
@@ -92,8 +96,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
 
         progress.say("computing confidence intervals")
         told = accuracy_tables(
-            model, recordings, vehicle,
-            replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+            solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip
         progress.clear()
         print(f"\n{told}\n")

@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.boat.model import load
     from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
-    from seatrial.evaluation.head_to_head import against_text
+    from seatrial.evaluation.head_to_head import head_to_head_text
     from seatrial.evaluation.scores import scores_json
     from seatrial.evaluation.validation import validate
     from seatrial.util.files import dump_json, write_text
@@ -53,6 +53,6 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     progress.clear()
     print(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
-        print(against_text(scores.against))
+        print(head_to_head_text(scores.against))
     for doubt in model_concerns(model):
         print(f"  doubt: {doubt}")

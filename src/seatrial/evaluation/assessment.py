@@ -11,8 +11,8 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import loosened
-from seatrial.evaluation.disturbed_intervals import stretches, stretches_found
-from seatrial.evaluation.filtering import Causal, believed_noise, causal
+from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
+from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
 from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
@@ -48,7 +48,7 @@ class Assessment:
     )  # at the chosen horizon, from the stencil's starts; None: see `failure`
     failure: SeatrialError | None
     ahead: tuple[Ahead, ...]  # at all horizons, from both starts
-    filtered: Causal | None
+    filtered: Filtered | None
     score: RecordingScore | None  # None where there is no prediction
     correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
     findings: tuple[Finding, ...]
@@ -111,25 +111,25 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
 
 def _filters(
     model: Model, recordings: Sequence[Recording]
-) -> tuple[Array | None, list[Causal | str]]:
+) -> tuple[Array | None, list[Filtered | str]]:
     """The filter's noise (11,), and its run along every recording, or why there is none."""
     try:
-        noise = believed_noise(model, recordings)
+        noise = filter_noise(model, recordings)
     except SeatrialError as error:
         return None, [str(error)] * len(recordings)
-    found: list[Causal | str] = []
+    found: list[Filtered | str] = []
     for recording in recordings:
         try:
-            found.append(causal(model, recording, noise))
+            found.append(run_filter(model, recording, noise))
         except ModelError as error:
             found.append(str(error))
     return noise, found
 
 
 def _assessed(
-    model: Model, recording: Recording, horizon: float, filtered: Causal | str
+    model: Model, recording: Recording, horizon: float, filtered: Filtered | str
 ) -> Assessment:
-    known = filtered if isinstance(filtered, Causal) else None
+    known = filtered if isinstance(filtered, Filtered) else None
     own = seen(model, recording)
     # predictions: the chosen horizon, then all
     look, prediction, failure = Lookahead(model, recording), None, None
@@ -207,14 +207,14 @@ def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> l
     same = np.array_equal(ready, noise)
     recordings = [one.recording for one in found]
     try:
-        runs = [one.filtered if same else causal(model, one.recording, ready) for one in found]
+        runs = [one.filtered if same else run_filter(model, one.recording, ready) for one in found]
     except ModelError:
         return found
-    odd = stretches(recordings, [np.sum(run.residual**2, axis=1) for run in runs if run])
+    odd = disturbed_intervals(recordings, [np.sum(run.residual**2, axis=1) for run in runs if run])
     result = []
     for i, one in enumerate(found):
         own = [s for s in odd if s.recording == i and s.times > DISTURBED]
-        result.append(one.with_findings(stretches_found(recordings, own)))
+        result.append(one.with_findings(interval_findings(recordings, own)))
     return result
 
 

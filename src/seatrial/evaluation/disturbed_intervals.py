@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Stretches in which something else than its thrusters moved the boat: a hand, a rope, a wall.
+"""Intervals in which something other than the thrusters moved the boat: a hand, a rope, a wall.
 
-A filter's noise is one number for all of the recordings. Where its errors are far larger for a few seconds
-than everywhere else, what the model leaves out is no noise.
+Process noise has one size for all recordings. Where innovations are far larger for a few seconds than everywhere
+else, an external disturbance acted, which process noise does not describe.
 """
 
 from collections.abc import Sequence
@@ -16,60 +16,65 @@ from seatrial.boat.noise_parameters import OUTLIER
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-CELL = 2.0  # [s] to which a stretch is known
-CELL_POSES = 5  # at the least, in a cell
-GAIN = 50.0  # of twice the log likelihood that errors are larger there; chance makes 5 to 22 of it
-TIMES = 1.35  # as large, at the least
-MOST = 1 / 3  # of the poses can be exceptional:
-FILLED = 0.1  # of that may be left: then it was more
-MANY = 20  # stretches are the habit
-NEAR = 6.0  # [s] what is between two of them, or from one to an end, is no better
-SHORT, GROWTH = 30, 1.15  # cells up to which every length is looked at, and by what they grow then
+CELL_LENGTH = 2.0  # [s] resolution of an interval's ends
+FEWEST_CELL_POSES = 5  # a cell with fewer has no mean square
+LEAST_LIKELIHOOD_GAIN = 50.0  # of 2 log L, by larger errors there; chance reaches 5 to 22
+LEAST_ERROR_RATIO = 1.35  # RMS innovation inside over outside: less hardly matters
+MOST_DISTURBED_SHARE = 1 / 3  # of the poses: more are no exception, but model mismatch
+LEAST_ROOM_LEFT = 0.1  # of that share must be free at the end: else there was more than fits
+MOST_INTERVALS = 20  # more are regular, not exceptions
+JOINING_GAP = 6.0  # [s] between two intervals, or to an end: what lies there is disturbed, too
+EVERY_LENGTH_TO = 30  # [cells] up to which every length is tried
+LENGTH_GROWTH = 1.15  # from one length to the next beyond that
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Where poses are further from what a filter predicts than elsewhere."""
+class DisturbedInterval:
+    """An interval in which innovations are larger than elsewhere."""
 
     recording: int
     start: float  # [s]
     end: float  # [s]
-    times: float  # as far, root mean square
-    gain: float  # of twice the log likelihood, of larger errors there
+    times: float  # RMS of the normalised innovations inside, over outside
+    gain: float  # of 2 log L, by larger errors there
 
 
-def stretches(recordings: Sequence[Recording], squares: Sequence[Array]) -> list[Stretch]:
-    """Those in which errors are larger than elsewhere; none where they are no exceptions.
+def disturbed_intervals(
+    recordings: Sequence[Recording], squares: Sequence[Array]
+) -> list[DisturbedInterval]:
+    """Intervals with larger innovations than elsewhere; none where these are no exceptions.
 
-    squares: of every recording the squared errors (n,) of its poses by their covariance, three of each; NaN
-    where a pose was not used.
+    squares: for every recording (n,) normalised innovations squared (NIS, 3 degrees of freedom) of its poses;
+    NaN where a pose was not used.
     """
     cells = [_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
-    limit = room = MOST * sum(float(c.count.sum()) for c in cells)
-    found: list[Stretch] = []
-    while len(found) <= MANY:
-        best = _clearest(cells, room)
-        if best.gain < GAIN or best.times < TIMES:
+    limit = room = MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells)
+    found: list[DisturbedInterval] = []
+    while len(found) <= MOST_INTERVALS:
+        best = _clearest_of(cells, room)
+        if best.gain < LEAST_LIKELIHOOD_GAIN or best.times < LEAST_ERROR_RATIO:
             break
         found.append(best)
         own = cells[best.recording]
         inside = slice(round(best.start / own.length), round(best.end / own.length))
         room -= float(own.count[inside].sum())
         own.squares[inside] = own.count[inside] = 0.0
-    joined = together(found)
-    return joined if len(joined) <= MANY and room > FILLED * limit else []
+    joined = joined_intervals(found)
+    return joined if len(joined) <= MOST_INTERVALS and room > LEAST_ROOM_LEFT * limit else []
 
 
-def clearest(recordings: Sequence[Recording], squares: Sequence[Array]) -> Stretch:
-    """The stretch that stands out most, be that by chance."""
+def clearest_interval(
+    recordings: Sequence[Recording], squares: Sequence[Array]
+) -> DisturbedInterval:
+    """The interval with the largest gain, significant or not."""
     cells = [_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
-    return _clearest(cells, MOST * sum(float(c.count.sum()) for c in cells))
+    return _clearest_of(cells, MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells))
 
 
-def squared_errors(passed: _core.FilterRun) -> Array:
-    """Squared errors (n,) of a filter's poses by its covariance; NaN where a pose was not used.
+def squared_innovations(passed: _core.FilterRun) -> Array:
+    """Normalised innovations squared (n,) of a filter run; NaN where a pose was not used.
 
-    An outlier counts no more than what is about to be one: a jump is no stretch.
+    They are limited at the outlier's limit: a single jump is no interval.
     """
     used = np.asarray(passed.weight) > 0.0
     spread = np.asarray(passed.spread)[used]
@@ -83,12 +88,12 @@ def squared_errors(passed: _core.FilterRun) -> Array:
     return squares
 
 
-def together(found: Sequence[Stretch]) -> list[Stretch]:
-    """Stretches in order; those with little between them are one."""
-    joined: list[Stretch] = []
+def joined_intervals(found: Sequence[DisturbedInterval]) -> list[DisturbedInterval]:
+    """Intervals in order; those with less than `JOINING_GAP` between them are one."""
+    joined: list[DisturbedInterval] = []
     for s in sorted(found, key=lambda s: (s.recording, s.start)):
         before = joined[-1] if joined else None
-        if before and before.recording == s.recording and s.start - before.end < NEAR:
+        if before and before.recording == s.recording and s.start - before.end < JOINING_GAP:
             end, times = max(before.end, s.end), max(before.times, s.times)
             joined[-1] = replace(before, end=end, times=times, gain=before.gain + s.gain)
         else:
@@ -96,8 +101,10 @@ def together(found: Sequence[Stretch]) -> list[Stretch]:
     return joined
 
 
-def stretches_found(recordings: Sequence[Recording], found: Sequence[Stretch]) -> list[Finding]:
-    """Where they are in the recorded files, and how much larger the errors are."""
+def interval_findings(
+    recordings: Sequence[Recording], found: Sequence[DisturbedInterval]
+) -> list[Finding]:
+    """A finding for each: where it is in the recorded file, and how much larger the innovations are."""
     findings = []
     for s in found:
         start, end = _span(recordings[s.recording], s)
@@ -107,43 +114,45 @@ def stretches_found(recordings: Sequence[Recording], found: Sequence[Stretch]) -
 
 
 @dataclass(frozen=True)
-class _Cells:
-    """The errors of one recording, over equal times."""
+class _CellErrors:
+    """Squared innovations of one recording, summed over cells of equal length."""
 
     length: float  # [s]
     squares: Array  # (n,) sums of them
     count: Array  # (n,) how many
 
 
-def _cells(recording: Recording, squares: Array) -> _Cells:
-    length = max(CELL, CELL_POSES * recording.period)
+def _cells(recording: Recording, squares: Array) -> _CellErrors:
+    length = max(CELL_LENGTH, FEWEST_CELL_POSES * recording.period)
     cell = (recording.t // length).astype(np.int64)
     size, used = int(cell[-1]) + 1, np.isfinite(squares)
     sums, count = np.zeros(size), np.zeros(size)
     np.add.at(sums, cell[used], squares[used])
     np.add.at(count, cell[used], 3.0)
-    return _Cells(length, sums, count)
+    return _CellErrors(length, sums, count)
 
 
-def _clearest(cells: Sequence[_Cells], room: float) -> Stretch:
-    """Of all recordings, with at most `room` errors in it."""
+def _clearest_of(cells: Sequence[_CellErrors], room: float) -> DisturbedInterval:
+    """The interval with the largest gain in any recording, of at most `room` errors."""
     whole = sum(float(c.squares.sum()) for c in cells), sum(float(c.count.sum()) for c in cells)
-    largest = (_largest(i, c, whole, room) for i, c in enumerate(cells))
+    largest = (_largest_in(i, c, whole, room) for i, c in enumerate(cells))
     return max(largest, key=lambda s: s.gain)
 
 
-def _largest(recording: int, cells: _Cells, whole: tuple[float, float], room: float) -> Stretch:
-    """The stretch of one recording whose errors are most clearly larger than all others.
+def _largest_in(
+    recording: int, cells: _CellErrors, whole: tuple[float, float], room: float
+) -> DisturbedInterval:
+    """The interval of one recording with the largest gain.
 
-    whole: sum and number of all; room: how many a stretch may have.
+    whole: sum and number of the squared errors of all recordings; room: the most errors in an interval.
     """
     squares, count = whole
     sums = [np.concatenate([[0.0], np.cumsum(x)]) for x in (cells.squares, cells.count)]
-    best = Stretch(recording, 0.0, 0.0, 0.0, 0.0)
+    best = DisturbedInterval(recording, 0.0, 0.0, 0.0, 0.0)
     for length in _lengths(len(cells.count)):
         inside, of = (x[length:] - x[:-length] for x in sums)
         first = np.flatnonzero(
-            (of >= 3.0 * CELL_POSES) & (of <= room) & (inside > 0.0) & (inside < squares)
+            (of >= 3.0 * FEWEST_CELL_POSES) & (of <= room) & (inside > 0.0) & (inside < squares)
         )
         if not len(first):
             continue
@@ -155,22 +164,24 @@ def _largest(recording: int, cells: _Cells, whole: tuple[float, float], room: fl
         k = int(np.argmax(gain))
         if gain[k] > best.gain:
             begin, times = float(first[k]) * cells.length, float(np.sqrt(there[k] / elsewhere[k]))
-            best = Stretch(recording, begin, begin + length * cells.length, times, float(gain[k]))
+            best = DisturbedInterval(
+                recording, begin, begin + length * cells.length, times, float(gain[k])
+            )
     return best
 
 
 def _lengths(cells: int) -> list[int]:
-    """Numbers of cells to look at together."""
-    found = list(range(1, min(cells, SHORT) + 1))
-    while found[-1] * GROWTH < cells:
-        found.append(int(found[-1] * GROWTH))
+    """Lengths of intervals to try [cells]."""
+    found = list(range(1, min(cells, EVERY_LENGTH_TO) + 1))
+    while found[-1] * LENGTH_GROWTH < cells:
+        found.append(int(found[-1] * LENGTH_GROWTH))
     return found
 
 
-def _span(recording: Recording, stretch: Stretch) -> tuple[float, float]:
-    """From and to [s] in the recorded file; what is near the recording's start or end begins or ends there."""
-    start = 0.0 if stretch.start < NEAR else stretch.start
-    end = recording.duration if stretch.end > recording.duration - NEAR else stretch.end
+def _span(recording: Recording, stretch: DisturbedInterval) -> tuple[float, float]:
+    """From and to [s] in the recorded file. An interval near the recording's start or end reaches to it."""
+    start = 0.0 if stretch.start < JOINING_GAP else stretch.start
+    end = recording.duration if stretch.end > recording.duration - JOINING_GAP else stretch.end
     first, last = (
         np.floor(10.0 * (recording.offset + start)),
         np.ceil(10.0 * (recording.offset + end)),

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What a model says of its own predictions: how far they will be off because of what it does not know.
+"""Expected error of predictions, from the model's parameter covariance and process noise.
 
-An identified model states how uncertain its coefficients are and which force it leaves out. Both
-make errors of predictions, beside the noise of what they start from and are compared with. A boat
-that is as it was when it was identified scores this; one that scores more is not.
+Both add to the noise floor, the noise of start and reference. An unchanged boat scores the expected
+RMS; a larger score indicates a change of the boat, or model mismatch.
 """
 
 import numpy as np
@@ -19,29 +18,29 @@ from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores
 
-Poses = NDArray[np.int64]  # places of poses in a recording
-KNOWN = np.full(3, 1e-9)  # [m/s, m/s, rad/s] as good as exactly
+Poses = NDArray[np.int64]  # indices of poses in a recording
+EXACT = np.full(3, 1e-9)  # [m/s, m/s, rad/s] standard deviation of an exact velocity
 
 
-def pushed(
+def process_noise_variance(
     model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
 ) -> Array | None:
-    """Variance (3,) [m/s, m/s, rad/s]^2, at the ends of stretches, of what the stated force makes.
+    """Variance (3,) [m/s, m/s, rad/s]^2 at the ends of predictions, from process noise.
 
-    The model's own filter without poses, from velocities that are known exactly, over stretches one
-    after the other. None where the model states no force, or runs away.
+    The model's filter without poses, from exact velocities, over disjoint predictions one after
+    another. None where the model has no process noise, or diverges.
     """
     noise = noise_vector(model.noise)
     if noise is None:
         return None
-    apart = _apart(start, end)
+    apart = _disjoint(start, end)
     use = np.zeros(len(recording.t), dtype=np.int8)
     use[start[apart]] = _core.USE_BEGINNING
     velocity = np.zeros((len(recording.t), 3))
     velocity[start[apart]] = begin.nu[start[apart]]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     poses = _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), KNOWN, velocity
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), EXACT, velocity
     )  # fmt: skip
     try:
         found = filter_pass(model, recording, poses, noise)
@@ -51,8 +50,8 @@ def pushed(
     return np.asarray(np.mean(deviation**2, axis=0))
 
 
-def _apart(start: Poses, end: Poses) -> Poses:
-    """Places of those stretches, rising, that share no pose."""
+def _disjoint(start: Poses, end: Poses) -> Poses:
+    """Indices of predictions that share no pose, in order of time."""
     found, free = [], -1
     for i, (first, last) in enumerate(zip(start.tolist(), end.tolist(), strict=True)):
         if first >= free:
@@ -61,17 +60,21 @@ def _apart(start: Poses, end: Poses) -> Poses:
     return np.array(found, dtype=np.int64)
 
 
-def unsure(model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses) -> Array:
-    """Variance (3,) [m/s, m/s, rad/s]^2, at the ends of stretches, of what errors of parameters make.
+def parameter_variance(
+    model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
+) -> Array:
+    """Variance (3,) [m/s, m/s, rad/s]^2 at the ends of predictions, from parameter uncertainty.
 
-    To first order: the covariance of coefficients and constants through the model's slopes.
+    To first order: the covariance of coefficients and constants through the sensitivities.
     """
-    slopes = slopes_of(model, recording, begin, start, end)
+    slopes = parameter_sensitivities(model, recording, begin, start, end)
     return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
 
 
-def slopes_of(model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses) -> Array:
-    """Slopes (n, 3, p) of u, v and r, at the ends of stretches, by coefficients, then constants."""
+def parameter_sensitivities(
+    model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
+) -> Array:
+    """Sensitivities (n, 3, p) of u, v and r at the ends of predictions to coefficients, then constants."""
     coefficients, constants = len(model.coefficients), len(model.constants)
     trace = model.trace(
         recording, initial=True, coefficients=range(coefficients), tangents=range(constants)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Velocity from a model's own extended Kalman filter: what the boat could know at that instant.
+"""Filtering: velocity from a model's own extended Kalman filter along a recording.
 
-The stencil looks two poses ahead and knows no model; the filter looks back only. What both need of
-the core's filter (poses as it takes them, the structure with its disturbance, noise by likelihood)
-is here once.
+The stencil uses two later poses and no model; the filter is causal. This module also has what other
+users of the core's filter share: its pose series, the structure with a disturbance, and noise by
+maximum likelihood.
 """
 
 from collections.abc import Sequence
@@ -33,91 +33,102 @@ from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import Array, body_velocity
 from seatrial.util.parallel import spread
 
-VELOCITY_SPREAD = np.array([0.1, 0.1, 0.2])  # [m/s, m/s, rad/s] what the first velocity is worth
-NOISY = 0.3  # of it, from which on a stencil's noise matters where the filter begins afresh;
-AROUND = 0.75  # [s] then poses so far to either side tell,
-AROUND_POSES = 7  # these at the least
-ROUNDS = 4  # of filter and noise in turns
-SETTLED = 3.0  # of the cost: a step that gains less is the last
-SETTLING = 2.0  # [s] in which the filter forgets how it started
-# the first pose after it
-AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
-LASTING = 1.0  # [s] after the next command what came before it still acts: latency and lag
-START = 200  # usable poses that the noise at the start is found from
-STRETCH = 240.0  # [s] of all recordings together from which noise is found: seven numbers
-PIECE = 10.0  # [s] that are taken together
+START_VELOCITY_DEVIATION = np.array(
+    [0.1, 0.1, 0.2]
+)  # [m/s, m/s, rad/s] standard deviation of the first velocity
+NOISY_START = 0.3  # of it; with more stencil noise a restart uses a parabola through more poses
+PARABOLA_SPAN = 0.75  # [s] on either side of a restart
+PARABOLA_POSES = 7  # fewest poses of the parabola
+NOISE_ROUNDS = 4  # of filter run and noise estimate in turn
+NOISE_GAIN = 3.0  # of the cost; a smaller gain ends the estimate
+FILTER_SETTLING = 2.0  # [s] in which the filter forgets its start
+# treatment of the first pose after a fault
+USE_AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
+COMMAND_MEMORY = 1.0  # [s] after the next command, in which earlier ones still act: latency and lag
+START_POSES = 200  # usable poses for the pose noise at the start
+NOISE_DURATION = (
+    240.0  # [s] of all recordings together for estimating the noise: enough for seven numbers
+)
+NOISE_PIECE = 10.0  # [s] of each piece of them
+FEW_PIECES = 1.5  # pieces; a recording not longer than that is used whole
 
 
 @dataclass(frozen=True)
-class Causal:
-    """A pass of the filter along a recording. NaN at its start, and where a pose was not used."""
+class Filtered:
+    """A filter run along a recording. NaN while it settles, and where a pose was not used."""
 
     motion: Motion  # state after each pose, with the filter's own standard deviations
-    residual: Array  # (n, 3) pose less its prediction, in body axes, in standard deviations
-    noise: Array  # (11,) what the filter believed
+    residual: Array  # (n, 3) innovations in body axes, in standard deviations
+    noise: Array  # (11,) of the filter
 
 
-def series(recording: Recording) -> _core.Series:
-    """The poses as the core's filter takes them, and where the recording starts."""
+def filter_series(recording: Recording) -> _core.Series:
+    """The pose series of the core's filter, with the start state."""
     moving = motion(recording)
     use = recording.valid.astype(np.int8)
     good = np.flatnonzero(recording.valid)
-    for kind, code in AFTER.items():
+    for kind, code in USE_AFTER.items():
         for fault in recording.faults:
             if fault.kind is kind:
                 use[good[recording.t[good] >= fault.end][:1]] = code
     first = int(good[0])
-    spread = VELOCITY_SPREAD.copy()
+    spread = START_VELOCITY_DEVIATION.copy()
     start = np.zeros(6)
     start[:3] = recording.eta[first]
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
-        with suppress(RecordingError):  # what comes later changes nothing
-            noise = pose_noise(recording, first=START)
-            spread = np.hypot(spread, stencil_deviation(noise, recording, first=START))
-    afresh = _afresh(recording, use, moving, start[3:], spread)
+        with suppress(
+            RecordingError
+        ):  # noise of the first poses only, so that the run stays causal
+            noise = pose_noise(recording, first=START_POSES)
+            spread = np.hypot(spread, stencil_deviation(noise, recording, first=START_POSES))
+    afresh = _restarts(recording, use, moving, start[3:], spread)
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
     )
 
 
-def _afresh(
+def _restarts(
     recording: Recording, use: NDArray[np.int8], moving: Motion, begin: Array, spread: Array
 ) -> Array | None:
-    """Marks in `use` (n,) where the filter begins afresh; velocities (n, 3) there.
+    """Mark restarts of the filter in `use` (n,), and return the velocities (n, 3) there.
 
-    After commands were lost, and where the first poses are not usable: what is before says nothing.
-    begin: (3,) velocity at the first usable pose; spread: (3,) what it is worth. None where it never does.
+    It restarts after an interval of unknown commands, and at the first usable pose. begin: (3,) velocity
+    at the first usable pose; spread: (3,) its standard deviation. None without a restart.
     """
     t, velocity = recording.t, np.zeros((len(recording.t), 3))
-    noisy = bool((spread > np.hypot(1.0, NOISY) * VELOCITY_SPREAD).any())
+    noisy = bool((spread > np.hypot(1.0, NOISY_START) * START_VELOCITY_DEVIATION).any())
     first = int(np.flatnonzero(use > 0)[0])
     if first > 0:
         use[first], velocity[first] = _core.USE_BEGINNING, begin
     for begins, ends in recording.unknown:
-        if ends + LASTING > t[first]:
-            if begins < t[first] and not (use[t >= ends + LASTING] > 0).any():
-                continue  # too short to be choosy
-            use[(t >= begins) & (t < ends + LASTING)] = 0
+        if ends + COMMAND_MEMORY > t[first]:
+            if begins < t[first] and not (use[t >= ends + COMMAND_MEMORY] > 0).any():
+                continue  # too short to wait for the commands' memory
+            use[(t >= begins) & (t < ends + COMMAND_MEMORY)] = 0
             after = np.flatnonzero((use > 0) & (t >= ends))[:1]
-            known = np.flatnonzero(moving.valid & (t >= ends + LASTING))[:1]
+            known = np.flatnonzero(moving.valid & (t >= ends + COMMAND_MEMORY))[:1]
             use[after] = _core.USE_BEGINNING
             if len(known):
                 velocity[after] = moving.nu[known]
-            if len(after) and noisy and (wider := _around(recording, int(after[0]))) is not None:
+            if (
+                len(after)
+                and noisy
+                and (wider := _parabola_velocity(recording, int(after[0]))) is not None
+            ):
                 velocity[after] = wider
     return velocity if _core.USE_BEGINNING in use else None
 
 
-def _around(recording: Recording, at: int) -> Array | None:
-    """Velocity (3,) at a pose by a parabola through those around it; None where they are few.
+def _parabola_velocity(recording: Recording, at: int) -> Array | None:
+    """Velocity (3,) at a pose by a parabola through its neighbours; None where they are few.
 
-    The filter is linear about it: where a stencil's noise is as large as the boat's speed, drag is not.
+    The filter linearises about it: with stencil noise as large as the speed, drag is far from linear.
     """
-    near = recording.valid & (np.abs(recording.t - recording.t[at]) <= AROUND)
+    near = recording.valid & (np.abs(recording.t - recording.t[at]) <= PARABOLA_SPAN)
     near &= recording.segment == recording.segment[at]
-    if near.sum() < AROUND_POSES:
+    if near.sum() < PARABOLA_POSES:
         return None
     rate = np.polynomial.polynomial.polyfit(
         recording.t[near] - recording.t[at], recording.eta[near], 2
@@ -125,7 +136,7 @@ def _around(recording: Recording, at: int) -> Array | None:
     return np.asarray(body_velocity(recording.eta[[at], 2], rate[None, :])[0])
 
 
-def disturbed(vehicle: Vehicle) -> _core.Structure:
+def with_disturbance(vehicle: Vehicle) -> _core.Structure:
     """The structure with a disturbance in every axis, its last three coefficients."""
     size = len(vehicle.structure.coefficients)
     own: list[Row] = [(axis, size + axis, 1.0, -1, []) for axis in range(3)]
@@ -137,12 +148,12 @@ def filter_pass(
 ) -> _core.FilterRun:
     """The filter along one recording, driven by the recorded commands.
 
-    Raises ModelError where the model diverges on its way.
+    Raises ModelError where the model diverges.
     """
     size = len(model.coefficients)
     code = INTEGRATORS.index(model.integration.scheme)
     coefficients = np.concatenate([model.coefficients, np.zeros(3)])
-    boat = _core.Boat(disturbed(model.vehicle), coefficients, code, model.integration.step)
+    boat = _core.Boat(with_disturbance(model.vehicle), coefficients, code, model.integration.step)
     trace = model.trace(recording, initial=True, coefficients=range(size, size + 3))
     found = _core.innovations(
         boat, trace, poses, noise, OUTLIER, earth_fixed=earth_fixed(model.noise)
@@ -150,52 +161,52 @@ def filter_pass(
     if not found.good:
         raise ModelError(
             f"{recording.name}: the model diverges in its own filter: it can't be used at these "
-            "speeds. Identify from driving as fast as this"
+            "speeds. Identify from recordings at these speeds"
         )
     return found
 
 
-def believed_noise(model: Model, recordings: Sequence[Recording]) -> Array:
-    """What the model's filter is to believe (11,): the model's own noise, as it was identified.
+def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
+    """Noise (11,) of the model's filter: the model's own, as identified.
 
-    A model without process noise (the paper's method finds none) is given that under which these
-    recordings are most likely, so that its filter is as good as it can be.
+    A model without process noise (the paper's method has none) gets the maximum-likelihood noise of
+    these recordings, so that its filter is the best possible.
     """
     own = noise_vector(model.noise)
     if own is not None:
         return own
-    parts = [part for r in recordings for part in _parts(r, STRETCH / len(recordings))]
-    return _likeliest(model, parts, _start(recordings))
+    parts = [part for r in recordings for part in _pieces(r, NOISE_DURATION / len(recordings))]
+    return _maximum_likelihood_noise(model, parts, _start_noise(recordings))
 
 
-def _likeliest(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:
-    """Filter and noise in turns."""
-    items = [(r, series(r)) for r in recordings]
-    for _ in range(ROUNDS):
+def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:
+    """Filter runs and noise estimates in turn."""
+    items = [(r, filter_series(r)) for r in recordings]
+    for _ in range(NOISE_ROUNDS):
         passes = spread(lambda item: filter_pass(model, *item, noise), items)  # noqa: B023
         before = sum(p.cost for p in passes)
-        noise, cost = fitted_noise(passes, [s for _, s in items], noise, SETTLED)
-        if before - cost < 2.0 * SETTLED:
+        noise, cost = fitted_noise(passes, [s for _, s in items], noise, NOISE_GAIN)
+        if before - cost < 2.0 * NOISE_GAIN:
             break
     return noise
 
 
-def _parts(recording: Recording, length: float) -> list[Recording]:
-    """So many seconds of a recording in pieces from all over it; all of it where it is shorter."""
-    pieces = max(1, round(length / PIECE))
+def _pieces(recording: Recording, length: float) -> list[Recording]:
+    """Pieces of a recording, evenly spaced, `length` [s] in all; the whole of a shorter one."""
+    pieces = max(1, round(length / NOISE_PIECE))
     every = recording.duration / pieces
-    if every <= 1.5 * PIECE:
+    if every <= FEW_PIECES * NOISE_PIECE:
         return [recording]
     found = []
     for i in range(pieces):
-        begin = i * every + 0.5 * (every - PIECE)
-        with suppress(RecordingError):  # nothing usable there
-            found.append(recording.cut(begin, begin + PIECE))
+        begin = i * every + 0.5 * (every - NOISE_PIECE)
+        with suppress(RecordingError):  # no usable pose there
+            found.append(recording.cut(begin, begin + NOISE_PIECE))
     return found or [recording]
 
 
-def _start(recordings: Sequence[Recording]) -> Array:
-    """Where the search for the noise starts: the poses' own is seen without a model."""
+def _start_noise(recordings: Sequence[Recording]) -> Array:
+    """Start of the noise estimate: pose noise from fourth differences."""
     noise = NOISE_START.copy()
     with suppress(RecordingError):  # too few poses in a row
         own = pose_noise(*recordings)
@@ -203,30 +214,31 @@ def _start(recordings: Sequence[Recording]) -> Array:
     return noise
 
 
-def causal(model: Model, recording: Recording, noise: Array | None = None) -> Causal:
-    """Velocities by the model's filter, with `noise` (11,) or what `believed_noise` gives.
+def run_filter(model: Model, recording: Recording, noise: Array | None = None) -> Filtered:
+    """Velocities by the model's filter, with `noise` (11,), by default from `filter_noise`.
 
     Raises ModelError where the model diverges.
     """
-    believed = believed_noise(model, [recording]) if noise is None else noise
-    found = filter_pass(model, recording, series(recording), believed)
+    used_noise = filter_noise(model, [recording]) if noise is None else noise
+    found = filter_pass(model, recording, filter_series(recording), used_noise)
+    # Poses count after the settling of a start, and not as outliers.
     begins = recording.t[recording.valid][0]
-    used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + SETTLING)
+    used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + FILTER_SETTLING)
     for _, ends in recording.unknown:
-        used &= (recording.t < ends) | (recording.t > ends + LASTING + SETTLING)
+        used &= (recording.t < ends) | (recording.t > ends + COMMAND_MEMORY + FILTER_SETTLING)
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)
-    return Causal(moving, _residual(found, state[:, 2]), believed)
+    return Filtered(moving, _normalised_innovation(found, state[:, 2]), used_noise)
 
 
-def _residual(found: _core.FilterRun, psi: Array) -> Array:
-    """Innovations (n, 3) in body axes over their standard deviations, outliers held back."""
+def _normalised_innovation(found: _core.FilterRun, psi: Array) -> Array:
+    """Innovations (n, 3) in body axes over their standard deviations, outliers down-weighted."""
     xx, xy, _, yy, _, turn = np.asarray(found.spread).T
     c, s = np.cos(psi), np.sin(psi)
     along = np.sqrt(np.maximum(c**2 * xx + 2.0 * c * s * xy + s**2 * yy, 0.0))
     across = np.sqrt(np.maximum(s**2 * xx - 2.0 * c * s * xy + c**2 * yy, 0.0))
-    body = body_velocity(psi, np.asarray(found.innovation))  # the same turn as a velocity's
+    body = body_velocity(psi, np.asarray(found.innovation))  # rotates as a velocity does
     return np.asarray(
         body / np.column_stack([along, across, np.sqrt(turn)]) * found.weight[:, None]
     )

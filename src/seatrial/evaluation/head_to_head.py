@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Two models side by side, each from two kinds of start: how much is the model, how much the start.
+"""Head-to-head comparison of two models (`--against`), each from two kinds of start velocity.
 
-A prediction is as good as the velocity that it starts from. Stencil starts carry the poses' noise
-into every model alike; a causal filter's are as good as the model it runs on.
+The error of a prediction contains that of its start. Stencil starts carry the same pose noise into
+both models; a filter's starts depend on the model that it runs on.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
-from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.filtering import filter_noise, run_filter
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
@@ -30,87 +30,92 @@ PAIRS = {  # cells that are compared: (over, under)
 }
 
 
-class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """What one RMS is to another, at the same instants."""
+class RmsRatio(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """Ratio of two RMS errors at the same instants."""
 
-    difference: float  # [m/s] or [rad/s] RMS less that of the other
-    ratio: float  # RMS over that of the other: below 1 it is better
+    difference: float  # [m/s] or [rad/s] RMS minus that of the other
+    ratio: float  # RMS over that of the other; below 1 is better
     interval: tuple[float, float] | None  # of the ratio, 95 %; None: the recording is too short
-    significant: bool  # the interval does not hold 1
+    significant: bool  # the interval excludes 1
 
 
-class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """One model from one kind of start."""
+class ModelScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """Score of one model from one kind of start."""
 
-    rms: float  # [m/s] or [rad/s] of reference less predicted
+    rms: float  # [m/s] or [rad/s] of reference minus prediction
     interval: tuple[float, float] | None  # 95 %
-    floor: float  # what a perfect model would score from this start
-    excess: float  # sqrt(rms^2 - floor^2)
+    floor: float  # noise floor: RMS of a perfect model from this start
+    excess: float  # excess over the floor: sqrt(rms^2 - floor^2)
 
 
-class Duel(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+class HeadToHeadTable(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """The 2 x 2 table of one recording, for one velocity."""
 
     recording: str
     symbol: str  # u, v, r
     predictions: int
-    cells: dict[str, Cell]  # by CELLS
-    changes: dict[str, Change]  # by PAIRS
+    cells: dict[str, ModelScore]  # by CELLS
+    changes: dict[str, RmsRatio]  # by PAIRS
 
 
-class Against(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """A model against another on the same recordings."""
+class HeadToHead(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """Head-to-head comparison of two models on the same recordings."""
 
     model: str  # method
     other: str
     horizon: float  # [s]
-    reference: str  # what predictions are compared with
-    duels: list[Duel]
+    reference: str  # source of the velocities that predictions are compared with
+    duels: list[HeadToHeadTable]
 
 
-def against(
+def head_to_head(
     model: Model,
     other: Model,
     recordings: Sequence[Recording],
     horizon: float = DEFAULT_HORIZON,
     *,
     velocities: Mapping[str, Motion] | None = None,
-) -> Against:
+) -> HeadToHead:
     """The 2 x 2 table of every recording: this model or the other, stencil or filter starts.
 
-    All four predict the same instants, and are compared with the stencil's velocities or with
-    `velocities`, by recording (the truth of simulated trials). Raises ModelError where one of them
-    is unstable, runs away, or knows other commands than the recordings hold, or where their origins are two.
+    All four predict the same instants. The reference is the stencil's velocities, or `velocities` by
+    recording (the truth of simulated trials). Raises ModelError where a model is unstable or diverges,
+    has other commands than the recordings, or where the two origins differ.
     """
+    # 1. Both models must be of one origin, stable, and driven by the recorded commands.
     if not model.same_origin(other):
         raise ModelError(
-            f"the poses' point is {model.vehicle.point} of the model's origin, {other.vehicle.point} of the "
-            "other's: identify both with one lever arm, under pose in the vehicle file"
+            f"different origins: the measured point is {model.vehicle.point} of the model's, "
+            f"{other.vehicle.point} of the other's; identify both with one lever arm (pose: lever in the vehicle "
+            "file)"
         )
     for one in (model, other):
         axis_physics(one)
-        _fits(one, recordings)
+        _check_commands(one, recordings)
+    # 2. Noise of both filters, from all recordings.
     known = velocities or {}
-    noises = [believed_noise(one, recordings) for one in (model, other)]
+    noises = [filter_noise(one, recordings) for one in (model, other)]
+    # 3. Four predictions of the same instants, from stencil and filter starts.
     duels = []
     for recording in recordings:
         stencil, filters = motion(recording), [
-            causal(one, recording, noise).motion
+            run_filter(one, recording, noise).motion
             for one, noise in zip((model, other), noises, strict=True)
         ]  # fmt: skip
         truth = known.get(recording.name)
         both = stencil.valid & filters[0].valid & filters[1].valid
         ahead = [
-            predict(one, recording, horizon, velocities=truth, starts=_at(start, both))
+            predict(one, recording, horizon, velocities=truth, starts=_restricted_to(start, both))
             for one, filtered in zip((model, other), filters, strict=True)
             for start in (stencil, filtered)
         ]
-        duels += _duels(recording, ahead)
+        # 4. RMS errors, floors, and their ratios with intervals.
+        duels += _tables(recording, ahead)
     reference = "stencil" if velocities is None else "given"
-    return Against(model.estimator.method, other.estimator.method, horizon, reference, duels)
+    return HeadToHead(model.estimator.method, other.estimator.method, horizon, reference, duels)
 
 
-def _fits(model: Model, recordings: Sequence[Recording]) -> None:
+def _check_commands(model: Model, recordings: Sequence[Recording]) -> None:
     for recording in recordings:
         if recording.commands.names != model.vehicle.inputs:
             raise ModelError(
@@ -120,11 +125,11 @@ def _fits(model: Model, recordings: Sequence[Recording]) -> None:
             )
 
 
-def _at(start: Motion, valid: Mask) -> Motion:
+def _restricted_to(start: Motion, valid: Mask) -> Motion:
     return Motion(start.t, start.eta, start.nu, valid, start.deviation)
 
 
-def _duels(recording: Recording, ahead: Sequence[Prediction]) -> list[Duel]:
+def _tables(recording: Recording, ahead: Sequence[Prediction]) -> list[HeadToHeadTable]:
     squares = np.stack([p.errors**2 for p in ahead], axis=-1)  # (m, 3, 4)
     index, steps, samples = ahead[0].index, ahead[0].steps, len(squares)
     flat = squares.reshape(samples, -1)
@@ -137,7 +142,7 @@ def _duels(recording: Recording, ahead: Sequence[Prediction]) -> list[Duel]:
         count = None if blocks is None else np.repeat(blocks[:, -1:], 4, axis=1)
         floors = [float(p.floor[axis]) for p in ahead]
         found.append(
-            Duel(
+            HeadToHeadTable(
                 recording.name, symbol, samples,
                 dict(zip(CELLS, _cells(mean, floors, own, count), strict=True)),
                 dict(zip(PAIRS, _changes(mean, own), strict=True)),
@@ -148,22 +153,22 @@ def _duels(recording: Recording, ahead: Sequence[Prediction]) -> list[Duel]:
 
 def _cells(
     mean: Array, floors: Sequence[float], own: Array | None, count: Array | None
-) -> list[Cell]:
-    ranges = _pairs(own, count, len(mean))
+) -> list[ModelScore]:
+    ranges = _rms_intervals(own, count, len(mean))
     return [
-        Cell(float(np.sqrt(m)), r, f, float(np.sqrt(max(0.0, m - f**2))))
+        ModelScore(float(np.sqrt(m)), r, f, float(np.sqrt(max(0.0, m - f**2))))
         for m, r, f in zip(mean.tolist(), ranges, floors, strict=True)
     ]
 
 
-def _changes(mean: Array, own: Array | None) -> list[Change]:
+def _changes(mean: Array, own: Array | None) -> list[RmsRatio]:
     over, under = np.array(list(PAIRS.values())).T
     rms = np.sqrt(mean)
-    ranges = _pairs(
+    ranges = _rms_intervals(
         None if own is None else own[:, over], None if own is None else own[:, under], len(over)
     )
     return [
-        Change(
+        RmsRatio(
             float(rms[i] - rms[j]),
             float(rms[i] / rms[j]),
             r,
@@ -173,14 +178,16 @@ def _changes(mean: Array, own: Array | None) -> list[Change]:
     ]
 
 
-def _pairs(over: Array | None, under: Array | None, n: int) -> list[tuple[float, float] | None]:
-    """Intervals of root mean squares, or of their ratios."""
+def _rms_intervals(
+    over: Array | None, under: Array | None, n: int
+) -> list[tuple[float, float] | None]:
+    """95 % intervals of RMS errors, or of their ratios."""
     if over is None or under is None:
         return [None] * n
     return [(float(a), float(b)) for a, b in np.sqrt(ratio_interval(over, under))]
 
 
-def against_text(table: Against) -> str:
+def head_to_head_text(table: HeadToHead) -> str:
     """The 2 x 2 tables for the terminal."""
     width = max(9, *(len(d.recording) for d in table.duels))
     lines = [
@@ -195,11 +202,11 @@ def against_text(table: Against) -> str:
         name = duel.recording if duel.symbol == SYMBOLS[0] else ""
         cells = "".join(f"{duel.cells[c].rms * scale:16.3f}" for c in CELLS)
         change = duel.changes["model, from filter starts"]
-        lines.append(f"  {name:<{width}}  {duel.symbol} {unit:<6}{cells}   {_said(change)}")
+        lines.append(f"  {name:<{width}}  {duel.symbol} {unit:<6}{cells}   {_ratio_text(change)}")
     return "\n".join(lines)
 
 
-def _said(change: Change) -> str:
+def _ratio_text(change: RmsRatio) -> str:
     if change.interval is None:
         return f"{change.ratio:.2f} (too short for an interval)"
     low, high = change.interval

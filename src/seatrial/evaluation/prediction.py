@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.expected_error import Poses, pushed, unsure
+from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -23,7 +23,7 @@ FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 @dataclass(frozen=True)
 class Prediction:
-    """Velocities predicted `horizon` ahead, at the instants that they are predicted for."""
+    """Velocities predicted `horizon` ahead, at the instants of the prediction."""
 
     stamps: Stamps  # (m,) [ns]
     t: Array  # (m,) the same in [s] from the recording's start
@@ -62,9 +62,9 @@ def predict(
 
     Starts and references are the stencil's velocities. `velocities` are references instead (the
     truth of a simulated trial), and starts, too, unless `starts` are given (a filter's, with their
-    deviation; those without are taken for the stencil's). `every`: poses from start to start.
-    Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
-    model runs away.
+    deviation; without one they count as the stencil's). `every`: poses from start to start.
+    Raises RecordingError where no interval is as long as the horizon, and ModelError where the
+    model diverges.
     """
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
 
@@ -188,10 +188,10 @@ class Lookahead:
         self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
     ) -> tuple[Array | None, Array | None]:
         """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
-        force = pushed(self.model, self.recording, begin, start, end)
+        force = process_noise_variance(self.model, self.recording, begin, start, end)
         if force is None:
             return None, None
-        parameters = unsure(self.model, self.recording, begin, start[few], end[few])
+        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
         return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
 
     def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What the errors of a model still have to do with its inputs.
+"""Residual analysis: correlation of a model's innovations with its generalised forces.
 
-The errors of a filter's prediction from pose to pose are white and follow nothing if model and noise
-are right (Ljung, section 16.6). If they follow a force, a term is missing or a
-delay wrong.
+With the right model and noise the innovations are white and uncorrelated with the inputs (Ljung,
+section 16.6). A correlation with a past force indicates a missing term or a wrong delay.
 """
 
 from statistics import NormalDist
@@ -12,7 +11,7 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.filtering import Causal
+from seatrial.evaluation.filtering import Filtered
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.statistics import (
@@ -23,29 +22,30 @@ from seatrial.util.statistics import (
     white_band,
 )
 
-REACH = 2.0  # [s] lags to either side
-ENOUGH = 10.0 * REACH  # [s] of residuals: of less, correlations over so many lags are chance
+REACH = 2.0  # [s] largest lag in both directions
+ENOUGH = 10.0 * REACH  # [s] of innovations: with fewer, chance dominates at large lags
 WHITENING, RIDGE = 20, 1e-6  # lags of the autoregression of a force
-LEAK = 0.5  # of the largest value after a force, before it: more is no leak of the whitening
-MOST_LAGS = 400  # to either side; at higher rates lags are further apart than poses
+LEAK = 0.5  # of the largest value at positive lags; a larger one at negative lags is no leakage
+MOST_LAGS = 400  # in each direction; at higher pose rates lags are coarser than poses
 
 
 class Correlation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """Correlation of one residual with one force, over lags."""
 
-    residual: str  # u, v or r: of the pose in surge, sway or yaw, a pose ahead
+    residual: str  # u, v or r: the innovation in surge, sway or yaw
     force: str
     step: float  # [s] from lag to lag; the first is minus `REACH`
     values: list[float]  # at positive lags the residual follows the force
-    band: float  # 95 %, at one lag, for signals that have nothing to do with each other
-    limit: float  # what all values of all residuals and forces stay within in 95 %
-    found: bool  # one is beyond the limit: chance does not explain it
-    peak: float  # the value of largest size; at a negative lag only if the force clearly follows
+    band: float  # 95 % at one lag, for independent signals
+    limit: float  # 95 % for all lags, residuals and forces together (Bonferroni)
+    found: bool  # the peak is beyond the limit
+    peak: float  # the largest value; at a negative lag only if the force clearly follows
     lag: float  # [s] of the peak
 
 
-def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Correlation]:
-    """Every residual of the model's filter against every generalised force of the model."""
+def residuals(model: Model, recording: Recording, filtered: Filtered) -> list[Correlation]:
+    """Correlation of every innovation of the model's filter with every generalised force."""
+    # 1. Innovations and forces on one regular grid.
     step = max(recording.period, REACH / MOST_LAGS)
     index = np.rint(recording.t / step).astype(np.int64)
     grid = np.arange(index[-1] + 1)
@@ -54,13 +54,15 @@ def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Corr
     forces = np.asarray(model.trace(recording).forces(grid * step))
     if np.isfinite(errors).all(axis=1).sum() * step < ENOUGH:
         return []
+    # 2. Correlations with the forces, and with their whitened parts (no smearing over lags).
     lags = round(REACH / step)
     found = cross_correlation(errors, forces, lags)
     sharp = cross_correlation(errors, np.column_stack([_whitened(f) for f in forces.T]), lags)
+    # 3. Bands: of one lag, and of all lags and pairs together.
     band = _band(errors, forces)
     names = [force.name for force in model.vehicle.forces]
     tests = 3 * len(names) * (2 * lags + 1)
-    widening = NormalDist().inv_cdf(1.0 - 0.025 / tests) / NORMAL_95  # for all of them together
+    widening = NormalDist().inv_cdf(1.0 - 0.025 / tests) / NORMAL_95  # Bonferroni
     clear = widening * white_band(int(np.isfinite(errors[:, 0]).sum()))
     return [
         _correlation(
@@ -77,7 +79,7 @@ def residuals(model: Model, recording: Recording, filtered: Causal) -> list[Corr
 
 
 def _band(errors: Array, forces: Array) -> Array:
-    """95 % band (3, forces), from how errors and forces are correlated with themselves."""
+    """95 % band (3, forces), from the autocorrelations of innovations and forces."""
     there = np.flatnonzero(np.isfinite(errors).all(axis=1))
     reach = len(errors) // 4
     rho = autocorrelation(errors[there], there, reach)
@@ -89,9 +91,9 @@ def _band(errors: Array, forces: Array) -> Array:
 def _correlation(
     names: tuple[str, str], step: float, values: Array, sharp: Array, bands: Array
 ) -> Correlation:
-    """What is new in a force is clearly (beyond 1) at negative lags only if residuals precede it.
+    """A correlation; its peak is at a negative lag only if the whitened force clearly follows.
 
-    Whitening is not perfect: a strong answer to the force leaks a little to before it.
+    Clearly: beyond 1 (the limit), and beyond `LEAK`, as imperfect whitening leaks to negative lags.
     """
     lags = len(values) // 2
     band, limit = bands.tolist()
@@ -106,10 +108,10 @@ def _correlation(
 
 
 def _whitened(force: Array) -> Array:
-    """What is new in a force: less its autoregression (Yule, Walker).
+    """A force minus its autoregression (Yule-Walker).
 
-    A force lasts, so that an answer to it now is correlated with what it will be; what is new can
-    only be followed.
+    A force is correlated in time, so a response correlates with its future, too. Its whitened part
+    is not.
     """
     rho = autocorrelation(force, np.arange(len(force)), WHITENING)
     apart = np.abs(np.subtract.outer(np.arange(WHITENING), np.arange(WHITENING)))
@@ -118,19 +120,17 @@ def _whitened(force: Array) -> Array:
 
 
 def in_words(correlation: Correlation) -> str:
-    """What it says, and what may be done about it."""
+    """The correlation as a message: value, cause."""
     axis = AXES[SYMBOLS.index(correlation.residual)]
     size = f"{correlation.peak:+.2f}, chance {correlation.limit:.2f}"
     if correlation.lag < 0:
         return (
             f"{correlation.force} follows residuals in {axis} {-correlation.lag:.2f} s later: {size}: "
-            "the operator answers them, or the clock of the commands is late"
+            "feedback by the operator, or a late clock of the commands"
         )
     own = correlation.force[-1] == correlation.residual
     or_else = (
-        "a delay is wrong, or mass, thrust or drag is not what it was"
-        if own
-        else "or a delay is wrong"
+        "a delay is wrong, or mass, thrust or drag has changed" if own else "or a delay is wrong"
     )
     return (
         f"residuals in {axis} follow {correlation.force} {correlation.lag:.2f} s later: {size}: "

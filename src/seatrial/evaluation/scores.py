@@ -13,7 +13,7 @@ import numpy as np
 from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.old_notes import with_findings
-from seatrial.evaluation.head_to_head import Against
+from seatrial.evaluation.head_to_head import HeadToHead
 from seatrial.evaluation.residuals import Correlation
 from seatrial.util.files import convert, expect_format, read_json
 
@@ -111,14 +111,14 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """What `validate` found."""
+    """Scores of `validate`."""
 
     seatrial: str
     model: str
     method: str
     horizon: float  # [s]
     recordings: list[RecordingScore]
-    against: Against | None = None  # another model, where one was given
+    against: HeadToHead | None = None  # another model, where one was given
     pooled: list[PooledScore] = []  # recordings that judge the model, together: see `judged`
     fingerprint: str = ""  # of the model's numbers
 

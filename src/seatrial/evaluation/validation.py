@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.assessment import Assessment, assess, judging, pooled
-from seatrial.evaluation.head_to_head import Against, against
+from seatrial.evaluation.head_to_head import HeadToHead, head_to_head
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint
 from seatrial.recording.recording import Recording
@@ -21,20 +21,20 @@ def validate(
 ) -> Scores:
     """Scores of the model on every recording, `horizon` [s] ahead, and at all `HORIZONS`.
 
-    With an `other` model also the table of `against`. Refuses an unstable model, and one that runs
-    away within `horizon`.
+    With an `other` model also the table of `against`. Refuses an unstable model, and one that diverges
+    within `horizon`.
     """
     axis_physics(model)
     found = assess(model, recordings, horizon)
     for one in found:
         if one.failure is not None:
             raise one.failure
-    beside = None if other is None else against(model, other, recordings, horizon)
+    beside = None if other is None else head_to_head(model, other, recordings, horizon)
     return scores_of(model, found, horizon, beside)
 
 
 def scores_of(
-    model: Model, found: Sequence[Assessment], horizon: float, beside: Against | None = None
+    model: Model, found: Sequence[Assessment], horizon: float, beside: HeadToHead | None = None
 ) -> Scores:
     """The scores of all recordings that could be predicted."""
     return Scores(

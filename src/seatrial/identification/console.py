@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What was found, for the terminal: a screenful."""
+"""Summary of an identified model for the terminal."""
 
 from collections.abc import Sequence
 
@@ -25,21 +25,21 @@ from seatrial.recording.velocity import STENCIL_NOISE
 from seatrial.util.format import joined, percent, plus_minus, table
 from seatrial.util.frames import AXES, Array, Axes
 
-UNSEEN = 1e-3  # share of full thrust below which an unmodelled force is not worth a word
-STILL = 1e-4  # [m/s], [rad/s] in a second: a velocity that wanders less keeps still
-NOISELESS = 1e-7  # [m], [rad] correlated errors that are none
-LONG = 120.0  # [min] from which on hours are said
-MANY = 3  # parameters that the minutes are said of
+LEAST_DISTURBANCE = 1e-3  # of full thrust: a smaller disturbance force is not shown
+LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
+LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
+HOURS_FROM = 120.0  # [min] from which on a length is in hours
+MOST_LISTED = 3  # parameters with a record length beside them
 
 
-SMEARED = (
+SMOOTHER_BIAS = (
     "± covers scatter only: accelerations are smoothed and commands are not, which biases this method, "
     "latency and lag most of all."
 )
 
 
 def caution(model: Model) -> str:
-    """What the paper's method leaves out of its standard errors, with this recording's noise."""
+    """The bias that the paper's method has no standard error for, with this recording's pose noise."""
     spread = STENCIL_NOISE / model.integration.step
     noise = model.noise
     return (
@@ -50,12 +50,12 @@ def caution(model: Model) -> str:
 
 
 def summary(model: Model) -> str:
-    """Parameters with verdicts, noise, how long to drive, doubts, and what they mean for the boat."""
+    """Parameters with verdicts, noise, record length, findings, doubts, and top speeds."""
     found = identifiability(model)
     lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
     scatter = model.estimator.method == EQUATION_ERROR
     lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
-    lines += [SMEARED] if model.estimator.method == SMOOTHER else []
+    lines += [SMOOTHER_BIAS] if model.estimator.method == SMOOTHER else []
     lines += [*_effects(model), *map(finding_text, model.estimator.findings)]
     lines += [f"  doubt: {warning}" for warning in model.warnings]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
@@ -68,7 +68,7 @@ def summary(model: Model) -> str:
 
 
 def _effects(model: Model) -> list[str]:
-    """What stood between boat and sensor, and what else acted, where it was sought."""
+    """Lever arm and effects of each recording, where they were estimated."""
     ahead, aside = model.vehicle.lever
     lines = []
     if ahead or aside:
@@ -107,7 +107,7 @@ def _parameters(found: Identifiability) -> list[str]:
 
 
 def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> str:
-    """The verdict, the most there may be of what is not distinguishable from zero, and its partners."""
+    """The verdict, with an upper limit where it is not distinguishable from zero, and correlated parameters."""
     said = found.verdict.value
     if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
         said += f": at most {percent(found.reach)} of full thrust"
@@ -120,7 +120,7 @@ def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> s
 
 
 def combined(found: Combination) -> str:
-    """What is known of some parameters together."""
+    """A combination of parameters that is better known than each of them."""
     names = joined(found.names)
     apart = "can't be told apart" if abs(found.correlation) > INSEPARABLE else "are correlated"
     value = plus_minus(found.value, found.error)
@@ -148,7 +148,7 @@ def _noise(model: Model) -> str:
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if noise.correlated is not None:
         c = noise.correlated
-        lasting = _above(NOISELESS, (c.position, "mm"), (c.heading, "mrad"))
+        lasting = _above(LEAST_CORRELATED, (c.position, "mm"), (c.heading, "mrad"))
         said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
@@ -157,26 +157,26 @@ def _noise(model: Model) -> str:
     parts = [
         f"{percent(size / thrust)} in {axis}"
         for size, thrust, axis in zip(sizes, most, AXES, strict=True)
-        if thrust > 0 and size > UNSEEN * thrust
+        if thrust > 0 and size > LEAST_DISTURBANCE * thrust
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
         f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}"
         if parts else "; no significant process noise"
     )  # fmt: skip
-    if max(process.walk_linear, process.walk_yaw) > STILL:
+    if max(process.walk_linear, process.walk_yaw) > LEAST_WALK:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
-        said += f"; velocity random walk {_above(STILL, *walks)} in 1 s"
+        said += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
     return f"{said}."
 
 
 def _above(least: float, *sizes: tuple[float, str]) -> str:
-    """Sizes in thousandths, with their units; not those at which a search stops."""
+    """Sizes in thousandths, with their units; those at the floor of the search are left out."""
     return " and ".join(f"{1e3 * size:.2g} {unit}" for size, unit in sizes if size > least)
 
 
 def _how_long(model: Model, found: Identifiability) -> list[str]:
-    """Minutes like these until the loose parameters are sharp: errors fall with the root of time."""
+    """Record length for standard errors of 5 %: they fall with the square root of time."""
     length = sum(r.length for r in model.recordings) / 60  # [min]
     helped = {n for c in found.combinations if c.verdict is ParameterVerdict.SHARP for n in c.names}
     loose = [
@@ -189,7 +189,8 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
         return [f"Halving every error takes four times these {minutes(length)}."]
     loose.sort(key=lambda f: -f.relative)
     wanted = [
-        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}" for f in loose[:MANY]
+        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}"
+        for f in loose[:MOST_LISTED]
     ]
     return [
         f"Driven like these {minutes(length)}, knowing them to {100 * SHARP_ERROR:.0f} % takes "
@@ -199,7 +200,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
 
 def minutes(value: float) -> str:
     """A length of time, given in minutes."""
-    if value > LONG:
+    if value > HOURS_FROM:
         return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
     return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
 

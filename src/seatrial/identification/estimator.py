@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Prediction-error estimation of boat and thrusters together, on the raw poses.
 
-An extended Kalman filter, driven by the model, predicts every pose from those before it; what is
-maximised is the likelihood of its errors, over coefficients, constants of the actuator chain, and
-the noise of poses and process alike (Ljung, System Identification, 2nd ed., section 7.4). Without
-process noise this is the simulation error of whole recordings, with much of it every pose is a new
-start: the data say how long the model is to be believed. Pose noise is modelled, so that it does
-not bias the coefficients as it does the paper's.
+An extended Kalman filter with the model predicts every pose from those before it. The likelihood of its
+innovations is maximised over coefficients, constants of the actuator chain, pose noise and process noise (Ljung,
+System Identification, 2nd ed., section 7.4). Without process noise this is the simulation error of whole
+recordings; with much of it, the one-pose prediction error. Pose noise is modelled, so it does not bias the
+coefficients as it does with the paper's least squares.
 """
 
 import itertools
@@ -23,10 +22,14 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.external_disturbances import bumps, bumps_said, bumps_tried
-from seatrial.identification.diagnostics.homogeneity import disagreements
-from seatrial.identification.diagnostics.parameter_drift import wear
-from seatrial.identification.diagnostics.unmodelled_effects import hints
+from seatrial.identification.diagnostics.external_disturbances import (
+    disturbance_findings,
+    disturbance_hint,
+    disturbed_at,
+)
+from seatrial.identification.diagnostics.homogeneity import homogeneity_findings
+from seatrial.identification.diagnostics.parameter_drift import drift_findings
+from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
 from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
 from seatrial.identification.likelihood.noise_structures import multi_start
 from seatrial.identification.likelihood.optimiser import Point, far_from_poses, maximise_likelihood
@@ -35,10 +38,14 @@ from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.regression.start_values import start_values
-from seatrial.identification.selection.actuator_selection import STAGES_SELECTED, freed, problem_of
+from seatrial.identification.selection.actuator_selection import (
+    STAGES_SELECTED,
+    problem_with,
+    select_stages,
+)
 from seatrial.identification.selection.actuator_stages import (
     CHAIN_FINDINGS,
-    staged,
+    with_estimated_stages,
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
@@ -55,10 +62,11 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 
-SHORT = 0.02  # [m] a lever arm that is none
-LONGEST = 0.3  # step times rate of the boat's quickest motion
-SHORTEST_STEP = 1 / 480  # [s]
-MANY, HOPELESS = 0.03, 0.3  # shares of poses beyond the outlier's limit: said, refused
+LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
+MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
+LEAST_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
+REPORTED_OUTLIERS = 0.03  # share of the poses: false matches are usually rarer
+REFUSED_OUTLIERS = 0.3  # share of the poses: then the model is wrong, not the poses
 
 
 __all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -72,11 +80,11 @@ def output_error(
     start: Model | None = None,
     prior: Model | None = None,
 ) -> Model:
-    """Coefficients and the constants of the chain that the vehicle file does not state.
+    """Coefficients, and the constants of the actuator chain that the vehicle file does not state.
 
-    Latency and lag are found, and the dead zone where the commands show it. `start`:
-    a model to start from; `prior`: a model whose estimates count as far as its covariance says.
-    Raises IdentificationError where the search does not get anywhere.
+    Latency and lag are estimated, and the dead zone where the commands identify it. `start`: a model to start
+    from; `prior`: a model whose estimates have the weight of their covariance. Raises IdentificationError where
+    the search finds no solution.
     """
     return fit(recordings, vehicle, settings=settings, start=start, prior=prior).model()
 
@@ -89,12 +97,12 @@ def fit(
     start: Model | None = None,
     prior: Model | None = None,
 ) -> Fit:
-    """`output_error` with all that the estimates came from."""
+    """`output_error` with the solution: parameters, noise, filter runs, covariance."""
     chosen = settings or OutputErrorSettings()
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
-    fresh = start is None and chosen.extras
+    fresh = start is None and chosen.select_stages
     if not (fresh and prior is None and "lever" in chosen.effects):
         return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
     beside = _from_stated_lever(recordings, vehicle, chosen)
@@ -110,10 +118,10 @@ def fit(
 def _from_stated_lever(
     recordings: Sequence[Recording], vehicle: Vehicle, chosen: OutputErrorSettings
 ) -> Fit | None:
-    """The solution with a lever arm that is found from the one without, thrusters and all; None: there is none.
+    """The solution with a lever arm, started from the one without; None: there is none.
 
-    A boat that is not yet known well may have its lever arm anywhere: where drag and inertia are free to
-    move with it, the likelihood is nearly flat along it, and a search may end far off.
+    The likelihood is nearly flat along the lever arm where drag and inertia are free, so that a search from start
+    values may end far away.
     """
     without = replace(chosen, effects=tuple(e for e in chosen.effects if e != "lever"))
     with suppress(IdentificationError):
@@ -123,7 +131,7 @@ def _from_stated_lever(
 
 
 def _cost(found: Fit) -> float:
-    """-2 log likelihood, the model believed as closely as it makes likely."""
+    """-2 log L at the noise that maximises it, without a fit horizon."""
     noise = found.noise if found.maximum_noise is None else found.maximum_noise
     return found.problem.run_filter(found.theta, noise, repeatable=False).cost
 
@@ -137,41 +145,54 @@ def _fit(
     *,
     further: bool,
 ) -> Fit:
-    """`fit` from one start; `further`: more stages of the chain are tried, and hints looked for."""
-    whole, findings = _whole(vehicle, recordings, start)
+    """`fit` from one start; `further`: with stage selection and all diagnostics."""
+    # which parameters are free, and the prior on them
+    whole, findings = _with_sought_stages(vehicle, recordings, start)
     if further and start is not None:
-        findings = [*of_kinds(findings, *STAGES_SELECTED), *staged(vehicle, recordings)[1]]
-    problem = _with_prior(problem_of(whole, vehicle, recordings, chosen), prior)
+        findings = [
+            *of_kinds(findings, *STAGES_SELECTED),
+            *with_estimated_stages(vehicle, recordings)[1],
+        ]
+    problem = _with_prior(problem_with(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
     if prior is None:
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
-    at, theta = _searched(problem, recordings, start, hold=chosen.hold_noise)
+    # the maximum of the likelihood: a first search, then several noise structures
+    at, theta = _maximised(problem, recordings, start, hold=chosen.hold_noise)
     at = at if chosen.hold_noise else multi_start(at, theta)
-    bumped = at if bumps(at) else None
-    likely, at, share = with_fit_horizon(at, hold=chosen.hold_noise)
-    for point in (at, bumped or at):
+    # under model mismatch: the fit horizon that predicts best
+    disturbed = at if disturbed_at(at) else None
+    likely, at, horizon = with_fit_horizon(at, hold=chosen.hold_noise)
+    for point in (at, disturbed or at):
         point.runs.drop_linearisation()
-    if further and prior is None:  # what a prior says, it says of its own stages
-        likely, at, share, found = _with_stages((likely, at, share), vehicle, chosen)
+    # further stages of the actuator chain
+    if further and prior is None:  # a prior has stages of its own
+        likely, at, horizon, found = _with_stages((likely, at, horizon), vehicle, chosen)
         findings += found
+    # diagnostics at the solution
     if further:
-        findings += [*hints(at, share), *disagreements(at), *wear(at)]
-    findings += [*_rejected(at), *prediction_findings(at, share)]
+        findings += [
+            *unmodelled_effect_findings(at, horizon),
+            *homogeneity_findings(at),
+            *drift_findings(at),
+        ]
+    findings += [*_outliers(at), *prediction_findings(at, horizon)]
     problem = at.runs.problem
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
         value = at.theta[int(i)]
         end = low if abs(value - low) < abs(value - high) else high
         findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
-    if share:
-        findings.append(finding_of(FindingKind.MODEL_MISMATCH, share=share))
+    if horizon:
+        findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
+    # standard errors, and what disturbed intervals do to them
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    sought = chosen.extras and (further or prior is not None) and not chosen.hold_noise
-    if sought and (bumped is not None or not without_process_noise(at)):
-        findings += bumps_said(bumped, at, covariance, _afresh)
-    if _nothing_told(at, covariance):
+    sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
+    if sought and (disturbed is not None or not without_process_noise(at)):
+        findings += disturbance_findings(disturbed, at, covariance, _from_start_values)
+    if _nothing_significant(at, covariance):
         findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
     return Fit(
         at.runs.problem,
@@ -181,104 +202,104 @@ def _fit(
         covariance,
         chosen,
         tuple(findings),
-        share,
+        horizon,
         likely,
     )
 
 
 def _with_stages(
-    believed_so: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
+    first: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
 ) -> tuple[Array, Point, float, list[Finding]]:
-    """The likelihood's noise, the solution, how closely it is believed, and what was freed.
+    """The likelihood's noise, the solution, its fit horizon, and findings on the selected stages.
 
-    What was missing made the model be believed less closely: with it that is asked again.
+    A missing stage is model mismatch: with the stage the fit horizon is chosen again.
     """
-    likely, at, share = believed_so
+    likely, at, horizon = first
     findings: list[Finding] = []
     while True:
-        at, found = freed(at, vehicle, chosen, share)
+        at, found = select_stages(at, vehicle, chosen, horizon)
         findings += found
-        if not found or share == 0.0:
-            return likely, at, share, findings
+        if not found or horizon == 0.0:
+            return likely, at, horizon, findings
         try:
             again = maximise_likelihood(at.runs.problem, at.theta, likely, hold=chosen.hold_noise)
         except IdentificationError:
-            return likely, at, share, findings
-        likely, at, share = with_fit_horizon(again, hold=chosen.hold_noise)
+            return likely, at, horizon, findings
+        likely, at, horizon = with_fit_horizon(again, hold=chosen.hold_noise)
         at.runs.drop_linearisation()
 
 
-def _nothing_told(at: Point, covariance: Array) -> bool:
-    """Whether all coefficients are within two standard errors of nothing."""
+def _nothing_significant(at: Point, covariance: Array) -> bool:
+    """Whether no coefficient differs from zero by more than two standard errors."""
     free = np.array(at.runs.problem.free)
     own = free < at.runs.problem.n_coefficients
-    told = np.abs(at.theta[free]) > 2.0 * np.sqrt(np.diag(covariance))
-    return bool(own.any() and not told[own].any())
+    significant = np.abs(at.theta[free]) > 2.0 * np.sqrt(np.diag(covariance))
+    return bool(own.any() and not significant[own].any())
 
 
-def _searched(
+def _maximised(
     problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
 ) -> tuple[Point, Array]:
-    """The solution and the parameters where its search began.
+    """The maximum of the likelihood, and the parameters where its search started.
 
-    Where a start model leads nowhere, as the boat is another now, it begins without one.
+    If the search from a start model fails, as the boat has changed, it starts again without one.
     """
-    theta, noise = _first(problem, recordings, start)
+    theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
         return maximise_likelihood(own, theta, noise, hold=hold), theta
     except IdentificationError as error:
         if start is not None and not hold:
-            return _searched(problem, recordings, None, hold=False)
-        said = bumps_tried(problem, _afresh) or _lever_tried(problem, recordings)
+            return _maximised(problem, recordings, None, hold=False)
+        said = disturbance_hint(problem, _from_start_values) or _lever_arm_hint(problem, recordings)
         raise IdentificationError(f"{error}{said}") from error
 
 
-def _afresh(problem: Problem) -> Point:
-    """The solution from start values, without what is tried where there is none."""
-    theta, noise = _first(problem, problem.recordings, None)
+def _from_start_values(problem: Problem) -> Point:
+    """The maximum of the likelihood from start values; no further attempts."""
+    theta, noise = _start(problem, problem.recordings, None)
     return maximise_likelihood(replace(problem, step=_step(problem, theta)), theta, noise)
 
 
-def _lever_tried(problem: Problem, recordings: Sequence[Recording]) -> str:
-    """What is to be said where there is no solution, but one with a lever arm."""
+def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
+    """For a refusal: the lever arm with which there is a solution; else nothing."""
     lever = tuple(i for i, name in enumerate(problem.names) if name in LEVER_NAMES)
     if set(lever) & set(problem.free):
         return ""
     wider = replace(problem, free=(*problem.free, *lever))
-    theta, noise = _first(wider, recordings, None)
+    theta, noise = _start(wider, recordings, None)
     try:
         found = maximise_likelihood(replace(wider, step=_step(wider, theta)), theta, noise).theta[
             list(lever)
         ]
     except IdentificationError:
         return ""
-    if np.hypot(*found) < SHORT:
+    if np.hypot(*found) < LEAST_LEVER_ARM:
         return ""
     return (
-        f". With poses of a point about {np.hypot(*found):.2g} m off the origin, a lever arm, there is a "
-        "solution: if that may be, identify with --effect lever"
+        f". There is a solution with poses of a point about {np.hypot(*found):.2g} m off the origin, a lever arm. "
+        "If it is plausible, identify with --effect lever"
     )
 
 
-def _rejected(at: Point) -> list[Finding]:
-    """How many poses count less, being far off; refused where they are so many as to mean nothing."""
+def _outliers(at: Point) -> list[Finding]:
+    """A finding on the share of outliers. Raises IdentificationError where it is too large for any model."""
     weights = np.concatenate([np.asarray(p.weight) for p in at.runs.by_recording])
     used = weights > 0.0
     share = float(np.mean(weights[used] < 1.0))
-    if share > HOPELESS or far_from_poses(at):
+    if share > REFUSED_OUTLIERS or far_from_poses(at):
         rejected = f"{100 * share:.0f} % of the poses are rejected as outliers"
         raise IdentificationError(
             f"{rejected if share else 'the poses are nowhere near'}: no model of this structure "
-            "goes with them; look at the recordings with inspect, and at the vehicle file's signs"
+            "explains them. Check the recordings with 'seatrial inspect', and the vehicle file's signs"
         )
-    if share > MANY:
+    if share > REPORTED_OUTLIERS:
         return [finding_of(FindingKind.OUTLIERS, share=share)]
     return []
 
 
 def _step(problem: Problem, theta: Array) -> float:
-    """As long as asked for, but short beside the boat's quickest motion at the speeds that occur."""
+    """Step [s] of the integration: the chosen one, or less where the boat's fastest eigenvalue requires it."""
     vehicle, n = problem.vehicle, problem.n_coefficients
     nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
     if not len(nu):
@@ -299,39 +320,39 @@ def _step(problem: Problem, theta: Array) -> float:
 
     slopes = np.stack([(rate(corners + d) - rate(corners - d)) / 2e-4 for d in small], axis=2)
     quickest = float(np.abs(np.linalg.eigvals(slopes)).max())
-    return float(min(problem.step, max(LONGEST / max(quickest, 1e-9), SHORTEST_STEP)))
+    return float(min(problem.step, max(MOST_STEP_TIMES_RATE / max(quickest, 1e-9), LEAST_STEP)))
 
 
-def _whole(
+def _with_sought_stages(
     vehicle: Vehicle, recordings: Sequence[Recording], start: Model | None
 ) -> tuple[Vehicle, list[Finding]]:
-    """The vehicle with all stages that are sought: the start model's own, where it has some.
+    """The vehicle with all stages that are estimated: the start model's own, where it has some.
 
-    What the vehicle file states goes before what the start model found. Of that model's findings only those of its
-    chain stay: the others are of other recordings.
+    What the vehicle file states has priority. Of the start model's findings those on its actuator chain are kept:
+    the others are on other recordings.
     """
     if start is not None and start.estimator.method == OUTPUT_ERROR:
         known = set(vehicle.constants.names)
         if known <= set(start.vehicle.constants.names):
             kept = list(start.findings_of(*STAGES_SELECTED, *CHAIN_FINDINGS))
             chain = list(start.vehicle.file.chain)
-            fresh, _ = staged(vehicle, recordings)
-            apart = [g.name for g in fresh.file.chain if _two_edges(g)]
-            both = [_parted(g) if g.name in apart else g for g in chain]
+            fresh, _ = with_estimated_stages(vehicle, recordings)
+            apart = [g.name for g in fresh.file.chain if _has_two_edges(g)]
+            both = [_with_two_edges(g) if g.name in apart else g for g in chain]
             if both != chain:
                 kept = [f for f in kept if f.kind is not FindingKind.DEAD_ZONE_ONE_EDGE]
             own = dict(zip(vehicle.constants.names, vehicle.constants.values.tolist(), strict=True))
             stated = {name: own[name] for name in known - set(vehicle.estimated)}
             return vehicle.with_chain(both).with_stated(stated), kept
-    return staged(vehicle, recordings)
+    return with_estimated_stages(vehicle, recordings)
 
 
-def _two_edges(group: ChainGroup) -> bool:
+def _has_two_edges(group: ChainGroup) -> bool:
     return isinstance(group.dead_zone, DeadZone) and not group.dead_zone.symmetric
 
 
-def _parted(group: ChainGroup) -> ChainGroup:
-    """The group with an edge of its own for reverse, where one stands for both: now data show it."""
+def _with_two_edges(group: ChainGroup) -> ChainGroup:
+    """The group with a separate reverse edge where one stood for both: these recordings identify it."""
     zone = group.dead_zone
     if not isinstance(zone, DeadZone) or not zone.symmetric or isinstance(zone.forward, str):
         return group
@@ -339,10 +360,7 @@ def _parted(group: ChainGroup) -> ChainGroup:
 
 
 def _with_prior(problem: Problem, prior: Model | None) -> Problem:
-    """The problem with what a model says of parameters of the same name.
-
-    Of those without a variance it says nothing.
-    """
+    """The problem with a model's estimates, if they have a variance, as prior of the same parameters."""
     if prior is None:
         return problem
     names = dict(zip(prior.parameters, range(len(prior.parameters)), strict=True))
@@ -364,10 +382,10 @@ def _with_prior(problem: Problem, prior: Model | None) -> Problem:
     return replace(problem, prior=Prior(at, precision))
 
 
-def _first(
+def _start(
     problem: Problem, recordings: Sequence[Recording], start: Model | None
 ) -> tuple[Array, Array]:
-    """Where the search starts: parameters and noise."""
+    """Start of the search: parameters and noise."""
     n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
     given: dict[str, float] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From recordings to a model. One estimator a file; each has the same signature."""
+"""From recordings to a model, by one of four methods."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -13,10 +13,10 @@ from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
-from seatrial.identification.estimator import OUTPUT_ERROR, OutputErrorSettings, output_error
+from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
-from seatrial.identification.prior import check_prior, widened, with_prior_said
+from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
@@ -31,8 +31,9 @@ from seatrial.util.errors import IdentificationError, RecordingError
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
-SHORTEST_TOTAL = 10.0  # [s] of all recordings together
-SHARED_POSES = 0.5  # of the shorter one's poses: two recordings that share so many are one
+SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
+SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are one recording
+LEAST_USABLE = 0.95  # share of usable poses of a recording: with less the user gets a warning
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -47,9 +48,6 @@ __all__ = [
 ]
 
 
-LEAST_USABLE = 0.95  # share of usable poses of a recording below which it is worth a word
-
-
 def identify(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
@@ -61,17 +59,63 @@ def identify(
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
 ) -> Model:
-    """The vehicle's model from its recordings, checked for physical sense.
+    """The vehicle's model from its recordings, checked for plausible physics.
 
     `roles` names the recordings that identify surge, sway and yaw; by default they are found from
     the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
     which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
-    seek them. Raises IdentificationError, RecordingError, ModelError
+    estimate them. Raises IdentificationError, RecordingError, ModelError
     (unstable).
     """
+    return identify_with_fit(
+        recordings, vehicle, method=method, roles=roles, settings=settings,
+        prior=prior, prior_spread=prior_spread, effects=effects,
+    )[0]  # fmt: skip
+
+
+def identify_with_fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    method: str = DEFAULT_METHOD,
+    roles: Mapping[str, Sequence[str]] | None = None,
+    settings: EquationErrorSettings | None = None,
+    prior: Model | None = None,
+    prior_spread: float = PRIOR_SPREAD,
+    effects: Sequence[str] = (),
+) -> tuple[Model, Fit | None]:
+    """`identify`, and the solution that the model came from; None where the method has none."""
+    # refuse what no model can come from, and options of another method
+    _check_options(method, roles, settings, prior, effects)
+    check_recordings(recordings)
+    # the method
+    solution = None
+    if method == OUTPUT_ERROR:
+        solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        model = solution.model()
+        if prior is not None:
+            model = with_prior_findings(model, prior, prior_spread)
+    elif method == WEAK_FORM:
+        model = weak_form(recordings, vehicle, roles=roles)
+    elif method == SMOOTHER:
+        model = smoother(recordings, vehicle, roles=roles)
+    else:
+        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    # is it a boat, and are recordings and vehicle file what they seem?
+    axis_physics(model)
+    return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def _check_options(
+    method: str,
+    roles: Mapping[str, Sequence[str]] | None,
+    settings: EquationErrorSettings | None,
+    prior: Model | None,
+    effects: Sequence[str],
+) -> None:
+    """Raises IdentificationError for an option that belongs to another method."""
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
-    check_recordings(recordings)
     if method != EQUATION_ERROR and settings is not None and settings.literal:
         raise IdentificationError(
             f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
@@ -82,29 +126,14 @@ def identify(
         )
     if effects and method != OUTPUT_ERROR:
         raise IdentificationError(f"effects belong to {OUTPUT_ERROR}, not to {method}")
-    if method == OUTPUT_ERROR:
-        if roles:
-            raise IdentificationError(
-                f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
-            )
-        try:
-            model = _output_error(recordings, vehicle, prior, prior_spread, effects)
-        except IdentificationError as error:
-            wrong = _beyond(recordings, vehicle)
-            with suppress(RecordingError):
-                wrong += [
-                    finding.text for finding in check_each_recording(recordings, vehicle).findings
-                ]
-            raise IdentificationError("; ".join([*wrong, str(error)])) from None
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    elif method == SMOOTHER:
-        model = smoother(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    axis_physics(model)
-    wrong = _beyond(recordings, vehicle)
-    wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    if method == OUTPUT_ERROR and roles:
+        raise IdentificationError(
+            f"{method} uses every recording for all axes; for roles, --method {EQUATION_ERROR}"
+        )
+
+
+def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -> tuple[str, ...]:
+    """What the user checks first: recordings, vehicle file, and numbers that no boat has."""
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
@@ -114,11 +143,12 @@ def identify(
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    return replace(model, warnings=(*silent, *spoilt, *wrong, *model_concerns(model)))
+    apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return (*silent, *spoilt, *_beyond(recordings, vehicle), *apart, *model_concerns(model))
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """What is odd in the vehicle file, and inputs whose numbers can't be commands in its units."""
+    """Remarks on the vehicle file, and inputs whose values can not be commands in its units."""
     ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
     own = np.array(ranges) * vehicle.input_signs
     ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
@@ -134,36 +164,53 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
-) -> Model:
+) -> Fit:
+    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
+    try:
+        return _fit(recordings, vehicle, prior, spread, effects)
+    except IdentificationError as error:
+        wrong = _beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            wrong += [
+                finding.text for finding in check_each_recording(recordings, vehicle).findings
+            ]
+        raise IdentificationError("; ".join([*wrong, str(error)])) from None
+
+
+def _fit(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return output_error(recordings, vehicle, settings=settings)
+        return fit(recordings, vehicle, settings=settings)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
         )
     check_prior(prior, vehicle, lever="lever" in effects)
-    wide = widened(prior, spread)
-    found = output_error(recordings, vehicle, settings=settings, start=prior, prior=wide)
-    return with_prior_said(found, prior, spread)
+    return fit(recordings, vehicle, settings=settings, start=prior, prior=widened(prior, spread))
 
 
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Names of those in which nothing is commanded."""
+    """Names of the recordings without any command."""
     return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
 
 
 def _shared(a: Recording, b: Recording) -> int:
-    """How many poses two recordings have in common, at the same times; 0 where that may be chance."""
+    """Number of equal poses at equal times in two recordings; 0 where it may be chance."""
     _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
     same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
     return same if same > SHARED_POSES * min(len(a.stamps), len(b.stamps)) else 0
 
 
 def check_recordings(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings that no model can come from: none, one twice, too short, implausible."""
+    """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]

@@ -1,89 +1,51 @@
 # SPDX-License-Identifier: MIT
-"""What identify tells on request: bootstrap, profile likelihood, accuracy against length."""
+"""Tables on request: bootstrap, profile likelihood, accuracy against record length."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.model import Model
-from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import fit
-from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import maximise_likelihood
-from seatrial.identification.likelihood.problem import EFFECT_KINDS
-from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
+from seatrial.identification.solution import OUTPUT_ERROR, Fit
 from seatrial.identification.uncertainty.bootstrap import INTERVAL_LEVEL, bootstrap, intervals
-from seatrial.identification.uncertainty.covariance import sandwich_covariance
-from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.identification.uncertainty.profile import Profile, profile
 from seatrial.identification.uncertainty.record_length import accuracy_by_length, record_length_text
-from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.format import plus_minus, table
 
-FEWEST_REPLICATES = 40  # replicates that an interval can be read from
+FEWEST_REPLICATES = 40  # for a 95 % interval by order statistics
 
 
 def accuracy_tables(
-    model: Model,
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
+    solution: Fit | None,
     *,
     replicates: int = 0,
     profiled: Sequence[str] = (),
     lengths: bool = False,
 ) -> str:
-    """Tables for the terminal, from the solution that a model of output-error came from.
+    """Tables for the terminal, from the solution that a model came from.
 
     `replicates` of the bootstrap, 0 for none; `profiled`: parameters whose likelihood is profiled;
-    `lengths`: accuracy against length. Raises IdentificationError for a model of another method, or
-    one that rests on a prior.
+    `lengths`: accuracy against length. Raises IdentificationError where another method has no
+    solution, or where it rests on a prior.
     """
-    if model.estimator.method != OUTPUT_ERROR:
+    if solution is None:
         raise IdentificationError(
-            f"--bootstrap, --profile and --minutes belong to {OUTPUT_ERROR}, not to "
-            f"{model.estimator.method}; add --method {OUTPUT_ERROR}"
+            f"--bootstrap, --profile and --minutes belong to {OUTPUT_ERROR}; add --method {OUTPUT_ERROR}"
         )
-    if "prior" in model.estimator.settings:
+    if solution.problem.prior is not None:
         raise IdentificationError(
-            "--bootstrap, --profile and --minutes weigh recordings alone: leave --prior out"
+            "--bootstrap, --profile and --minutes are for recordings without a prior: leave --prior out"
         )
     if replicates and replicates < FEWEST_REPLICATES:
         raise IdentificationError(
-            f"--bootstrap {replicates}: an interval takes {FEWEST_REPLICATES} replicates or more; 200 are usual"
+            f"--bootstrap {replicates}: an interval needs {FEWEST_REPLICATES} replicates or more; 200 are usual"
         )
-    whole = _solution(model, recordings, vehicle)
-    parts = [record_length_text(accuracy_by_length(whole))] if lengths else []
+    parts = [record_length_text(accuracy_by_length(solution))] if lengths else []
     if profiled:
-        parts.append(profile_text([profile(whole, name) for name in profiled]))
+        parts.append(profile_text([profile(solution, name) for name in profiled]))
     if replicates:
-        parts.append(bootstrap_text(whole, replicates))
+        parts.append(bootstrap_text(solution, replicates))
     return "\n\n".join(parts)
-
-
-def _solution(model: Model, recordings: Sequence[Recording], vehicle: Vehicle) -> Fit:
-    """What a model came from, found again from where it ends: believed as closely as it was."""
-    chosen, usual = model.estimator.settings, OutputErrorSettings()
-    settings = OutputErrorSettings(
-        outlier=float(chosen.get("outlier") or usual.outlier),
-        block=float(chosen.get("block") or usual.block),
-        effects=tuple(k for k in EFFECT_KINDS if k in str(chosen.get("effects", "")).split(", ")),
-        hold_noise=True,
-        extras=False,
-    )
-    near = fit(recordings, vehicle, start=model, settings=settings)
-    share = float(chosen.get("belief") or 0.0)
-    at = maximise_likelihood(
-        near.problem, near.theta, near.noise, least=noise_floor(near.problem, share)
-    )
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    if set(near.names) <= set(model.parameters):  # without effects: the errors that it states
-        own = [model.parameters.index(name) for name in near.names]
-        covariance = model.covariance[np.ix_(own, own)]
-    return Fit(
-        near.problem, at.theta, at.noise, at.runs, covariance, settings, near.findings, share
-    )
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

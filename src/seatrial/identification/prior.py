@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""An older model as prior for a short recording: how far it is trusted, and what became of it.
+"""An older model as prior for a short recording: its width, and the shift of each parameter.
 
-Its own errors say how well it knew the boat of then. The boat of now has another payload: the
-prior is widened by what that may change, so that it can be wrong.
+Its covariance describes the boat at that time. The boat has another payload now: the covariance is widened by
+the expected change of every parameter, so that the recording can correct it.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,23 @@ from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
 
-SPREAD = 0.2  # relative change of a coefficient that is to be expected
-COMMON = (
-    0.5  # share of that variance that is one factor for all drag and thrust of an axis: its mass
+SPREAD = 0.2  # expected relative change of a coefficient: a payload of a fifth of the mass
+COMMON_SHARE = 0.5  # of that variance: one factor on all drag and thrust of an axis, its mass
+LEAST_TERM_SHARE = (
+    0.2  # of an axis' largest term: a smaller term is widened as if it were this large
 )
-SLIGHT = 0.2  # share of an axis' largest term below which a term is taken to be as large as that
-CLOCK = 0.05  # [s] that latency may change by: it holds what two clocks are apart
-EDGE = 0.05  # dead-zone edges are taken to be at least so large
-LEAST = 1e-6  # share of the prior's variance that a move from it has at least
-CONFLICT = 0.05  # chance that a prior that is right is said to be contradicted
-SILENT = 0.75  # share of the prior's variance from which on the recordings said nothing
+LATENCY_CHANGE = 0.05  # [s] expected: it includes the offset of two clocks
+LEAST_EDGE = 0.05  # of full command: a smaller dead-zone edge is widened as if it were this large
+LEAST_MOVE_VARIANCE = (
+    1e-6  # of the prior's variance: floor of a shift's variance, against division by 0
+)
+CONFLICT_LEVEL = 0.05  # significance level, over all parameters together
+DOMINATED_SHARE = 0.75  # of the prior's variance left: more, and the estimate is mostly the prior's
 
 
 @dataclass(frozen=True)
-class Shift:
-    """What became of one parameter: prior and result with their standard deviations."""
+class PriorShift:
+    """Prior and estimate of one parameter, with their standard deviations."""
 
     name: str
     prior: float
@@ -44,43 +46,46 @@ class Shift:
     error: float
 
     @property
-    def pull(self) -> float:
-        """Move away from the prior over what it should be: var(found - prior) = width^2 - error^2."""
+    def normalised(self) -> float:
+        """Shift from the prior over its standard deviation: var(found - prior) = width^2 - error^2."""
         expected = self.width**2 - self.error**2
-        return float((self.found - self.prior) / np.sqrt(max(expected, LEAST * self.width**2)))
+        return float(
+            (self.found - self.prior) / np.sqrt(max(expected, LEAST_MOVE_VARIANCE * self.width**2))
+        )
 
     @property
-    def silent(self) -> bool:
-        """Whether the recordings said nothing of it: it stayed what the prior says."""
-        return self.error**2 > SILENT * self.width**2
+    def dominated(self) -> bool:
+        """Whether the recordings have little information on it: the estimate is mostly the prior's."""
+        return self.error**2 > DOMINATED_SHARE * self.width**2
 
 
 def widened(prior: Model, spread: float = SPREAD) -> Model:
     """The prior with its covariance widened by a relative change `spread` of every parameter.
 
-    Half of it is common to an axis, as with its mass. A coefficient near 0 may change as if its term
-    were `SLIGHT` of its axis' largest at the speeds that the prior was identified at; latency by
-    `CLOCK` [s]. Of parameters at a bound it is not known how well they are known: their variance
-    stays 0. Raises IdentificationError.
+    Half of it is common to an axis, as with its mass. A coefficient near 0 changes as if its term were
+    `LEAST_TERM_SHARE` of its axis' largest at the speeds of the prior's recordings; latency by `LATENCY_CHANGE`.
+    Parameters at a bound have no standard error: their variance stays 0. Raises IdentificationError.
     """
     if not 0.0 < spread < np.inf:
         raise IdentificationError(
             f"prior spread {spread:g}: expected a share above 0, like {SPREAD:g}"
         )
-    least = _least(prior)
+    least = _least_values(prior)
     sizes = [max(abs(value), least.get(name, 0.0)) for name, value in prior.values.items()]
     names = [name.partition(".")[0] for name in prior.vehicle.constants.names]
     more = [spread * size for size in sizes]
     for name, value in zip(names, prior.constants.tolist(), strict=True):
-        size = max(abs(value), EDGE) if name.startswith("edge") else abs(value)
-        more.append(CLOCK if name == "latency" else spread * size)
-    said = np.array([name not in prior.at_bounds for name in prior.parameters])
-    added = np.diag(np.square(more) * said)
+        size = max(abs(value), LEAST_EDGE) if name.startswith("edge") else abs(value)
+        more.append(LATENCY_CHANGE if name == "latency" else spread * size)
+    has_error = np.array([name not in prior.at_bounds for name in prior.parameters])
+    added = np.diag(np.square(more) * has_error)
     for axis in range(3):
-        together = [i for i in _of_axis(prior, axis) if said[i]]
+        together = [i for i in _of_axis(prior, axis) if has_error[i]]
         for i in together:
             for j in set(together) - {i}:
-                added[i, j] = COMMON * spread**2 * prior.coefficients[i] * prior.coefficients[j]
+                added[i, j] = (
+                    COMMON_SHARE * spread**2 * prior.coefficients[i] * prior.coefficients[j]
+                )
     return replace(prior, covariance=prior.covariance + added)
 
 
@@ -94,8 +99,8 @@ def _of_axis(model: Model, axis: int) -> list[int]:
     return out
 
 
-def _least(model: Model) -> dict[str, float]:
-    """By coefficient the value that makes its term `SLIGHT` of its axis' largest."""
+def _least_values(model: Model) -> dict[str, float]:
+    """For each coefficient the value that makes its term `LEAST_TERM_SHARE` of its axis' largest."""
     sizes = {**model.envelope.speeds, **model.envelope.forces}
     top = {name: max(abs(low), abs(high)) for name, (low, high) in sizes.items()}
     named = [t for t in model.structure.terms if t.coefficient is not None]
@@ -113,7 +118,7 @@ def _least(model: Model) -> dict[str, float]:
         moved = 1.0 if term.acceleration is None else largest[term.acceleration]
         size = regressor(term) * moved
         if size > 0 and all(top.get(symbol) for symbol in SYMBOLS):
-            out[term.coefficient or ""] = SLIGHT * float(largest[term.axis]) / size
+            out[term.coefficient or ""] = LEAST_TERM_SHARE * float(largest[term.axis]) / size
     return out
 
 
@@ -155,11 +160,11 @@ def _meaning(structure: Structure, name: str) -> set[str]:
     }
 
 
-def shifts(prior: Model, found: Model) -> list[Shift]:
-    """What became of every parameter that a widened `prior` knows and that was sought."""
+def prior_shifts(prior: Model, found: Model) -> list[PriorShift]:
+    """The shift of every estimated parameter that a widened `prior` has a variance of."""
     old = dict(zip(prior.parameters, _values(prior), strict=True))
     return [
-        Shift(name, old[name], prior.standard_errors[name], value, found.standard_errors[name])
+        PriorShift(name, old[name], prior.standard_errors[name], value, found.standard_errors[name])
         for name, value in zip(found.parameters, _values(found), strict=True)
         if name in old and prior.standard_errors[name] > 0 and found.standard_errors[name] > 0
     ]
@@ -169,52 +174,52 @@ def _values(model: Model) -> list[float]:
     return [*model.coefficients.tolist(), *model.constants.tolist()]
 
 
-def conflicts(found: Sequence[Shift]) -> list[Shift]:
-    """Parameters that recordings pull further from the prior than all of them together by chance."""
-    heard = [s for s in found if not s.silent]
-    chance = holm([normal_two_sided(s.pull) for s in heard])
-    return [s for s, p in zip(heard, chance, strict=True) if p < CONFLICT]
+def conflicts(found: Sequence[PriorShift]) -> list[PriorShift]:
+    """Parameters whose shift is significant (Holm over all that are not dominated by the prior)."""
+    informed = [s for s in found if not s.dominated]
+    chance = holm([normal_two_sided(s.normalised) for s in informed])
+    return [s for s, p in zip(informed, chance, strict=True) if p < CONFLICT_LEVEL]
 
 
 @dataclass(frozen=True)
-class Common:
-    """One factor by axis on thrust, drag or both: found over prior."""
+class CommonFactor:
+    """One factor by axis on thrust, drag or both: estimate over prior."""
 
     what: str  # of QUANTITIES
     factors: dict[str, float]  # by axis
-    p: float  # chance of factors as far from 1, of a prior that is right
+    p: float  # p-value of all axes' factors together
 
 
-def commons(prior: Model, found: Model) -> list[Common]:
-    """By cause the factors that all coefficients of an axis share, the `prior` being widened.
+def common_factors(prior: Model, found: Model) -> list[CommonFactor]:
+    """For each quantity the factors that all coefficients of an axis have in common; `prior` is widened.
 
-    One parameter may change by twice what is expected; all of a kind together hardly do.
+    One parameter may change by twice the expected amount; all of one quantity together hardly do.
     """
-    heard = [s.name for s in shifts(prior, found) if not s.silent]
+    informed = [s.name for s in prior_shifts(prior, found) if not s.dominated]
     out = []
     for what in QUANTITIES:
         factors, chi2 = {}, 0.0
         for axis, word in enumerate(AXES):
             thrust, drag = thrust_and_drag(found.structure, axis)
             kinds = {"thrust": thrust, "drag": drag}
-            names = [n for n in heard if n in kinds.get(what, thrust | drag)]
+            names = [n for n in informed if n in kinds.get(what, thrust | drag)]
             if names:
                 more, known = _factor(prior, found, names)
                 factors[word] = 1.0 + more
                 chi2 += more**2 * known
         if factors:
-            out.append(Common(what, factors, chi2_sf(chi2, len(factors))))
+            out.append(CommonFactor(what, factors, chi2_sf(chi2, len(factors))))
     return out
 
 
 def _factor(prior: Model, found: Model, names: Sequence[str]) -> tuple[float, float]:
-    """Relative change of coefficients, a mean weighed as the prior knows each, and its information."""
+    """Weighted mean of the coefficients' relative changes, and its information."""
     (old, width), (new, error) = (_of(model, names) for model in (prior, found))
     weights = old / np.diag(width)
     weights /= weights @ old
-    # var(found - prior) = width^2 - error^2, as in `Shift.pull`
+    # var(found - prior) = width^2 - error^2, as in `PriorShift.normalised`
     wide = weights @ width @ weights
-    expected = max(wide - weights @ error @ weights, LEAST * wide)
+    expected = max(wide - weights @ error @ weights, LEAST_MOVE_VARIANCE * wide)
     return float(weights @ (new - old)), float(1.0 / expected)
 
 
@@ -224,10 +229,10 @@ def _of(model: Model, names: Sequence[str]) -> tuple[Array, Array]:
     return np.array(_values(model))[at], model.covariance[np.ix_(at, at)]
 
 
-def shift_findings(
-    found: Sequence[Shift], spread: float, common: Sequence[Common] = ()
+def prior_findings(
+    found: Sequence[PriorShift], spread: float, common: Sequence[CommonFactor] = ()
 ) -> list[Finding]:
-    """The same as findings."""
+    """Findings on the prior: its use, significant shifts, parameters that it dominates."""
     findings = [finding_of(FindingKind.PRIOR_USED, spread=spread)]
     for s in conflicts(found):
         findings.append(
@@ -241,18 +246,20 @@ def shift_findings(
             )
         )
     best = min(common, key=lambda c: c.p, default=None)
-    if best is not None and best.p * len(common) < CONFLICT:
+    if best is not None and best.p * len(common) < CONFLICT_LEVEL:
         for axis, factor in best.factors.items():
             kind = FindingKind.PRIOR_FACTOR
             findings.append(finding_of(kind, axis, quantity=best.what, factor=factor))
-    silent = [s.name for s in found if s.silent]
-    return [*findings, finding_of(FindingKind.PRIOR_DOMINATES, *silent)] if silent else findings
+    dominated = [s.name for s in found if s.dominated]
+    return (
+        [*findings, finding_of(FindingKind.PRIOR_DOMINATES, *dominated)] if dominated else findings
+    )
 
 
-def with_prior_said(found: Model, prior: Model, spread: float) -> Model:
-    """The result with what its prior was: its recordings stand behind it, too."""
+def with_prior_findings(found: Model, prior: Model, spread: float) -> Model:
+    """The result with findings on its prior, and with the prior's recordings."""
     wide = widened(prior, spread)
-    findings = shift_findings(shifts(wide, found), spread, commons(wide, found))
+    findings = prior_findings(prior_shifts(wide, found), spread, common_factors(wide, found))
     older = [entry for entry in prior.recordings if entry not in found.recordings]
     files = {f.sha256 for entry in prior.recordings for f in entry.files}
     again = [r.name for r in found.recordings if any(f.sha256 in files for f in r.files)]

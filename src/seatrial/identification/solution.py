@@ -33,19 +33,17 @@ OUTPUT_ERROR = "output-error"
 class OutputErrorSettings:
     """Choices of the estimator."""
 
-    outlier: float = OUTLIER  # [sigma] from which on a pose's error counts linearly
-    block: float = BLOCK  # [s] over which scores may be correlated, for the standard errors
-    step: float = 1 / 12  # [s] longest of the integration; less where the boat is fast
-    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those that are sought
+    outlier: float = OUTLIER  # [sigma] beyond which an innovation counts linearly
+    block: float = BLOCK  # [s] over which scores may be correlated, for standard errors
+    step: float = 1 / 12  # [s] longest integration step; less where the boat is fast
+    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those to estimate
     hold_noise: bool = False  # the noise stays that of the start model
-    extras: bool = (
-        True  # further stages of the chain are tried, and freed where the data ask for it
-    )
+    select_stages: bool = True  # further actuator stages are tested and estimated where significant
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A solution with all that it came from."""
+    """A solution: parameters, noise, filter runs, covariance, findings."""
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
@@ -98,7 +96,7 @@ class Fit:
         )  # fmt: skip
 
     def _moving(self) -> list[Motion]:
-        """How the boat's origin moved through the water, by recording."""
+        """Velocity of the boat's origin through the water, by recording."""
         found = []
         for i, recording in enumerate(self.problem.recordings):
             lever, current = np.split(self.theta[self.problem.effects(i)][:4], 2)
@@ -106,7 +104,7 @@ class Fit:
         return found
 
     def _entry(self, recording: int) -> RecordingEntry:
-        """A recording with the effects on it that were sought."""
+        """A recording with its estimated effects."""
         own = recording_entry(self.problem.recordings[recording])
         places = self.problem.effects(recording)[len(LEVER_NAMES) :].tolist()
         sought = {
@@ -119,7 +117,7 @@ class Fit:
         return entry
 
     def _lever(self) -> list[Finding]:
-        """How well its lever arm is known, where it was sought."""
+        """Standard errors of the lever arm, where it was estimated."""
         errors = [self.errors[name] for name in LEVER_NAMES if name in self.errors]
         if not errors:
             return []
@@ -128,7 +126,7 @@ class Fit:
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
-    """The vehicle with its lever arm longer by what was found, forward-left-up [m]."""
+    """The vehicle with the estimated step [m] added to its lever arm, forward-left-up."""
     if ahead == left == 0.0:
         return vehicle
     return vehicle.with_lever((vehicle.lever[0] + ahead, vehicle.lever[1] + left))

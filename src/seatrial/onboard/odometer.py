@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What a node publishes: the predictor's motion in the frames of REP-105.
+"""Odometry of a node: the predictor's motion in the frames of REP-105.
 
-In `odom` the pose integrates the filtered velocity: it never jumps, and drifts. In `map` it follows the
-poses. The core (`core/include/seatrial/onboard/odometer.hpp`) does it, here and in the ROS nodes alike.
+In `odom` the pose integrates the filtered velocity: continuous, with drift. In `map` it follows the poses.
+Computed in the core (`core/include/seatrial/onboard/odometer.hpp`), for Python and the ROS nodes alike.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
-from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, row_of, spread_of
+from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, pose_covariance, row_of
 from seatrial.util.frames import Array, frozen_array
 
 
@@ -24,10 +24,10 @@ class Odometry:
     """Motion at one stamp, forward-left-up."""
 
     stamp: int  # [ns]
-    known: bool  # a pose was used once; before that the rest means nothing
+    known: bool  # a pose was used; before that the other fields are undefined
     pose: Array  # (3,) x, y [m], psi [rad] in odom
-    covariance: Array  # (3, 3) of the way since the start
-    map_to_odom: Array  # (3,) where odom is in map
+    covariance: Array  # (3, 3) of pose in odom, since the start
+    map_to_odom: Array  # (3,) pose of odom in map
     motion: Estimate  # pose in map, body velocity, their covariance, health
 
     def __post_init__(self) -> None:
@@ -36,10 +36,10 @@ class Odometry:
 
 
 class Odometer:
-    """A predictor with stamps in nanoseconds, the vehicle's lever arm, and a way that never jumps.
+    """A predictor with stamps in nanoseconds, the vehicle's lever arm, and continuous odometry.
 
     Arguments as of `Predictor`; poses are of the measured point, at `lever` (2,) forward, left [m] of the
-    origin, by default where the vehicle file has it.
+    origin, by default the vehicle file's.
     Never raises on data. Raises ModelError and PredictorError as `Predictor` does.
     """
 
@@ -68,27 +68,27 @@ class Odometer:
         return Taken(self._core.scale(stamp, row_of(values, "scale", self.model.vehicle.scales)))
 
     def pose(self, stamp: int, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
-        """A pose (3,) of the measured point, and its covariance (3, 3) if that is known."""
-        return Taken(self._core.pose(stamp, row_of(eta, "pose", POSE), spread_of(covariance)))
+        """A pose (3,) of the measured point, and its covariance (3, 3), if known."""
+        return Taken(self._core.pose(stamp, row_of(eta, "pose", POSE), pose_covariance(covariance)))
 
     def look(self, stamp: int) -> Estimate:
-        """Motion at any stamp within the window, now, or up to 60 s ahead; moves nothing."""
+        """Motion at any stamp within the window, now, or up to 60 s ahead; changes no state."""
         return Estimate.of(self._core.look(stamp))
 
     def at(self, stamp: int) -> Odometry:
-        """What is published at a stamp; stamps rise from call to call."""
+        """Odometry at a stamp; stamps rise from call to call."""
         own, known, pose, covariance, place, motion = self._core.at(stamp)
         return Odometry(own, known, pose, covariance, place, Estimate.of(motion))
 
     def reload(self, model: Model | str | Path) -> None:
-        """From now on by another model of the same inputs. Raises ModelError; then all stays."""
+        """Replace the model by another of the same inputs. Raises ModelError without any change."""
         new = model if isinstance(model, Model) else load(model)
         self.model.same_signals(new)
         self._core.reload(self._onboard(new), self._arm(new))
         self.model = new
 
     def count(self, source: Literal["command", "scale", "pose"], taken: Taken) -> int:
-        """How many inputs of a source came to what."""
+        """Number of inputs of a source with an outcome."""
         return self._core.count(("command", "scale", "pose").index(source), int(taken))
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The model on board: commands and poses in, late or wrong or missing; motion out at any time.
+"""The on-board predictor: commands and poses in, out of sequence, wrong or missing; motion out at any time.
 
 An extended Kalman filter in the core (`core/include/seatrial/onboard/predictor.hpp`), here as a class.
 """
@@ -15,20 +15,21 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
-from seatrial.boat.parameter_uncertainty import believed_on_board
-from seatrial.evaluation.filtering import VELOCITY_SPREAD
+from seatrial.boat.parameter_uncertainty import onboard_uncertainty
+from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.util.errors import ModelError, PredictorError
 from seatrial.util.frames import SYMBOLS, Array, frozen_array
 
 Answer = tuple[float, Array, Array, Array, Array, float, int]
 POSE = ("x", "y", "psi")
-ANYTHING = (-1e300, 1e300)  # where a model states no range
-LONGEST_WINDOW = 5.0  # [s]
+UNBOUNDED = (-1e300, 1e300)  # range of a quantity without an envelope
+LONGEST_WINDOW = 5.0  # [s] of out-of-sequence inputs: bounds memory
+DEFAULT_SPEED = 1.0  # [m/s], [rad/s] largest speed of a model without an envelope
 FIRST_SHARE = 0.5  # of the largest speed: standard deviation of the velocity at the first pose
 
 
 class Health(enum.Flag):
-    """How an estimate is to be taken; what each asks for is in `advice`."""
+    """Health of an estimate; `advice` says what to do."""
 
     NO_POSE = 1
     DEAD_RECKONING = 2
@@ -54,14 +55,14 @@ class Health(enum.Flag):
 
 
 class Taken(enum.IntEnum):
-    """What became of an input, in the order of the core's codes."""
+    """Outcome of an input, in the order of the core's codes."""
 
-    USED = 0  # or will be at its stamp; a pose, if it passes the gate
-    NOT_A_NUMBER = 1  # NaN, infinite, absurdly large, or no covariance
-    STALE = 2  # later than `window`
-    AHEAD = 3  # its stamp leaps ahead; used when the next one does, too
-    TWICE = 4  # the same pose once more
-    NO_ROOM = 5  # more within the window than is kept
+    USED = 0  # now or at its stamp; a pose, if it passes the gate
+    NOT_A_NUMBER = 1  # NaN, infinite, out of range, or an invalid covariance
+    STALE = 2  # older than `window`
+    AHEAD = 3  # its stamp jumps ahead; used when the next one does, too
+    TWICE = 4  # a repeated pose
+    NO_ROOM = 5  # the buffer of the window is full
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Estimate:
     pose: Array  # (3,) x, y [m], psi [rad] in (-pi, pi], earth-fixed
     velocity: Array  # (3,) u, v [m/s], r [rad/s] body-fixed, over ground
     covariance: Array  # (6, 6) of pose and velocity
-    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] that the model leaves out, in its frame
+    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] estimated disturbance, in its frame
     last_pose: float  # [s] stamp of the last pose that was used; -inf: none
     health: Health
 
@@ -82,9 +83,9 @@ class Estimate:
 
     @classmethod
     def of(cls, answer: Answer) -> "Estimate":
-        """From the core's."""
+        """From the core's answer."""
         time, pose, velocity, covariance, disturbance, last, flags = answer
-        seen = last if last > ANYTHING[0] else -np.inf
+        seen = last if last > UNBOUNDED[0] else -np.inf
         return cls(time, pose, velocity, covariance, disturbance, seen, Health(flags))
 
 
@@ -95,7 +96,8 @@ def onboard_model(
     current: Sequence[float] = (0.0, 0.0),
     window: float = 0.5,
 ) -> _core.OnboardModel:
-    """All that the core's predictor is told of a boat; arguments as of `Predictor`."""
+    """The core's boat for the predictor; arguments as of `Predictor`."""
+    # 1. Arguments.
     if disturbance not in ("earth", "body"):
         raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
     water = np.array(current, dtype=float)
@@ -103,15 +105,17 @@ def onboard_model(
         raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
     if water.shape != (2,) or not np.isfinite(water).all():
         raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
+    # 2. Envelope of speeds and forces, for the health flags.
     vehicle, ranges = model.vehicle, model.envelope
-    speeds = np.array([ranges.speeds.get(name, ANYTHING) for name in SYMBOLS])
-    forces = np.array([ranges.forces.get(f.name, ANYTHING) for f in vehicle.forces])
-    believed = believed_on_board(model)
+    speeds = np.array([ranges.speeds.get(name, UNBOUNDED) for name in SYMBOLS])
+    forces = np.array([ranges.forces.get(f.name, UNBOUNDED) for f in vehicle.forces])
+    # 3. Noise and principal parameter errors.
+    uncertainty = onboard_uncertainty(model)
     try:
         return _core.OnboardModel(
-            model.boat, vehicle.chain, model.constants, believed.noise, believed.errors,
+            model.boat, vehicle.chain, model.constants, uncertainty.noise, uncertainty.errors,
             disturbance == "earth", water, vehicle.file.command_timeout,
-            speeds, forces, _first_spread(model), window,
+            speeds, forces, _start_deviation(model), window,
         )  # fmt: skip
     except ValueError as error:
         raise ModelError(f"{model.name}: can't be run on board: {error}") from None
@@ -121,10 +125,10 @@ class Predictor:
     """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
 
     model: a Model or the path of its file. Poses are of the boat's origin and commands as a
-    `Recording` has them: forward-left-up, SI units. Times are seconds by one clock; a stamp is when
-    a thing happened. Inputs up to `window` [s] late are used at their stamp: what follows is, to the
-    last bit, what it would be had they come in time. `disturbance`: the frame that it is constant
-    in. `current`: (2,) earth-fixed [m/s], of the water, if it is known.
+    `Recording` has them: forward-left-up, SI units. Times are seconds of one clock; a stamp is the
+    time of measurement. Out-of-sequence inputs up to `window` [s] late are used at their stamp: the
+    result is, to the last bit, that of inputs in sequence. `disturbance`: the frame that it is constant
+    in. `current`: (2,) earth-fixed [m/s], of the water, if known.
 
     Never raises on data (see `Taken` and `Health`). Raises ModelError where the model can't be
     used, PredictorError where an input has the wrong shape.
@@ -155,21 +159,21 @@ class Predictor:
     def pose(self, t: float, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
         """A pose (3,) x, y [m], psi [rad] of time t [s].
 
-        covariance: (3, 3) [m, m, rad] squared; without one the model's pose noise is taken.
+        covariance: (3, 3) [m, m, rad] squared; by default the model's pose noise.
         """
-        return Taken(self._core.pose(t, row_of(eta, "pose", POSE), spread_of(covariance)))
+        return Taken(self._core.pose(t, row_of(eta, "pose", POSE), pose_covariance(covariance)))
 
     def at(self, t: float) -> Estimate:
         """Motion at t [s]: within the window, now, or up to 60 s ahead of the newest input."""
         return Estimate.of(self._core.at(t))
 
     def forget(self) -> None:
-        """As at the start: no inputs, no state."""
+        """Reset: no inputs, no state."""
         self._core.forget()
 
 
-def spread_of(covariance: ArrayLike | None) -> Array | None:
-    """A pose's covariance (3, 3), if there is one. Raises PredictorError."""
+def pose_covariance(covariance: ArrayLike | None) -> Array | None:
+    """A pose's covariance (3, 3), or None. Raises PredictorError."""
     if covariance is None:
         return None
     spread = np.ascontiguousarray(covariance, dtype=float)
@@ -178,11 +182,11 @@ def spread_of(covariance: ArrayLike | None) -> Array | None:
     return spread
 
 
-def _first_spread(model: Model) -> Array:
-    """Standard deviations (3,) of the velocity at the first pose: the boat may be under way."""
+def _start_deviation(model: Model) -> Array:
+    """Standard deviations (3,) of the velocity at the first pose: the boat may be moving."""
     speeds = model.envelope.speeds
-    most = [max(map(abs, speeds[name])) if name in speeds else 1.0 for name in SYMBOLS]
-    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), VELOCITY_SPREAD))
+    most = [max(map(abs, speeds[name])) if name in speeds else DEFAULT_SPEED for name in SYMBOLS]
+    return np.asarray(np.maximum(FIRST_SHARE * np.array(most), START_VELOCITY_DEVIATION))
 
 
 def row_of(values: ArrayLike, what: str, names: Sequence[str]) -> Array:

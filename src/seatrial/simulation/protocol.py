@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Strict
-from seatrial.onboard.live.protocol import not_a_line
+from seatrial.onboard.live.protocol import line_error
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
 from seatrial.simulation.world import SimulatedBoat
 from seatrial.util.errors import LiveError
@@ -46,7 +46,7 @@ def read_line(text: str, boats: Sequence[SimulatedBoat]) -> Asked:
     try:
         line = _decode(text)
     except (msgspec.DecodeError, UnicodeError) as error:
-        raise not_a_line(error, Line, text) from None
+        raise line_error(error, Line, text) from None
     if (line.command is None) == (line.at is None):
         raise LiveError(f"expected command or at, one of them; got {text.strip()[:80]}")
     if line.command is None:

@@ -95,7 +95,7 @@ class Stream:
         if self.mistakes <= SHOWN:
             self._complain(f"line {self.lines}: {words}")
         if self.mistakes == SHOWN:
-            self._complain("further mistakes are counted, not said")
+            self._complain("further errors are counted, not shown")
 
 
 def _kind(reading: Reading) -> Kind:

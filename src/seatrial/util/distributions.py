@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tails of the distributions that tests need, so that none of it needs SciPy."""
+"""Tails of distributions for tests, without SciPy."""
 
 import math
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ def _away(value: float) -> float:
 
 
 def holm(p: Sequence[float]) -> Array:
-    """Probabilities (n,) adjusted so that one below 5 % is a false alarm of all n in 5 % (Holm)."""
+    """Holm's adjusted p values (n,): the family-wise error rate of rejecting below 5 % is 5 %."""
     given = np.asarray(p, dtype=float)
     order = np.argsort(given)
     stepped = given[order] * np.arange(len(given), 0, -1)

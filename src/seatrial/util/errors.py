@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Mistakes of the user's: one line that says what was got, what was expected, what to do."""
+"""Errors of input: one line with what was found, what was expected, what to do."""
 
-LONGEST = 2000  # [characters] of a line
+LONGEST_MESSAGE = 2000  # [characters]
 
 
 class SeatrialError(Exception):
     """Root of all errors that seatrial raises on purpose. The command line prints one line.
 
-    What it quotes out of files may hold anything: it is shown as one line, and not a long one.
+    Quotes from files may contain anything: the message is shown as one line of limited length.
     """
 
     def __init__(self, message: str) -> None:
-        line = "".join(c if c.isprintable() else " " for c in message[: 2 * LONGEST])
-        super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} ...")
+        line = "".join(c if c.isprintable() else " " for c in message[: 2 * LONGEST_MESSAGE])
+        super().__init__(line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]} ...")
 
 
 class FileError(SeatrialError):
@@ -28,11 +28,11 @@ class StructureError(SeatrialError):
 
 
 class RecordingError(SeatrialError):
-    """A recording that lacks what is asked of it."""
+    """A recording without the required data."""
 
 
 class IdentificationError(SeatrialError):
-    """Data from which the coefficients can't be told."""
+    """Data from which the coefficients are not identifiable."""
 
 
 class ModelError(SeatrialError):
@@ -44,19 +44,19 @@ class PredictorError(SeatrialError):
 
 
 class AllocationError(SeatrialError):
-    """Thrusters, or a wrench, that nothing can be allocated to."""
+    """Thrusters or a wrench without an allocation."""
 
 
 class LiveError(SeatrialError):
-    """A line that can't be used, or a place where none can be read or written."""
+    """An invalid line, or an endpoint that can't be opened."""
 
 
 class ExportError(SeatrialError):
-    """A format that there is not, or that can't say what the model says."""
+    """An unknown format, or one that can't represent the model."""
 
 
 class ControlError(SeatrialError):
-    """A controller that the model, its delay or the request does not permit."""
+    """A controller that is not possible with this model, delay or request."""
 
 
 class SimulatorError(SeatrialError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files that people read and write: strict on the way in, whole or not at all on the way out."""
+"""Text files: strict reading, atomic writing."""
 
 import difflib
 import hashlib
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound=msgspec.Struct)
 DIGITS = 10  # significant digits of numbers in YAML files
 MOST_BYTES = 64_000_000  # of a JSON file
-MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file; one that refers to itself has no end
+MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to itself
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
-    """YAML 1.2's booleans and floats (1e-3 is a number, `on` is a word); a key stands once."""
+    """YAML 1.2's booleans and floats (1e-3 is a number, `on` is a word); keys are unique."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Refuses a key that stands twice."""
+        """Refuse a duplicate key."""
         seen: set[Any] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
@@ -131,12 +131,12 @@ def read_json(path: Path) -> dict[str, Any]:
 def expect_format(
     content: dict[str, Any], expected: str, path: object, earlier: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The content, if its `seatrial` key says that it is such a file, or one of an `earlier` version."""
+    """The content of a file of this format, or of an `earlier` version. Raises FileError."""
     kind = content.get("seatrial")
     if kind != expected and kind not in earlier:
-        said = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
+        found = f"says 'seatrial: {kind}'" if kind is not None else "has no line 'seatrial: ...'"
         raise FileError(
-            f"{path}: {said}; expected 'seatrial: {expected}': is it another file, or from another "
+            f"{path}: {found}; expected 'seatrial: {expected}': is it another file, or from another "
             "version of seatrial?"
         )
     return content
@@ -153,17 +153,17 @@ def convert(content: dict[str, Any], kind: type[S], path: object, *, finite: boo
     try:
         return msgspec.convert(content, kind, strict=True)
     except msgspec.ValidationError as error:
-        said = _explain(str(error), kind, _keys(content, kind, str(error)))
-        raise FileError(f"{path}: {said}") from None
+        problem = _explain(str(error), kind, _keys(content, kind, str(error)))
+        raise FileError(f"{path}: {problem}") from None
 
 
 def _keys(content: dict[str, Any], kind: type[S], message: str) -> list[str]:
-    """The keys that a message of msgspec's leaves out: those that stand for any name."""
+    """Keys of mappings with free names, which msgspec's message leaves out."""
     found: list[str] = []
-    *ways, _ = message.rpartition("`$")[2].split("[...]")
+    *paths, _ = message.rpartition("`$")[2].split("[...]")
     at: object = content
-    for way in ways:
-        for step in way.strip(".").split("."):
+    for part in paths:
+        for step in part.strip(".").split("."):
             at = at.get(step) if isinstance(at, dict) and step else at
         if not isinstance(at, dict):
             break
@@ -195,7 +195,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write whole or not at all: to a temporary file beside it, then moved into place.
+    """Write atomically: to a temporary file in the same folder, then rename.
 
     A link is followed; a device or pipe (/dev/stdout) is written to as it is.
     """
@@ -268,7 +268,7 @@ def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
 
 
 def _text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
-    """In double quotes where it holds line breaks or the like: elsewhere they become spaces."""
+    """A string in double quotes where it has line breaks, which become spaces otherwise."""
     style = None if data.isprintable() else '"'
     return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
 

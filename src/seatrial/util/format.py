@@ -12,7 +12,7 @@ def joined(words: Sequence[str]) -> str:
 
 
 def shortened(words: Sequence[str]) -> str:
-    """The same; of more than four the first two, and how many more."""
+    """As `joined`; of more than four the first two, and the number of others."""
     return joined(words) if len(words) <= 4 else f"{joined(words[:2])} and {len(words) - 2} more"
 
 

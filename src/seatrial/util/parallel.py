@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Threads for the core, which lets the interpreter go."""
+"""Threads for the core, which releases the interpreter lock."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -11,13 +11,13 @@ R = TypeVar("R")
 
 
 def cores() -> int:
-    """How many this process may use."""
+    """Number of cores that this process may use."""
     allowed = getattr(os, "sched_getaffinity", None)  # Linux only
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
 def spread(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Work on items, in threads where there is more than one core for them."""
+    """Results of `work` on the items, in threads with more than one core."""
     count = cores()
     if count == 1:
         return [work(item) for item in items]

@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class Progress:
-    """Shows what is being done, on standard error, if that is a terminal and not silenced."""
+    """Shows progress on standard error, if that is a terminal and not silenced."""
 
     def __init__(self, *, quiet: bool) -> None:
         self.shown = sys.stderr.isatty() and not quiet
@@ -30,7 +30,7 @@ class Progress:
             self.width = 0
 
     def over(self, items: Iterable[T], label: str, total: int) -> Iterator[T]:
-        """Yield the items, counting them aloud."""
+        """Yield the items and show their count."""
         for i, item in enumerate(items):
             self.say(f"{label} {i + 1}/{total}")
             yield item

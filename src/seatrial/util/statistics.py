@@ -7,18 +7,20 @@ from numpy.typing import NDArray
 from seatrial.util.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
-BLOCK = 10.0  # [s] over which errors may be correlated: blocks of it count as independent
-TIED = 1e-9  # least eigenvalue of a scaled information, 0 where a sum alone is known
+BLOCK = 10.0  # [s] blocks of errors that count as independent
+LEAST_EIGENVALUE = (
+    1e-9  # of a scaled information; a smaller one has no information (only a sum is known)
+)
 
 
 def inverse_of(matrix: Array) -> Array:
-    """Inverse (p, p) of an information or a covariance, whose entries may be of very different sizes.
+    """Inverse (p, p) of an information or covariance matrix with entries of different scales.
 
-    Of what is not informed of at all the variance is large, not 0, and never negative.
+    Directions without information get a large variance, never 0 or negative.
     """
     scale = 1.0 / np.sqrt(np.diag(matrix) + 1e-12)
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    root = vectors * scale[:, None] / np.sqrt(np.maximum(values, TIED))
+    root = vectors * scale[:, None] / np.sqrt(np.maximum(values, LEAST_EIGENVALUE))
     return np.asarray(root @ root.T)
 
 
@@ -32,8 +34,8 @@ def kurtosis(errors: Array) -> float:
 def autocorrelation(errors: Array, index: NDArray[np.int64], lags: int) -> Array:
     """Normalised autocorrelation (lags + 1,) of errors (m,) that stand at samples `index` (m,).
 
-    Of errors (m, q) it is (lags + 1, q). Pairs are formed only between samples that are exactly the
-    lag apart, so that gaps drop out.
+    For errors (m, q) it is (lags + 1, q). Pairs are formed only between samples exactly one lag
+    apart, so gaps drop out.
     """
     n = int(index.max() - index.min()) + 1
     series, there = np.zeros((n, *errors.shape[1:])), np.zeros(n)
@@ -64,9 +66,9 @@ def cross_correlation(x: Array, y: Array, lags: int) -> Array:
 
 
 def bartlett_band(rho_x: Array, rho_y: Array, samples: int) -> Array:
-    """95 % band (p, q) of the cross-correlation of signals that have nothing to do with each other.
+    """95 % band (p, q) of the cross-correlation of independent signals.
 
-    rho_x (m, p), rho_y (m, q): how each is correlated with itself, from lag 0 on. Bartlett's
+    rho_x (m, p), rho_y (m, q): autocorrelations from lag 0 on. Bartlett's
     formula: the variance is the sum of rho_x(j) rho_y(j) over all j, over the samples. Not less than
     for white signals.
     """
@@ -75,7 +77,7 @@ def bartlett_band(rho_x: Array, rho_y: Array, samples: int) -> Array:
 
 
 def _centred(x: Array) -> tuple[Array, Array]:
-    """Less its mean, 0 where there is no sample; and 1 where there is one (n,)."""
+    """Values minus their mean, 0 without a sample; and a mask (n,), 1 with a sample."""
     good: Mask = np.asarray(np.isfinite(x).all(axis=1))
     centred: Array = np.where(good[:, None], x - x[good].mean(axis=0), 0.0)
     return centred, good.astype(np.float64)

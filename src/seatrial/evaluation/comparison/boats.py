@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What two models mean for the boat, side by side; and what sets them apart but its parameters."""
+"""Physics of two models side by side, and reservations: what else differs between them."""
 
 from dataclasses import replace
 
@@ -13,11 +13,11 @@ from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 
-WIDER = 1.3  # ratio of speeds from which on an envelope is another
+ENVELOPE_RATIO = 1.3  # of the largest speeds, above which envelopes differ
 
 
 class AxisMeaning(msgspec.Struct, frozen=True):
-    """One axis driven alone by the same command, for A and B."""
+    """Response of one axis to the same command, for A and B."""
 
     axis: str
     command: float
@@ -26,8 +26,8 @@ class AxisMeaning(msgspec.Struct, frozen=True):
     coast: tuple[float, float]  # [m] or [rad] until 2 % of it is left
 
 
-def meaning(a: Model, b: Model) -> list[AxisMeaning]:
-    """Top speed, time to it and coasting distance. Raises ModelError where one is unstable."""
+def axis_meanings(a: Model, b: Model) -> list[AxisMeaning]:
+    """Top speed, rise time and coasting distance. Raises ModelError where a model is unstable."""
     both = []
     common = _common_forces(a, b)
     for label, model in (("A", a), ("B", b)):
@@ -42,7 +42,7 @@ def meaning(a: Model, b: Model) -> list[AxisMeaning]:
 
 
 def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
-    """Commands that both models know of."""
+    """Ranges of commands within both envelopes."""
     out = {}
     for force in {*a.envelope.forces, *b.envelope.forces}:
         ranges = [m.envelope.forces.get(force, (-1.0, 1.0)) for m in (a, b)]
@@ -62,12 +62,12 @@ def _side_by_side(x: AxisPhysics, y: AxisPhysics) -> AxisMeaning:
 
 
 def shared(a: Model, b: Model) -> list[str]:
-    """Names of recordings of which both models were identified from the same part."""
+    """Names of recordings that both models were identified from, with overlapping parts."""
     return [x.name for x in a.recordings for y in b.recordings if _overlap(x, y)]
 
 
 def same_data(a: Model, b: Model) -> bool:
-    """Whether both were identified from the same recordings, and nothing else."""
+    """Whether both were identified from the same recordings only."""
 
     def within(one: Model, other: Model) -> bool:
         return all(any(_overlap(x, y) for y in other.recordings) for x in one.recordings)
@@ -82,7 +82,7 @@ def _overlap(x: RecordingEntry, y: RecordingEntry) -> bool:
 
 
 def notes(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
-    """What else sets the two models apart, one sentence each."""
+    """Reservations: other differences between the two models, one message each."""
     return [
         *_independence(a, b),
         *_methods(a, b),
@@ -98,14 +98,14 @@ def _independence(a: Model, b: Model) -> list[str]:
         return []
     listed = ", ".join(dict.fromkeys(names))
     prior = [label for label, m in (("A", a), ("B", b)) if "prior" in m.estimator.settings]
-    why = f" ({' and '.join(prior)} began from an older model as prior)" if prior else ""
-    said = f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
+    why = f" ({' and '.join(prior)} had an older model as prior)" if prior else ""
+    message = f"errors are not independent: both models come from {listed}{why}. The errors of the differences "
     if same_data(a, b):
         return [
-            f"{said}are too large, if anything, and any difference comes from how they were identified, not "
-            "from the boat"
+            f"{message}are upper bounds, and any difference comes from how they were identified, not from the "
+            "boat"
         ]
-    return [f"{said}are too large, if anything: differences shown are real, others may be missed"]
+    return [f"{message}are upper bounds: significant differences are real, others may be missed"]
 
 
 def _methods(a: Model, b: Model) -> list[str]:
@@ -113,21 +113,21 @@ def _methods(a: Model, b: Model) -> list[str]:
     methods = a.estimator.method, b.estimator.method
     if methods[0] != methods[1]:
         found.append(
-            f"A was found by {methods[0]}, B by {methods[1]}: what the methods do differently"
-            + (" shows" if same_data(a, b) else " shows as a difference of the boats")
+            f"A was identified by {methods[0]}, B by {methods[1]}: the difference of the methods appears"
+            + ("" if same_data(a, b) else " as a difference of the boats")
         )
     if EQUATION_ERROR in methods:
         which = "both" if methods[0] == methods[1] else "AB"[methods.index(EQUATION_ERROR)]
         found.append(
-            f"errors of {EQUATION_ERROR} ({which}) cover scatter only, not its bias by pose noise: small "
-            "differences may be that"
+            f"errors of {EQUATION_ERROR} ({which}) cover scatter only, not its bias from pose noise: small "
+            "differences may be that bias"
         )
     if a.integration != b.integration:
-        said = [f"{m.integration.scheme} in steps of {m.integration.step:.3g} s" for m in (a, b)]
+        steps = [f"{m.integration.scheme} in steps of {m.integration.step:.3g} s" for m in (a, b)]
         found.append(
-            f"integration: A by {said[0]}, B by {said[1]}"
+            f"integration: A by {steps[0]}, B by {steps[1]}"
             + (
-                ": forward Euler's coefficients make up for its steps"
+                ": forward Euler's coefficients compensate its discretisation"
                 if "forward-euler" in (a.integration.scheme, b.integration.scheme)
                 else ""
             )
@@ -147,20 +147,20 @@ def _vehicles(a: Model, b: Model) -> list[str]:
         )
     if not a.same_origin(b):
         found.append(
-            f"two origins: the poses' point is {one.point} of A's, {two.point} of B's; coefficients of two "
-            "points of a boat differ"
+            f"two origins: the measured point is {one.point} of A's, {two.point} of B's; coefficients depend "
+            "on the origin"
         )
     if fixed_terms(a) != fixed_terms(b):
-        found.append("the terms without a coefficient differ: coefficients may stand in for them")
+        found.append("the terms without a coefficient differ: coefficients may compensate for them")
     if one.file.allocation != two.file.allocation:
-        said = [_allocation_said(m) for m in (a, b)]
-        found.append(f"allocation: A {said[0]}, B {said[1]}")
+        schemes = [_allocation_text(m) for m in (a, b)]
+        found.append(f"allocation: A {schemes[0]}, B {schemes[1]}")
     read = [{n: _scaling(c) for n, c in v.file.commands.inputs.items()} for v in (one, two)]
     odd = [n for n in read[0] if n in read[1] and read[0][n] != read[1][n]]
     if odd:
         found.append(
-            f"{', '.join(odd)}: read with another sign, scale or offset: thrust gains compare only if that "
-            "makes the same command of the same stick"
+            f"{', '.join(odd)}: another sign, scale or offset: thrust gains are comparable only if the same "
+            "stick gives the same command"
         )
     return found
 
@@ -170,7 +170,7 @@ def _scaling(column: object) -> tuple[object, ...]:
     return c.unit, c.sign, c.scale, c.offset
 
 
-def _allocation_said(model: Model) -> str:
+def _allocation_text(model: Model) -> str:
     entry = model.vehicle.file.allocation
     more = f" with F_os {entry.F_os:g}" if entry.F_os else ""
     return f"{entry.scheme}{more}"
@@ -184,17 +184,17 @@ def _dead_zones(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     converted = seen[0].converted or seen[1].converted
     if converted:
         return [
-            f"{other} knows no dead zone: always-forward thrusters stay past its edge, its gains are 1 / (1 - "
-            f"edge) of the thrusters'; {whose}'s are shown as {converted}"
+            f"{other} has no dead zone: always-forward thrusters stay beyond its edge, so its gains are those of "
+            f"the thrusters over (1 - edge); {whose}'s are shown as {converted}"
         ]
     return [
         f"{whose} has a dead zone, {other} has none: {other}'s thrust gains are an average over it, "
-        f"{whose}'s hold past its edge"
+        f"{whose}'s apply beyond its edge"
     ]
 
 
 def _one_edge(a: Model, b: Model) -> list[str]:
-    """Of models of which one has one edge for both sides, and the other two."""
+    """A message where one model has one edge for both directions and the other two."""
     single = [
         any(isinstance(z := g.dead_zone, DeadZone) and z.symmetric for g in m.vehicle.file.chain)
         for m in (a, b)
@@ -203,8 +203,8 @@ def _one_edge(a: Model, b: Model) -> list[str]:
         return []
     whose, other = ("A", "B") if single[0] else ("B", "A")
     return [
-        f"{whose} has one dead-zone edge for both sides, as its thrusters hardly pushed to one of them; "
-        f"{other}'s edge on that side is not compared"
+        f"{whose} has one dead-zone edge for both directions, as one of them was hardly driven; "
+        f"{other}'s edge in that direction is not compared"
     ]
 
 
@@ -214,10 +214,10 @@ def _envelopes(a: Model, b: Model) -> list[str]:
         if symbol not in a.envelope.speeds or symbol not in b.envelope.speeds:
             continue
         tops = [max(abs(x) for x in m.envelope.speeds[symbol]) for m in (a, b)]
-        if max(tops) > WIDER * min(tops):
+        if max(tops) > ENVELOPE_RATIO * min(tops):
             unit = "rad/s" if axis == 2 else "m/s"
             found.append(
                 f"{AXES[axis]}: A was identified up to {tops[0]:.2f} {unit}, B up to {tops[1]:.2f} {unit}: "
-                "coefficients of other speeds differ where drag has another form than the model"
+                "coefficients depend on the range of speeds where the drag model is not exact"
             )
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which coefficients and constants of two models differ by more than their errors."""
+"""Significant differences between the coefficients and constants of two models."""
 
 from dataclasses import dataclass
 
@@ -15,10 +15,11 @@ from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
-SIGNIFICANT = 0.05
-UNKNOWN = 10.0  # times its value a standard error that says nothing of it
-RANK = 1e-12  # share of the largest eigenvalue, of scaled covariance, below which there is none
+SIGNIFICANCE = 0.05  # level of all tests, after Holm's correction
+UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without information
+LEAST_EIGENVALUE = 1e-12  # of the largest, of the scaled covariance: a direction without variance
 EDGES = ("edge_forward", "edge_reverse")
+FACTOR_ROUNDS, FACTOR_SETTLED = 30, 1e-12  # of the common factor; relative change that ends them
 
 
 class Pair(msgspec.Struct, frozen=True):
@@ -28,21 +29,21 @@ class Pair(msgspec.Struct, frozen=True):
     unit: str
     a: float
     b: float
-    error_a: float  # standard errors; 0: it was given
+    error_a: float  # standard errors; 0: given
     error_b: float
     difference: float  # b - a
-    error: float  # of the difference, were both estimates independent
+    error: float  # of the difference, for independent estimates
     z: float | None  # difference / error; None: both were given
-    p: float | None  # that it is chance, for the largest of all differences (Holm)
+    p: float | None  # of no difference, with Holm's correction
 
     @property
     def differs(self) -> bool:
-        """Whether it differs by more than chance; two given values, whether they differ."""
-        return self.difference != 0.0 if self.p is None else self.p < SIGNIFICANT
+        """Whether the difference is significant; of two given values, whether they differ."""
+        return self.difference != 0.0 if self.p is None else self.p < SIGNIFICANCE
 
 
 class Joint(msgspec.Struct, frozen=True):
-    """Wald's test of all differences together."""
+    """Joint Wald test of all differences."""
 
     chi2: float
     freedom: int
@@ -50,35 +51,35 @@ class Joint(msgspec.Struct, frozen=True):
 
 
 class Factor(msgspec.Struct, frozen=True):
-    """One factor by which all drag and thrust of an axis changed, as a change of mass does it."""
+    """A common factor of all drag and thrust of an axis, the effect of a change of mass."""
 
     axis: str
     coefficients: list[str]
     factor: float  # B's over A's
     error: float
     z: float  # its distance from 1 in standard errors
-    fits: float  # p of all coefficients having the same factor
+    fits: float  # p of the hypothesis of one factor for all
 
 
 class OneSided(msgspec.Struct, frozen=True):
-    """A parameter that only one model has, or whose meaning is another in the other."""
+    """A parameter without a counterpart in the other model."""
 
     name: str
     unit: str
     value: float
     error: float
-    why: str = ""  # a parameter of the same name is no counterpart
-    at_bound: bool = False  # of its range: estimated, but its error is not known
+    why: str = ""  # why the parameter of the same name is no counterpart
+    at_bound: bool = False  # of its range: estimated, error unknown
 
 
 @dataclass(frozen=True)
 class View:
-    """Parameters as they are compared: converted where the other model's mean something else."""
+    """Parameters in comparable terms: converted where their meaning differs between the models."""
 
     values: dict[str, float]
     covariance: Array  # (n, n) in the order of `values`
-    slopes: Array  # (n, n) of them by the model's own parameters
-    converted: str = ""  # what was done
+    slopes: Array  # (n, n) derivatives by the model's own parameters
+    converted: str = ""  # the conversion
 
     def of(self, names: list[str]) -> tuple[Array, Array]:
         """Values (m,) and covariance (m, m) of some of them."""
@@ -88,15 +89,15 @@ class View:
 
 
 def views(a: Model, b: Model) -> tuple[View, View]:
-    """Both models' parameters in terms that can be compared."""
+    """Parameters of both models in comparable terms."""
     return _view(a, b), _view(b, a)
 
 
 def _view(model: Model, other: Model) -> View:
-    """With thrust gains past the dead zone's edge where the other model knows no others.
+    """Thrust gains beyond the dead zone's edge, where the other model has no dead zone.
 
-    Under always-forward allocation thrust is (f - e) / (1 - e) of which e cancels in T f: a model
-    without a dead zone finds X_F / (1 - e).
+    With always-forward allocation thrust is (f - e) / (1 - e), and e cancels in T f: a model without a
+    dead zone has X_F / (1 - e).
     """
     values = dict(
         zip(
@@ -119,7 +120,7 @@ def _view(model: Model, other: Model) -> View:
 
 
 def _has_edge(model: Model) -> bool:
-    """Whether one forward edge serves all thrusters, on a curve that is straight past it."""
+    """Whether all thrusters share one forward edge, on a linear curve."""
     index = model.vehicle.constants.index
     own = index[:, STAGES.index(EDGES[0])]
     straight = bool(np.all(index[:, STAGES.index("power")] < 0))
@@ -140,30 +141,30 @@ def _is_gain(model: Model, name: str) -> bool:
     )
 
 
-def unlike(a: Model, b: Model) -> dict[str, str]:
-    """Why parameters of the same name are not the same thing; empty where they are."""
+def not_comparable(a: Model, b: Model) -> dict[str, str]:
+    """Reasons why parameters of the same name are not comparable; empty where they are."""
     found = {}
     strange = {
         f.name
         for f in a.structure.forces
-        if _means(a.vehicle, f.name) & _means(b.vehicle, f.name) == set()
+        if _actuation(a.vehicle, f.name) & _actuation(b.vehicle, f.name) == set()
     }
     for name in set(a.structure.coefficients) & set(b.structure.coefficients):
         mine, yours = (_terms(m, name) for m in (a, b))
         used = {f for t in mine for f in t.factors} & strange
         if {_key(t) for t in mine} != {_key(t) for t in yours}:
-            said = [" + ".join(t.text() for t in terms) for terms in (mine, yours)]
-            found[name] = f"it is {said[0]} in A, {said[1]} in B"
+            texts = [" + ".join(t.text() for t in terms) for terms in (mine, yours)]
+            found[name] = f"it is {texts[0]} in A, {texts[1]} in B"
         elif used:
-            found[name] = f"{', '.join(sorted(used))} is made by other actuators or weights"
+            found[name] = f"{', '.join(sorted(used))} is a sum of other actuators or weights"
     for label, model in (("A", a), ("B", b)):
         for name in model.at_bounds:
-            found[name] = f"it ended at the bound of its range in {label}: its error is unknown"
+            found[name] = f"it is at the bound of its range in {label}: its error is unknown"
     for name in set(a.vehicle.constants.names) & set(b.vehicle.constants.names):
-        if _members(a.vehicle, name) != _members(b.vehicle, name):
-            found[name] = "it stands for other actuators"
-        elif _sides(a.vehicle, name) != _sides(b.vehicle, name):
-            found[name] = "it is of the other side, as the files' axes turn the command"
+        if _actuators_of(a.vehicle, name) != _actuators_of(b.vehicle, name):
+            found[name] = "it is of other actuators"
+        elif _stages_of(a.vehicle, name) != _stages_of(b.vehicle, name):
+            found[name] = "it is of the opposite direction, as the files' axes negate the command"
     return found
 
 
@@ -180,8 +181,8 @@ def fixed_terms(model: Model) -> set[tuple[object, ...]]:
     return {_key(t) for t in model.structure.terms if t.coefficient is None}
 
 
-def _means(vehicle: Vehicle, force: str) -> set[tuple[tuple[str, float], ...]]:
-    """What a force is made of: actuators, and inputs where these are the forces themselves."""
+def _actuation(vehicle: Vehicle, force: str) -> set[tuple[tuple[str, float], ...]]:
+    """Actuators and weights of a force, and the input where inputs are the forces."""
     names = [f.name for f in vehicle.forces]
     if force not in names:
         return set()
@@ -198,15 +199,15 @@ def _means(vehicle: Vehicle, force: str) -> set[tuple[tuple[str, float], ...]]:
     return found
 
 
-def _members(vehicle: Vehicle, name: str) -> set[str]:
-    """Actuators that a constant serves; none named where it is all of them."""
+def _actuators_of(vehicle: Vehicle, name: str) -> set[str]:
+    """Actuators of a constant; empty where it is of all."""
     place = vehicle.constants.names.index(name)
     users = (vehicle.constants.index == place).any(axis=1)
     return set() if users.all() else {n for n, u in zip(vehicle.actuators, users, strict=True) if u}
 
 
-def _sides(vehicle: Vehicle, name: str) -> list[set[int]]:
-    """For each actuator the stages that a constant serves, in forward-left-up axes."""
+def _stages_of(vehicle: Vehicle, name: str) -> list[set[int]]:
+    """For each actuator the stages of a constant, in forward-left-up axes."""
     place = vehicle.constants.names.index(name)
     index = vehicle.stages[:, : len(STAGES)]
     return [set(np.flatnonzero(row == place).tolist()) for row in index]
@@ -233,7 +234,7 @@ def pairs(a: Model, b: Model, seen: tuple[View, View], odd: dict[str, str]) -> l
     ]  # fmt: skip
 
 
-def alone(model: Model, other: Model, odd: dict[str, str]) -> list[OneSided]:
+def unmatched(model: Model, other: Model, odd: dict[str, str]) -> list[OneSided]:
     """Parameters without a counterpart."""
     units = _units(model)
     values = [*model.coefficients.tolist(), *model.constants.tolist()]
@@ -250,7 +251,7 @@ def _units(model: Model) -> dict[str, str]:
 
 
 def joint(found: list[Pair], seen: tuple[View, View]) -> Joint | None:
-    """d' (C_A + C_B)^-1 d over all parameters that were estimated in either model."""
+    """d' (C_A + C_B)^-1 d over all parameters estimated in either model."""
     names = [pair.name for pair in found if pair.z is not None]
     if not names:
         return None
@@ -263,19 +264,19 @@ def _wald(difference: Array, covariance: Array) -> tuple[float, int]:
     """Wald's statistic and its degrees of freedom: directions that have a variance."""
     scale = np.sqrt(np.diag(covariance))
     size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
-    there = size > RANK * size[-1]
+    there = size > LEAST_EIGENVALUE * size[-1]
     along = axes[:, there].T @ (difference / scale)
     return float(np.sum(along**2 / size[there])), int(there.sum())
 
 
 def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
-    """For each axis the factor that its drag and thrust share, by generalised least squares.
+    """The common factor of drag and thrust by axis, by generalised least squares.
 
-    Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is 1 / k of what
-    it was. Acceleration and Coriolis terms are left out: they tell of where the mass is.
+    Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is divided by k.
+    Acceleration and Coriolis terms are left out: they depend on the distribution of mass.
     """
     out = []
-    known = {pair.name for pair in found if _tells(pair)}
+    known = {pair.name for pair in found if _estimated(pair)}
     for axis, word in enumerate(AXES):
         own = [t for t in a.structure.terms if t.axis == axis and t.coefficient in known]
         still = {t.coefficient for t in own if t.of_masses}
@@ -285,21 +286,21 @@ def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor
     return out
 
 
-def _tells(pair: Pair) -> bool:
-    """Whether both were estimated, and known at all: what was never used may be anything."""
+def _estimated(pair: Pair) -> bool:
+    """Whether both were estimated with information; an unused parameter is arbitrary."""
     errors = (pair.error_a, pair.error_b)
-    return min(errors) > 0.0 and max(errors) < UNKNOWN * max(abs(pair.a), abs(pair.b))
+    return min(errors) > 0.0 and max(errors) < UNKNOWN_ERROR * max(abs(pair.a), abs(pair.b))
 
 
 def _factor(axis: str, names: list[str], seen: tuple[View, View]) -> Factor:
     (first, own), (second, other) = (view.of(names) for view in seen)
     k = 1.0
-    for _ in range(30):  # the weights depend on the factor: it settles in a few rounds
+    for _ in range(FACTOR_ROUNDS):  # the weights depend on the factor
         weight = inverse_of(other + k**2 * own)
-        # b = k a* with both in error: a* by least squares, too (Deming's regression)
+        # b = k a*, both with errors: Deming regression
         best = first + k * own @ weight @ (second - k * first)
         before, k = k, float(best @ weight @ second / (best @ weight @ first))
-        if abs(k - before) < 1e-12 * abs(k):
+        if abs(k - before) < FACTOR_SETTLED * abs(k):
             break
     chi2, _ = _wald(second - k * first, other + k**2 * own)
     error = float(1.0 / np.sqrt(best @ weight @ best))

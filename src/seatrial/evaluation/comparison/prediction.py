@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which of two models predicts recordings better, and whether that can be chance."""
+"""Which of two models predicts recordings better, and whether the difference is significant."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,20 +10,21 @@ from numpy.typing import NDArray
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.comparison.significance import Luck, forms
-from seatrial.evaluation.filtering import believed_noise, causal
+from seatrial.evaluation.comparison.significance import SameBoatErrors, sensitivity_forms
+from seatrial.evaluation.filtering import filter_noise, run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.evaluation.scoring import seen
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
-from seatrial.util.block_bootstrap import block_length, block_sums, draws
+from seatrial.util.block_bootstrap import block_draws, block_length, block_sums
 from seatrial.util.distributions import holm, normal_two_sided
 from seatrial.util.errors import ModelError, SeatrialError
 from seatrial.util.frames import SYMBOLS, Array, Axes
 
-SETTLING = 2.0  # [s] that the filters have before predictions start from them
-CHANCE = 0.05  # of a verdict that is wrong
-NOTHING = 1e-12  # of a velocity: below it two predictions are the same
+START_SETTLING = 2.0  # [s] of the filters before the first prediction
+FALSE_VERDICT = 0.05  # probability of a false verdict
+ZERO_VELOCITY = 1e-12  # [m/s], [rad/s] below it two predictions are equal
+LEAST_SPREAD = 1e-3  # of the whole sample's, least standard deviation of a bootstrap sample
 
 
 class AxisDifference(msgspec.Struct, frozen=True):
@@ -32,19 +33,19 @@ class AxisDifference(msgspec.Struct, frozen=True):
     a: float
     b: float
     difference: float  # a - b: above 0 where B is better
-    interval: tuple[float, float] | None  # 95 %; None: too few blocks of time to tell
-    p: float | None  # that both are as good and this is chance
-    same_boat: float | None = None  # that two estimates of one boat are as unequal
+    interval: tuple[float, float] | None  # 95 %; None: too few blocks of time
+    p: float | None  # of the hypothesis that both are equally good
+    same_boat: float | None = None  # of the hypothesis of two estimates of one unchanged boat
 
     @property
     def better(self) -> str | None:
-        """The model that is better by more than chance."""
+        """The significantly better model."""
         if self.interval is None or self.interval[0] <= 0.0 <= self.interval[1]:
             return None
         return "B" if self.difference > 0 else "A"
 
 
-class Ahead(msgspec.Struct, frozen=True):
+class PredictionRow(msgspec.Struct, frozen=True):
     """Predictions of one recording, or of all together, at one horizon."""
 
     recording: str  # "all" for all together
@@ -52,7 +53,7 @@ class Ahead(msgspec.Struct, frozen=True):
     predictions: int
     starts: str  # "filter": the mean of both models' filters; "stencil": measured
     axes: dict[str, AxisDifference]  # by u, v, r
-    block: float  # [s] that errors were taken together over
+    block: float  # [s] of a block of the bootstrap
     seen_a: bool = False  # the model was identified from it
     seen_b: bool = False
 
@@ -66,43 +67,50 @@ class _Errors:
     index: NDArray[np.int64]  # (m,) poses
     period: float  # [s]
     steps: int
-    forms: tuple[Array, Array]  # (3, p, p) of each: what errors of its parameters do, see `Luck`
+    forms: tuple[Array, Array]  # (3, p, p) of each, for `SameBoatErrors`
 
     @property
     def block(self) -> float:
         """Length [s] of a block: longer than the horizon and than errors stay correlated."""
-        scale = np.sqrt(np.maximum([self.a.mean(axis=0), self.b.mean(axis=0)], NOTHING**2))
-        moved = self.a / scale[0] - self.b / scale[1]  # what the difference of RMS is a mean of
+        scale = np.sqrt(np.maximum([self.a.mean(axis=0), self.b.mean(axis=0)], ZERO_VELOCITY**2))
+        moved = self.a / scale[0] - self.b / scale[1]  # whose mean is the difference of RMS
         moved = moved[:, np.ptp(moved, axis=0) > 0]
         return block_length(moved, self.index, self.steps) * self.period if moved.size else 1.0
 
 
-def ahead(
-    a: Model, b: Model, recordings: Sequence[Recording], horizons: Sequence[float], luck: Luck
-) -> list[Ahead]:
-    """RMS errors of both, recording by recording and of all together, at each horizon [s].
+def predict_both(
+    a: Model,
+    b: Model,
+    recordings: Sequence[Recording],
+    horizons: Sequence[float],
+    same_boat: SameBoatErrors,
+) -> list[PredictionRow]:
+    """RMS errors of both models, by recording and of all together, at each horizon [s].
 
-    `luck`: errors of both models' parameters, were they of one boat. Raises
-    ModelError where one of them can't be used, RecordingError where a recording is too short.
+    `same_boat`: parameter errors of two estimates of one boat. Raises ModelError where a model can't
+    be used, RecordingError where a recording is too short.
     """
+    # 1. Shared starts, so that both predict the same instants.
     kind, starts = shared_starts(a, b, recordings)
     found = []
     for horizon in horizons:
+        # 2. Squared errors of both; their difference by recording.
         every = [_errors(a, b, r, s, horizon) for r, s in zip(recordings, starts, strict=True)]
         for recording, errors in zip(recordings, every, strict=True):
-            axes = _differences([errors], errors.block, luck)
+            axes = _differences([errors], errors.block, same_boat)
             found.append(
-                Ahead(
+                PredictionRow(
                     recording.name, horizon, len(errors.index), kind, axes, errors.block,
                     seen(a, recording), seen(b, recording),
                 )
             )  # fmt: skip
+        # 3. All recordings together.
         if len(recordings) > 1:
             block = max(e.block for e in every)
             count = sum(len(e.index) for e in every)
-            axes = _differences(every, block, luck)
+            axes = _differences(every, block, same_boat)
             found.append(
-                Ahead(
+                PredictionRow(
                     "all", horizon, count, kind, axes, block,
                     any(seen(a, r) for r in recordings), any(seen(b, r) for r in recordings),
                 )
@@ -110,22 +118,22 @@ def ahead(
     return found
 
 
-def verdict(found: Sequence[Ahead]) -> dict[str, str | None]:
-    """By u, v, r the model that is better, Holm's correction over the axes; None: no difference seen.
+def verdict(found: Sequence[PredictionRow]) -> dict[str, str | None]:
+    """The better model by u, v, r, with Holm's correction over the axes; None: not significant.
 
-    `found` are the rows of one horizon: that of all recordings together counts.
+    `found`: the rows of one horizon; the last (all recordings together) counts.
     """
     last = found[-1].axes
     p = _corrected({s: last[s].p for s in SYMBOLS})
-    return {s: last[s].better if p.get(s, 1.0) < CHANCE else None for s in SYMBOLS}
+    return {s: last[s].better if p.get(s, 1.0) < FALSE_VERDICT else None for s in SYMBOLS}
 
 
-def beyond_luck(last: Mapping[str, AxisDifference]) -> set[str]:
-    """Those of u, v, r in which two estimates of one boat would hardly be as unequal, Holm's correction."""
+def beyond_same_boat(last: Mapping[str, AxisDifference]) -> set[str]:
+    """Those of u, v, r with a difference too large for two estimates of one boat (Holm's correction)."""
     return {
         s
         for s, p in _corrected({s: one.same_boat for s, one in last.items()}).items()
-        if p < CHANCE
+        if p < FALSE_VERDICT
     }
 
 
@@ -134,8 +142,8 @@ def _corrected(chances: Mapping[str, float | None]) -> dict[str, float]:
     return dict(zip(known, holm(list(known.values())), strict=True))
 
 
-def driven_by(model: Model, vehicle: Vehicle) -> Model:
-    """The model with the signals and the allocation that recordings were made with, about its origin."""
+def with_signals(model: Model, vehicle: Vehicle) -> Model:
+    """The model with the signals and the allocation of the recordings, about its own origin."""
     model.vehicle.check_sides(vehicle)
     flip = vehicle.axes is Axes.FRD
     structure = model.structure.flipped() if flip else model.structure
@@ -145,8 +153,8 @@ def driven_by(model: Model, vehicle: Vehicle) -> Model:
     return replace(model, vehicle=model.about_origin(Vehicle(file, vehicle.source)))
 
 
-def about_one_point(a: Model, b: Model) -> tuple[Model, Model]:
-    """Both with the mean of their lever arms, by how well they are known: in either order the same."""
+def with_common_lever(a: Model, b: Model) -> tuple[Model, Model]:
+    """Both with the weighted mean of their lever arms (inverse variances): symmetric in a and b."""
     levers = np.array([a.vehicle.lever, b.vehicle.lever])
     if (levers[0] == levers[1]).all():
         return a, b
@@ -159,22 +167,21 @@ def about_one_point(a: Model, b: Model) -> tuple[Model, Model]:
 
 
 def same_drive(a: Vehicle, b: Vehicle) -> bool:
-    """Whether a recording of the one is read, but for the lever arm, and is allocated as one of the other."""
+    """Whether both read and allocate recordings alike, apart from the lever arm."""
     names = "axes", "pose", "commands", "scales", "thrusters", "forces", "allocation"
     own, other = (vehicle.with_lever(a.lever) for vehicle in (a, b))
     return all(getattr(own.file, n) == getattr(other.file, n) for n in names)
 
 
 def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[str, list[Motion]]:
-    """Where predictions start: the mean of both models' filters, which favours neither.
+    """Start velocities: the mean of both models' filters, which favours neither.
 
-    Measured velocities, by the stencil, where one of the filters can't be had: their noise hides
-    small differences.
+    Stencil velocities where a filter fails: their noise hides small differences.
     """
     try:
-        believed = [believed_noise(model, recordings) for model in (a, b)]
+        noises = [filter_noise(model, recordings) for model in (a, b)]
         both = [
-            [causal(m, r, n).motion for m, n in zip((a, b), believed, strict=True)]
+            [run_filter(m, r, n).motion for m, n in zip((a, b), noises, strict=True)]
             for r in recordings
         ]
     except SeatrialError:
@@ -183,7 +190,7 @@ def shared_starts(a: Model, b: Model, recordings: Sequence[Recording]) -> tuple[
 
 
 def _mean(first: Motion, second: Motion) -> Motion:
-    valid = first.valid & second.valid & (first.t > SETTLING)
+    valid = first.valid & second.valid & (first.t > START_SETTLING)
     deviation = None
     if first.deviation is not None and second.deviation is not None:
         deviation = 0.5 * (first.deviation + second.deviation)
@@ -200,13 +207,15 @@ def _errors(a: Model, b: Model, recording: Recording, starts: Motion, horizon: f
         except ModelError as error:
             raise ModelError(f"{label}: {error}") from None
     index, steps = found[0].index, found[0].steps
-    moved = [forms(model, recording, starts, found[0].begun, index) for model in (a, b)]
+    moved = [sensitivity_forms(model, recording, starts, found[0].begun, index) for model in (a, b)]
     squares = [one.errors**2 for one in found]
     return _Errors(squares[0], squares[1], index, recording.period, steps, (moved[0], moved[1]))
 
 
-def _differences(every: Sequence[_Errors], block: float, luck: Luck) -> dict[str, AxisDifference]:
-    """By u, v, r, over blocks of time of all recordings."""
+def _differences(
+    every: Sequence[_Errors], block: float, same_boat: SameBoatErrors
+) -> dict[str, AxisDifference]:
+    """Differences by u, v, r, over blocks of time of all recordings."""
     parts, numbers, passed = [], [], 0
     for errors in every:
         parts.append(np.column_stack([errors.a, errors.b, np.ones(len(errors.a))]))
@@ -225,16 +234,20 @@ def _differences(every: Sequence[_Errors], block: float, luck: Luck) -> dict[str
         interval, p, same = None, None, None
         if blocks is not None:
             interval, p, spread = rms_difference(*blocks[:, [axis, 3 + axis, 6]].T)
-            by, variance = luck.difference((moved[0][axis], moved[1][axis]))
+            by, variance = same_boat.difference((moved[0][axis], moved[1][axis]))
             both = max(float(rms.sum()), 1e-12)  # a^2 - b^2 = (a - b) (a + b); 0: both are exact
-            same = _beyond(apart - by / both, float(np.hypot(spread, np.sqrt(variance) / both)))
+            same = _two_sided(apart - by / both, float(np.hypot(spread, np.sqrt(variance) / both)))
         out[symbol] = AxisDifference(float(rms[0]), float(rms[1]), apart, interval, p, same)
     return out
 
 
-def _beyond(apart: float, spread: float) -> float:
-    """Chance of as much, or more."""
-    return normal_two_sided(apart / spread) if spread > NOTHING else float(abs(apart) <= NOTHING)
+def _two_sided(apart: float, spread: float) -> float:
+    """Two-sided p of a normal deviate."""
+    return (
+        normal_two_sided(apart / spread)
+        if spread > ZERO_VELOCITY
+        else float(abs(apart) <= ZERO_VELOCITY)
+    )
 
 
 def rms_difference(
@@ -244,14 +257,14 @@ def rms_difference(
 
     `first`, `second` (b,): sums of squared errors of the same samples, block by block, `count` (b,)
     samples each. Studentised bootstrap over blocks (Davison, Hinkley, section 5.2): the errors of
-    the two models are correlated, so that their difference is known better than each of them.
+    the two models are correlated, so their difference is more certain than each of them.
     """
-    drawn = draws(len(count))
+    drawn = block_draws(len(count))
     whole, spread = _difference(np.ones((1, len(count))), first, second, count)
-    if spread[0] <= NOTHING:
-        return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= NOTHING), 0.0
+    if spread[0] <= ZERO_VELOCITY:
+        return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= ZERO_VELOCITY), 0.0
     found, deviation = _difference(drawn, first, second, count)
-    student = (found - whole) / np.maximum(deviation, 1e-3 * spread)
+    student = (found - whole) / np.maximum(deviation, LEAST_SPREAD * spread)
     high, low = np.quantile(student, [0.025, 0.975])
     at = whole[0] / spread[0]
     beyond = 2 * min(int(np.sum(student >= at)), int(np.sum(student <= at)))  # as of the interval
@@ -262,7 +275,7 @@ def rms_difference(
 def _difference(drawn: Array, first: Array, second: Array, count: Array) -> tuple[Array, Array]:
     """Difference (R,) of both RMS and its standard deviation (R,), from the blocks drawn (R, b)."""
     size = drawn @ count
-    rms = [np.sqrt(np.maximum(drawn @ sums / size, NOTHING**2)) for sums in (first, second)]
+    rms = [np.sqrt(np.maximum(drawn @ sums / size, ZERO_VELOCITY**2)) for sums in (first, second)]
     slopes = [0.5 / r for r in rms]
     centre = 0.5 * (rms[0] - rms[1])
     # sum over blocks of (slope_a a - slope_b b - centre n)^2, multiplied out

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What a hand, a rope or a wall did to the estimates.
+"""External disturbances (a hand, a rope, a wall) and their influence on the estimates.
 
-A boat that was carried for ten seconds of ten minutes makes the noise large, and with it all standard
-errors, and nobody is told when it was. So the filter's errors are looked through for such
-stretches, and the model is fitted again without them, to see how much they matter. Whether they are left out
-is for those to say who were there: what a poor structure does not explain may look alike.
+A boat that is carried for ten seconds of ten minutes enlarges the estimated noise and with it all standard errors.
+So innovations are searched for disturbed intervals, and the model is fitted again without them. Whether they are
+excluded is the user's choice: model mismatch can look alike.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,13 +15,13 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of, finding_text
 from seatrial.boat.noise_parameters import loosened
 from seatrial.evaluation.disturbed_intervals import (
-    MANY,
-    MOST,
-    Stretch,
-    squared_errors,
-    stretches,
-    stretches_found,
-    together,
+    MOST_DISTURBED_SHARE,
+    MOST_INTERVALS,
+    DisturbedInterval,
+    disturbed_intervals,
+    interval_findings,
+    joined_intervals,
+    squared_innovations,
 )
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
@@ -30,103 +29,108 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array
 
-ROUNDS = 4  # of looking and fitting
-END, END_SHARE = 20.0, 0.15  # [s] and of a recording, that its beginning and its end are
-LEFT = 0.5  # of the poses of every recording is left, at the least
-SHARPER = 0.7  # times the standard errors, without a stretch that is worth a word
+MOST_ROUNDS = 4  # of search and fit: intervals that hid others are found in two or three
+END_LENGTH = 20.0  # [s] of a recording's beginning and end, when boats are put in and taken out
+END_SHARE = 0.15  # of a short recording, instead
+LEAST_POSES_LEFT = 0.5  # share of every recording's poses: else the intervals are no exceptions
+WORTHWHILE_ERROR_RATIO = 0.7  # of standard errors without over with them: only then a finding
 
-Afresh = Callable[[Problem], Point]  # the search from start values
+FromStartValues = Callable[[Problem], Point]  # a maximum of the likelihood, from start values
 
 
-def bumps(at: Point) -> list[Stretch]:
-    """Stretches in which the filter's errors are larger than elsewhere."""
+def disturbed_at(at: Point) -> list[DisturbedInterval]:
+    """Intervals in which innovations are larger than elsewhere."""
     recordings, each = at.runs.problem.recordings, at.runs.by_recording
-    return stretches(recordings, [squared_errors(p) for p in each])
+    return disturbed_intervals(recordings, [squared_innovations(p) for p in each])
 
 
-def bumps_said(seen: Point | None, at: Point, covariance: Array, afresh: Afresh) -> list[Finding]:
-    """Such stretches, and what it changes to leave them out; none where there are none.
+def disturbance_findings(
+    seen: Point | None, at: Point, covariance: Array, from_start_values: FromStartValues
+) -> list[Finding]:
+    """Disturbed intervals and the influence of their exclusion; none where that hardly changes standard errors.
 
-    seen: the likelihood's choice, where its errors show some; at: the solution, which may be believed less
-    closely just because of them, or have more stages; covariance: (p, p) of its free parameters.
+    seen: the likelihood's maximum, if its innovations show intervals; at: the solution, which may have another
+    fit horizon just because of them, or more actuator stages; covariance: (p, p) of its free parameters.
     """
     near = at if seen is None else seen
     problem = near.runs.problem
-    best, findings = SHARPER, []
-    for begin in _beginnings(seen, near, problem, afresh):
-        found, after = _followed(begin, afresh)
-        influence = None if after is None else _difference(at, covariance, after)
+    best, findings = WORTHWHILE_ERROR_RATIO, []
+    for begin in _candidates(seen, near, problem, from_start_values):
+        found, after = _excluded(begin, from_start_values)
+        influence = None if after is None else _influence(at, covariance, after)
         if influence is not None and influence.number("ratio") < best:
             best = influence.number("ratio")
-            findings = [*stretches_found(problem.recordings, found), influence]
+            findings = [*interval_findings(problem.recordings, found), influence]
     return findings
 
 
-def bumps_tried(problem: Problem, afresh: Afresh) -> str:
-    """What is to be said where there is no solution, but one without such stretches."""
-    for begin in _beginnings(None, None, problem, afresh):
-        found, after = _followed(begin, afresh)
+def disturbance_hint(problem: Problem, from_start_values: FromStartValues) -> str:
+    """For a refusal: the disturbed intervals without which there is a solution; else nothing."""
+    for begin in _candidates(None, None, problem, from_start_values):
+        found, after = _excluded(begin, from_start_values)
         if after is not None:
-            texts = map(finding_text, stretches_found(problem.recordings, found))
+            texts = map(finding_text, interval_findings(problem.recordings, found))
             return f". There is a solution without some of it: {'; '.join(texts)}"
     return ""
 
 
-def _beginnings(
-    seen: Point | None, near: Point | None, problem: Problem, afresh: Afresh
+def _candidates(
+    seen: Point | None, near: Point | None, problem: Problem, from_start_values: FromStartValues
 ) -> Iterator[Point]:
-    """By whose errors stretches may be seen: the solution's, then what the middle of every recording tells.
+    """Points whose innovations may show intervals: the solution, then one fitted to the recordings' middles.
 
-    At beginning and end boats are put in and taken out: with enough of that nothing stands out any more.
+    At the beginning and the end boats are put in and taken out: with much of that no interval stands out.
     """
     if seen is not None:
         yield seen
     recordings = []
     with suppress(RecordingError, IdentificationError):
         for r in problem.recordings:
-            end = min(END, END_SHARE * r.duration)
+            end = min(END_LENGTH, END_SHARE * r.duration)
             recordings.append(r.without(r.duration - end, r.duration).without(0.0, end))
         own = replace(problem, recordings=tuple(recordings))
-        middle = afresh(own) if near is None else _searched(own, near, afresh)
-        noise = loosened(middle.noise, 1.0)  # so that it finds back from what it does not foresee
+        middle = from_start_values(own) if near is None else _searched(own, near, from_start_values)
+        noise = loosened(middle.noise, 1.0)  # so that it recovers from a disturbance
         runs = problem.run_filter(middle.theta, noise, repeatable=False)
         yield Point(middle.theta, noise, runs)
 
 
-def _followed(at: Point, afresh: Afresh) -> tuple[list[Stretch], Point | None]:
-    """Stretches, and those that are seen only without these; and the solution without all of them.
+def _excluded(
+    at: Point, from_start_values: FromStartValues
+) -> tuple[list[DisturbedInterval], Point | None]:
+    """All intervals, also those that show only after others are excluded, and the solution without them.
 
     None where they are too many to be exceptions.
     """
     problem, there = at.runs.problem, at
-    found: list[Stretch] = []
-    for _ in range(ROUNDS):
-        new = bumps(there)
+    found: list[DisturbedInterval] = []
+    for _ in range(MOST_ROUNDS):
+        new = disturbed_at(there)
         if not new:
             break
-        found = together([*found, *new])
+        found = joined_intervals([*found, *new])
         left = _without(problem, found)
-        if len(found) > MANY or left is None:
+        if len(found) > MOST_INTERVALS or left is None:
             return [], None
         try:
-            there = _searched(left, there, afresh)
+            there = _searched(left, there, from_start_values)
         except IdentificationError:
             return [], None
     return found, there if found else None
 
 
-def _searched(problem: Problem, near: Point, afresh: Afresh) -> Point:
-    """The solution of a problem, from a point or, where that leads nowhere, from start values."""
+def _searched(problem: Problem, near: Point, from_start_values: FromStartValues) -> Point:
+    """The maximum of a problem's likelihood, from a point or, if that fails, from start values."""
     try:
         return maximise_likelihood(problem, near.theta, near.noise)
     except IdentificationError:
-        return afresh(problem)
+        return from_start_values(problem)
 
 
-def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
-    """The problem without these; None where that is too much, or leaves too little.
+def _without(problem: Problem, found: Sequence[DisturbedInterval]) -> Problem | None:
+    """The problem without these intervals; None where they are too much of it, or of one recording.
 
-    Most of one recording, too, is no exception in it: it is another boat, or shows what no term explains.
+    Most of a recording is no exception in it: that is another boat, or model mismatch.
     """
     recordings = list(problem.recordings)
     try:
@@ -137,18 +141,21 @@ def _without(problem: Problem, found: Sequence[Stretch]) -> Problem | None:
     before, after = (
         np.array([r.valid.sum() for r in all_]) for all_ in (problem.recordings, recordings)
     )
-    if after.sum() <= (1.0 - MOST) * before.sum() or (after < LEFT * before).any():
+    if (
+        after.sum() <= (1.0 - MOST_DISTURBED_SHARE) * before.sum()
+        or (after < LEAST_POSES_LEFT * before).any()
+    ):
         return None
     return replace(problem, recordings=tuple(recordings))
 
 
-def _difference(at: Point, covariance: Array, after: Point) -> Finding | None:
-    """What it makes of standard errors to leave stretches out, and of the parameter that changes most."""
+def _influence(at: Point, covariance: Array, after: Point) -> Finding | None:
+    """Ratio of standard errors without over with the intervals, and the parameter that changes most."""
     try:
-        errors = _named(after, sandwich_covariance(after))
-    except IdentificationError:  # what is left does not tell them apart
+        errors = _estimates(after, sandwich_covariance(after))
+    except IdentificationError:  # the rest does not identify all parameters
         return None
-    old = _named(at, covariance)
+    old = _estimates(at, covariance)
     both = [n for n in old if n in errors and min(old[n][1], errors[n][1]) > 0.0]
     if not both:
         return None
@@ -159,7 +166,7 @@ def _difference(at: Point, covariance: Array, after: Point) -> Finding | None:
     return finding_of(kind, most, ratio=ratio, value=value, error=error)
 
 
-def _named(at: Point, covariance: Array) -> dict[str, tuple[float, float]]:
+def _estimates(at: Point, covariance: Array) -> dict[str, tuple[float, float]]:
     """Values and standard errors of the free parameters."""
     problem, errors = at.runs.problem, np.sqrt(np.diag(covariance)).tolist()
     pairs = zip(at.theta[list(problem.free)].tolist(), errors, strict=True)

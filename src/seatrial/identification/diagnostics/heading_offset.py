@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""A heading that is off by a constant: a compass' deviation, a tracker's frame that stands askew on the boat.
+"""A constant offset of the heading: a compass' deviation, a tracker's frame that is turned on the boat.
 
-Poses stay where they are, but the boat seems to drift: surge is taken for sway. Whether another heading is
-likelier is seen from two passes with the poses turned, the free parameters taking up what they can.
+Positions are right, but surge shows as sway. Two filter runs with turned headings give a parabola of the
+log likelihood, in which the free parameters take one Gauss-Newton step.
 """
 
 from dataclasses import dataclass, replace
@@ -19,57 +19,60 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Axes
 
-STEP = 0.05  # [rad] by which poses are turned to see what it does
-MOST = 0.15  # [rad] at once: further off the parabola is none
-SHARP = 0.05  # [rad] standard error above which the data say nothing of it
-ROUNDS = 8  # of turning and searching
-SETTLED = 0.01  # [rad]
-LEAST = 0.02  # [rad] less is not worth a word
+TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
+MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
+LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is not identifiable
+MOST_TURNS = 8  # steps with a fit each
+SETTLED_TURN = 0.01  # [rad] step at which it has converged
+LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
 
 
 @dataclass(frozen=True)
-class Askew:
-    """A heading that is likelier."""
+class HeadingOffset:
+    """A heading offset that is likelier than none."""
 
-    gain: float  # fall of -2 log likelihood that it promises
+    gain: float  # expected fall of -2 log L
     by: float  # [rad] recorded less true, forward-left-up
-    problem: Problem  # with the poses turned back
+    problem: Problem  # with the headings corrected
 
 
-def askew_said(at: Point, first: Askew, least: Array) -> list[Finding]:
-    """How far the heading is off, and what to write; none where there is no solution about it.
+def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Finding]:
+    """The heading offset after fits with corrected headings; none where it is small or the fit hardly better.
 
-    least: noise that the search does not go below.
+    least: (11,) floor of the noise.
     """
     vehicle, found, total = at.runs.problem.vehicle, first, first.by
     there = at
-    for _ in range(ROUNDS):
+    for _ in range(MOST_TURNS):
         try:
             there = maximise_likelihood(found.problem, there.theta, there.noise, least=least)
         except IdentificationError:
             return []
-        again = askew(there)
+        again = likelier_heading(there)
         if again is None:
             return []
         total, found = total + again.by, again
-        if abs(again.by) < SETTLED:
+        if abs(again.by) < SETTLED_TURN:
             break
-    if abs(total) < LEAST or there.runs.cost > at.runs.cost - LARGE_GAIN:
+    if abs(total) < LEAST_HEADING_OFFSET or there.runs.cost > at.runs.cost - LARGE_GAIN:
         return []
     offset = psi_offset(vehicle, total)
     return [finding_of(FindingKind.HEADING_OFFSET, size=abs(total), psi_offset=offset)]
 
 
-def askew(at: Point) -> Askew | None:
-    """The heading that is likelier than the recorded one, by a parabola; None where the data don't tell one."""
+def likelier_heading(at: Point) -> HeadingOffset | None:
+    """The maximum of the parabola over the heading offset; None where the offset is not identifiable."""
     problem = at.runs.problem
-    back, ahead = (_cost(_turned(problem, by), at) for by in (-STEP, STEP))
-    slope, bend = (ahead - back) / (2.0 * STEP), (ahead + back - 2.0 * at.runs.cost) / STEP**2
-    if not (np.isfinite(slope) and bend > 2.0 / SHARP**2):
+    back, ahead = (_cost(_turned(problem, by), at) for by in (-TRIAL_TURN, TRIAL_TURN))
+    slope, bend = (
+        (ahead - back) / (2.0 * TRIAL_TURN),
+        (ahead + back - 2.0 * at.runs.cost) / TRIAL_TURN**2,
+    )
+    if not (np.isfinite(slope) and bend > 2.0 / LARGEST_HEADING_ERROR**2):
         return None
-    by = float(np.clip(-slope / bend, -MOST, MOST))
+    by = float(np.clip(-slope / bend, -MOST_TURN, MOST_TURN))
     gain = -(slope * by + 0.5 * bend * by**2)
-    return Askew(float(gain), by, _turned(problem, by))
+    return HeadingOffset(float(gain), by, _turned(problem, by))
 
 
 def psi_offset(vehicle: Vehicle, by: float) -> float:
@@ -90,7 +93,7 @@ def without_offset(recording: Recording, by: float) -> Recording:
 
 
 def _cost(problem: Problem, at: Point) -> float:
-    """-2 log likelihood there once the free parameters have taken one step of Gauss and Newton."""
+    """-2 log L after one Gauss-Newton step of the free parameters."""
     runs = problem.run_filter(at.theta, at.noise, repeatable=False)
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)

@@ -1,83 +1,88 @@
 # SPDX-License-Identifier: MIT
-"""Whether recordings agree: thrust, drag or mass of one that is not that of the others, or its clock.
+"""Homogeneity across recordings: whether thrust, drag, mass or the clock offset is the same in all.
 
-A battery that falls from drive to drive makes thrust weaker, a payload that is taken in between makes the
-boat heavier, and clocks of poses and commands that are set anew put both apart. One model for all is then that of
-none, and its errors do not say so. So each recording's own factor is tested, and its own delay.
+A battery's voltage falls from drive to drive, a payload is added, a clock is set. One model for all recordings
+then describes none, and its standard errors do not show it. So each recording's scale factor and delay are tested.
 """
 
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.identification.diagnostics.scale_factors import (
-    SHARP,
-    WORTH,
-    Change,
-    WithFactors,
-    changes,
+    LARGEST_FACTOR_ERROR,
+    LEAST_FACTOR_GAIN,
+    FactorChange,
+    WithScaleFactors,
     dead_zone_of,
+    manifest_changes,
 )
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.util.frames import AXES, Array
 
-LATER = 0.04  # [s] between recordings: less is nothing to speak of
+LEAST_DELAY = 0.04  # [s] between recordings, reported: less hardly biases the latency
 DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
 
 
-def disagreements(at: Point) -> list[Finding]:
-    """How recordings are of different boats; none where chance explains it."""
+def homogeneity_findings(at: Point) -> list[Finding]:
+    """Significant differences between recordings: scale factors, or a delay if that is the likelier cause."""
     if at.runs.problem.prior is not None or len(at.runs.by_recording) < 2:
         return []
-    manifest = changes(at, lambda axis, what, weights: _tested(at, axis, what, weights))
-    delays, gain = _clocks(at)
+    manifest = manifest_changes(
+        at, lambda axis, quantity, weights: _factor_by_recording(at, axis, quantity, weights)
+    )
+    delays, gain = _clock_offset(at)
     if gain > sum(change.test.gain for change in manifest):
         return delays
     return [_finding(at, change) for change in manifest]
 
 
-def _finding(at: Point, change: Change) -> Finding:
+def _finding(at: Point, change: FactorChange) -> Finding:
     return finding_of(
         FindingKind.HOMOGENEITY,
         *(AXES[change.axis], change.less, change.more),
         change=1.0 - change.ratio,
-        quantity=change.what,
-        dead_zone=dead_zone_of(at, change.what),
+        quantity=change.quantity,
+        dead_zone=dead_zone_of(at, change.quantity),
     )
 
 
-def _clocks(at: Point) -> tuple[list[Finding], float]:
-    """A delay from commands to poses that is not the same in all recordings, and the gain that it promises."""
+def _clock_offset(at: Point) -> tuple[list[Finding], float]:
+    """The largest difference of delays from commands to poses, and the expected fall of -2 log L."""
     problem = at.runs.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
-    found = _apart(at, late.astype(float))
+    found = _by_recording(at, late.astype(float))
     if found is None:
         return [], 0.0
     known, test = found
     delays = np.concatenate([[0.0], test.step])
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
-    if not (test.likely and test.gain >= WORTH and more >= LATER):
+    if not (test.likely and test.gain >= LEAST_FACTOR_GAIN and more >= LEAST_DELAY):
         return [], 0.0
     one, other = (problem.recordings[known[i]].name for i in (last, early))
     return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
 
 
-def _tested(at: Point, axis: int, what: str, weights: Array) -> Change | None:
-    """A factor on each recording that tells one; nothing where fewer than two do."""
-    found = _apart(at, weights)
+def _factor_by_recording(
+    at: Point, axis: int, quantity: str, weights: Array
+) -> FactorChange | None:
+    """The largest difference of scale factors between recordings; None where fewer than two identify one."""
+    found = _by_recording(at, weights)
     if found is None:
         return None
     known, test = found
     factors = np.concatenate([[1.0], 1.0 + test.step])
     low, high = int(np.argmin(factors)), int(np.argmax(factors))
     less, more = (at.runs.problem.recordings[known[i]].name for i in (low, high))
-    return Change(axis, what, less, more, float(max(factors[low], 0.0) / factors[high]), test)
+    return FactorChange(
+        axis, quantity, less, more, float(max(factors[low], 0.0) / factors[high]), test
+    )
 
 
-def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
-    """Recordings that tell it, and the test of each one's own share in what moves the free parameters by
-    `weights` (p,), beside that of the first; None where fewer than two do.
+def _by_recording(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
+    """Recordings that identify it, and the score test of each one's own step along `weights` (p,) of the free
+    parameters, relative to the first's; None where fewer than two identify it.
     """
     problem, runs = at.runs.problem, at.runs
     p, known, columns, scores = len(problem.free), [], [], []
@@ -86,7 +91,7 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
         own = np.where(to >= 0, weights[to], 0.0)
         across = np.zeros(p)
         across[to[to >= 0]] = (np.asarray(each.information) @ own)[to >= 0]
-        if weights @ across > SHARP**-2:
+        if weights @ across > LARGEST_FACTOR_ERROR**-2:
             known.append(i)
             columns.append(across)
         scores.append(np.asarray(each.score) @ own)
@@ -102,6 +107,8 @@ def _apart(at: Point, weights: Array) -> tuple[list[int], ScoreTest] | None:
     blocks = np.zeros((ends[-1], k))
     for j, i in enumerate(known):
         blocks[ends[i] - len(scores[i]) : ends[i], j] = scores[i]
-    tested = list(range(p + 1, p + k))  # one for all is in the coefficients
-    test = score_test(WithFactors(wide, np.hstack([runs.scores, blocks])), tested, neutral=[p])
+    tested = list(
+        range(p + 1, p + k)
+    )  # the first is the reference: a factor of all is in the coefficients
+    test = score_test(WithScaleFactors(wide, np.hstack([runs.scores, blocks])), tested, neutral=[p])
     return known, test

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Thrusters of one kind that do not thrust alike, as a fouled or damaged propeller."""
+"""Unequal gains of thrusters of one group, as of a fouled or damaged propeller."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,24 +15,26 @@ from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-ROWS = 2000  # of commands that are looked at
-TOLD = 1e-3  # share of the forces: less that other gains change can't be told from coefficients
-ALIKE = 0.4  # of the step from weak to strong thrusters: what those of a group differ by at most
-OFF = 0.1  # another gain, to see what it does
+MOST_COMMAND_ROWS = 2000  # used of the commands: enough for their distribution
+LEAST_FORCE_CHANGE = (
+    1e-3  # share of the forces beyond what coefficients take up: less is not identifiable
+)
+LARGEST_GROUP_SPREAD = 0.4  # within weak or strong thrusters, over the step between them
+TRIAL_GAIN_CHANGE = 0.1  # of one gain, to see its effect on the forces
 
 
 @dataclass(frozen=True)
-class WithGains:
-    """A problem with a gain for each actuator, of which one of a kind is held."""
+class GainProblem:
+    """A problem with a gain for each actuator, of which one in each group is held."""
 
     problem: Problem
     theta: Array
-    places: tuple[int, ...]  # of the gains that are sought
+    places: tuple[int, ...]  # of the free gains
     kinds: tuple[tuple[str, ...], ...]  # actuators that have forces in common
     first: int  # place of the first gain of all
 
     def in_groups(self, theta: Array) -> bool:
-        """Whether no thruster stands out alone: of a kind, two or more are weak, and as many strong, alike."""
+        """Whether two or more thrusters of a group are equally weak, and as many equally strong."""
         at = self.first
         for names in self.kinds:
             own = np.sort(theta[at : at + len(names)])
@@ -40,12 +42,12 @@ class WithGains:
             steps = np.diff(own)
             cut = int(np.argmax(steps)) + 1
             inner = float(np.delete(steps, cut - 1).max(initial=0.0))
-            if min(cut, len(own) - cut) < 2 or inner > ALIKE * steps[cut - 1]:
+            if min(cut, len(own) - cut) < 2 or inner > LARGEST_GROUP_SPREAD * steps[cut - 1]:
                 return False
         return True
 
     def findings(self, theta: Array) -> list[Finding]:
-        """The gains that were found, by kind: over their mean, as the vehicle file takes them."""
+        """The gains by group, over their mean, as the vehicle file takes them."""
         found, at = [], self.first
         for names in self.kinds:
             own = theta[at : at + len(names)]
@@ -59,18 +61,18 @@ class WithGains:
         return found
 
 
-def with_gains(problem: Problem, theta: Array) -> WithGains | None:
-    """The problem with gains, all 1; one of a kind is held, as all together are the coefficients.
+def with_gains(problem: Problem, theta: Array) -> GainProblem | None:
+    """The problem with gains, all 1. One in each group is held: a common factor is in the coefficients.
 
-    None where commands like these do not tell the gains apart, where the file states some, and where the
-    core has no room for them.
+    None where these commands do not identify the gains, where the file states some, and where the core has no room
+    for them.
     """
     vehicle = problem.vehicle
     if np.any(vehicle.constants.index[:, STAGES.index("gain")] >= 0):
         return None
     room = _core.MAX_CONSTANTS - len(vehicle.constants.names)
-    likely = [kind for kind in _kinds(vehicle) if len(kind) <= room]
-    kinds = [kind for kind in likely if _told(vehicle, kind, problem.recordings)]
+    likely = [kind for kind in _thruster_groups(vehicle) if len(kind) <= room]
+    kinds = [kind for kind in likely if _identifiable(vehicle, kind, problem.recordings)]
     if not kinds or sum(map(len, kinds)) > room:
         return None
     place = problem.n_coefficients + problem.n_constants
@@ -79,16 +81,16 @@ def with_gains(problem: Problem, theta: Array) -> WithGains | None:
     places = tuple(place + k for k in range(count) if k not in firsts)
     whole = vehicle
     for i, kind in enumerate(kinds):
-        whole = _with(whole, f"gains_{i}", kind, np.ones(len(kind)))
+        whole = _with_gain_group(whole, f"gains_{i}", kind, np.ones(len(kind)))
     free = [i if i < place else i + count for i in problem.free]
-    prior = None if problem.prior is None else _widened(problem.prior, place, count)
+    prior = None if problem.prior is None else _with_free_gains(problem.prior, place, count)
     wider = replace(problem, vehicle=whole, free=(*free, *places), prior=prior)
     named = tuple(tuple(vehicle.actuators[k] for k in kind) for kind in kinds)
-    return WithGains(wider, np.insert(theta, place, np.ones(count)), places, named, place)
+    return GainProblem(wider, np.insert(theta, place, np.ones(count)), places, named, place)
 
 
-def _kinds(vehicle: Vehicle) -> list[list[int]]:
-    """Actuators that have forces in common, directly or through others; alone they are of no kind."""
+def _thruster_groups(vehicle: Vehicle) -> list[list[int]]:
+    """Groups of two or more actuators with forces in common, directly or through others."""
     mix = np.abs(vehicle.mix) > 0.0  # (forces, actuators)
     found: list[set[int]] = []
     for row in mix:
@@ -98,39 +100,39 @@ def _kinds(vehicle: Vehicle) -> list[list[int]]:
     return [sorted(kind) for kind in found if len(kind) > 1]
 
 
-def _with(vehicle: Vehicle, name: str, kind: Sequence[int], gains: Array) -> Vehicle:
+def _with_gain_group(vehicle: Vehicle, name: str, kind: Sequence[int], gains: Array) -> Vehicle:
     names = [vehicle.actuators[k] for k in kind]
     given = dict(zip(names, gains.tolist(), strict=True))
     return vehicle.with_chain([*vehicle.file.chain, ChainGroup(name=name, gains=given)])
 
 
-def _widened(prior: Prior, place: int, count: int) -> Prior:
-    """The prior with parameters of which nothing is known."""
+def _with_free_gains(prior: Prior, place: int, count: int) -> Prior:
+    """The prior with `count` parameters more, without information on them."""
     here = [place] * count
     precision = np.insert(np.insert(prior.precision, here, 0.0, axis=0), here, 0.0, axis=1)
     return Prior(np.insert(prior.mean, here, 0.0), precision)
 
 
-def _told(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
-    """Whether gains that are not all the same show in the forces, beside forces that are all larger."""
+def _identifiable(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
+    """Whether unequal gains change the forces in another way than a common factor does."""
     count = len(kind)
     rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_COMMAND_ROWS)])
     t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
 
     def forces(gains: Array) -> Array:
-        other = _with(vehicle, "gains", kind, gains)
+        other = _with_gain_group(vehicle, "gains", kind, gains)
         trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
         return np.asarray(trace.forces(t + 0.5))
 
     now = forces(np.ones(count))
     power = (now**2).sum(axis=0)
     now, some = now[:, power > 0.0], power[power > 0.0]
-    shows = np.zeros((count, now.size))
+    effect = np.zeros((count, now.size))
     for k in range(count):
-        gains = np.full(count, 1.0 - OFF / (count - 1))  # their mean stays
-        gains[k] = 1.0 + OFF
+        gains = np.full(count, 1.0 - TRIAL_GAIN_CHANGE / (count - 1))  # their mean stays
+        gains[k] = 1.0 + TRIAL_GAIN_CHANGE
         change = forces(gains)[:, power > 0.0] - now
-        shows[k] = ((change - (change * now).sum(axis=0) / some * now) / np.sqrt(some)).ravel()
-    spread = np.linalg.eigvalsh(shows @ shows.T)
-    return bool(spread[1] > TOLD**2)
+        effect[k] = ((change - (change * now).sum(axis=0) / some * now) / np.sqrt(some)).ravel()
+    spread = np.linalg.eigvalsh(effect @ effect.T)
+    return bool(spread[1] > LEAST_FORCE_CHANGE**2)

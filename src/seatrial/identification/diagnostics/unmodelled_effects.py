@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Effects that nobody asked for but the data do: a score test of each kind, and of what is like them."""
+"""Unmodelled effects: score tests of lever arm, current, trim and wind, of thruster gains and heading offset."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
-from seatrial.identification.diagnostics.heading_offset import askew, askew_said
+from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
@@ -21,52 +21,54 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
-WORTH = 20.0  # fall of -2 log likelihood from which on an effect is worth a word
-GONE = 0.5  # of what pushes the boat must be left at most
-LEAST_GAIN = 0.2  # where a search begins
-CLEAR = 5.0  # standard deviations of chi-square, then
-SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
+LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
+MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
+LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
+LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
+EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
 }
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """What a score test asks for: the problem with it, where its search begins, and its findings."""
+class _Candidate:
+    """An effect with a significant score test: the problem with it, where its fit begins, and its findings."""
 
-    gain: float  # fall of -2 log likelihood that it promises
+    gain: float  # expected fall of -2 log L
     problem: Problem
     theta: Array
-    findings: Callable[[Array], list[Finding]]  # of the parameters that are found
+    findings: Callable[[Array], list[Finding]]  # of the fitted parameters
 
 
-def hints(at: Point, share: float) -> list[Finding]:
-    """The effect that the data ask for most, among those that are not sought.
+def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
+    """The effect with the largest expected gain that removes most of the process noise, if there is one.
 
-    It is looked for only where something acts that the model does not say, and tried. `share`: how
-    closely the model is believed.
+    horizon: [s] of the fit under model mismatch.
     """
+    # without process noise nothing is missing
     if without_process_noise(at):
         return []
-    asked, off = [*_effects(at), *_unlike(at)], askew(at)
-    if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in asked)]):
-        return askew_said(at, off, noise_floor(off.problem, share))
-    if not asked:
+    # a score test for each effect; the heading's offset has a parabola of its own
+    candidates, off = [*_effects(at), *_unequal_gains(at)], likelier_heading(at)
+    if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
+        return heading_findings(at, off, noise_floor(off.problem, horizon))
+    if not candidates:
         return []
-    most = max(asked, key=lambda a: a.gain)
-    least = noise_floor(most.problem, share)
+    # the best is fitted, and reported if the process noise falls
+    most = max(candidates, key=lambda a: a.gain)
+    least = noise_floor(most.problem, horizon)
     try:
         there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
     except IdentificationError:
         return []
-    if not _quieter(at.noise, there.noise):
+    if not _removes_process_noise(at.noise, there.noise):
         return []
     return most.findings(there.theta)
 
 
-def _effects(at: Point) -> list[_Asked]:
-    """Effects that nobody seeks but the data ask for."""
+def _effects(at: Point) -> list[_Candidate]:
+    """Effects that are not estimated, but have a significant score test."""
     problem = at.runs.problem
     places = {kind: _places(problem, kind) for kind in EFFECT_KINDS}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
@@ -74,50 +76,51 @@ def _effects(at: Point) -> list[_Asked]:
         return []
     wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
     runs = wider.run_filter(at.theta, at.noise, repeatable=False)
-    asked = []
+    candidates = []
     for kind, own in new.items():
         tested = [wider.free.index(i) for i in own]
         others = set(range(len(problem.free), len(wider.free))) - set(tested)
         test = score_test(runs, tested, neutral=sorted(others))
-        if not _asked_for(test):
+        if not _significant(test):
             continue
         theta = at.theta.copy()
         theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
-        asked.append(_Asked(test.gain, with_it, theta, partial(_effect_found, kind, list(own))))
-    return asked
+        candidates.append(
+            _Candidate(test.gain, with_it, theta, partial(_effect_found, kind, list(own)))
+        )
+    return candidates
 
 
 def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:
-    sizes = {"size": SIZES[kind](theta[places])} if kind in SIZES else {}
+    sizes = {"size": EFFECT_SIZES[kind](theta[places])} if kind in EFFECT_SIZES else {}
     return [finding_of(UNMODELLED_EFFECTS[kind], **sizes)]
 
 
-def _unlike(at: Point) -> list[_Asked]:
-    """Thrusters that do not thrust alike, if the data ask for that."""
+def _unequal_gains(at: Point) -> list[_Candidate]:
+    """Unequal thruster gains, if their score test is significant."""
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
     runs = wider.problem.run_filter(wider.theta, at.noise, repeatable=False)
     test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
-    if not _asked_for(test):
+    if not _significant(test):
         return []
     theta = wider.theta.copy()
-    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_GAIN)
-    return [_Asked(test.gain, wider.problem, theta, wider.findings)]
+    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_START_GAIN)
+    return [_Candidate(test.gain, wider.problem, theta, wider.findings)]
 
 
-def _asked_for(test: ScoreTest) -> bool:
-    likely = test.statistic > test.freedom + CLEAR * np.sqrt(2.0 * test.freedom)
-    return bool(likely and test.gain > WORTH)
+def _significant(test: ScoreTest) -> bool:
+    likely = test.statistic > test.freedom + LEAST_DEVIATIONS * np.sqrt(2.0 * test.freedom)
+    return bool(likely and test.gain > LEAST_EFFECT_GAIN)
 
 
-def _quieter(before: Array, after: Array) -> bool:
-    """Whether what pushes the boat, of the linear or the angular motion, is half gone: an effect that
-    explains less may stand for another."""
+def _removes_process_noise(before: Array, after: Array) -> bool:
+    """Whether the process noise of the linear or the angular motion falls below `MOST_NOISE_LEFT`."""
     old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
     there = old > RAISED[DISTURBANCES]
-    return bool((new < GONE * old)[there].any())
+    return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What to drive next: which manoeuvre tells most of what is not known yet, in numbers."""
+"""Experiment design: the next manoeuvre, by the information that it adds about uncertain parameters."""
 
 from seatrial.identification.experiment_design.gain import ManoeuvreGain, manoeuvre_gains
 from seatrial.identification.experiment_design.information import (

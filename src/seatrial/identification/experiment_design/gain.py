@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What another minute of driving would tell: expected information of simulated manoeuvres."""
+"""The expected Fisher information of simulated manoeuvres, and the time in which each halves an error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,20 +21,24 @@ from seatrial.identification.experiment_design.manoeuvres import (
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array
 
-NEARLY_SHORTEST = 1.25  # times the shortest time that a simpler manoeuvre may take instead
-LONGEST_TIME = 24 * 3600.0  # [s] that are looked through
+# times the shortest time: a simpler manoeuvre that takes no longer is preferred
+NEARLY_SHORTEST = 1.25
+LONGEST_TIME = 24 * 3600.0  # [s] up to which the time for half the error is sought
 REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
+ONE_MINUTE = 60.0  # [s]
+TIME_BISECTIONS = 40
+DIVERGED_SPEED = 10.0  # [m/s, rad/s] a simulation beyond it diverges
 
 
 @dataclass(frozen=True)
 class ManoeuvreGain:
-    """What a manoeuvre does for one parameter."""
+    """The effect of the best manoeuvre on one parameter."""
 
     parameter: str
     value: float
     error: float  # standard error now
     manoeuvre: str
-    seconds: float  # of it that halve the error; infinite: it can't
+    seconds: float  # of it that halve the error; infinite: never
     after: float  # standard error after one minute of it
 
 
@@ -46,11 +50,10 @@ def manoeuvre_gains(
 ) -> list[ManoeuvreGain]:
     """For every estimated parameter the manoeuvre that halves its error soonest.
 
-    Expected information of each manoeuvre, simulated with the model from rest, poses every `period`
-    [s] with the model's noise, is added to what the covariance says is known already. `known`: what
-    recordings say alone; where the model was identified from some of them (`seen`), their
-    information tells how much more errors scatter than it promises, and the new one is trusted as
-    little. The boat is the model's: where that is wrong, so is this.
+    The expected information of each manoeuvre, simulated with the model from rest, poses every `period` [s]
+    with the model's noise, is added to that of the covariance. `known`: information of recordings; where the model
+    was identified from some of them (`seen`), the ratio of the covariance to their information scales the new
+    one, too. All of it holds for the model's boat: where the model is wrong, so is this.
     """
     model = point.model
     sought = [model.parameters.index(name) for name in point.names]
@@ -58,7 +61,9 @@ def manoeuvre_gains(
     tried = manoeuvres(model)
     if not tried:
         return []
+    # new information counts as little as that of the recordings turned out to
     trust = 1.0 / _scatter(covariance, [k for k in known if k.recording in seen])
+    # simulate all manoeuvres, and filter those that the model survives
     trials = [trial(model, one, period) for one in tried]
     good = [i for i, run in enumerate(trials) if run is not None]
     if not good:
@@ -67,16 +72,23 @@ def manoeuvre_gains(
     rates = [
         trust * information_of(runs, i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
     ]
+    return _best_for_each(point, covariance, rates, [tried[i] for i in good])
+
+
+def _best_for_each(
+    point: ReferencePoint, covariance: Array, rates: Sequence[Array], tried: Sequence[Manoeuvre]
+) -> list[ManoeuvreGain]:
+    """The best manoeuvre for each parameter, by the rates (p, p) [1/s] at which they add information."""
     errors = np.sqrt(np.diag(covariance))
     curves = [ErrorDecay.of(covariance, rate) for rate in rates]
     times = np.array([[curve.halved(k) for k in range(len(errors))] for curve in curves])
-    after = np.array([[curve.error(k, 60.0) for k in range(len(errors))] for curve in curves])
+    after = np.array([[curve.error(k, ONE_MINUTE) for k in range(len(errors))] for curve in curves])
     found = []
     for k, name in enumerate(point.names):
-        best = _best(times[:, k], after[:, k], [tried[i].effort for i in good])
+        best = _best(times[:, k], after[:, k], [one.effort for one in tried])
         found.append(
             ManoeuvreGain(
-                name, float(point.theta[k]), float(errors[k]), tried[good[best]].text,
+                name, float(point.theta[k]), float(errors[k]), tried[best].text,
                 float(times[best, k]), float(after[best, k]),
             )
         )  # fmt: skip
@@ -84,7 +96,7 @@ def manoeuvre_gains(
 
 
 def _best(times: Array, after: Array, effort: Sequence[int]) -> int:
-    """The manoeuvre that is soonest there, or a simpler one that is nearly as soon."""
+    """The manoeuvre that takes the least time, or a simpler one that takes little more."""
     if not np.isfinite(times).any():
         return int(np.argmin(after))
     near = [j for j, t in enumerate(times.tolist()) if t <= NEARLY_SHORTEST * times.min()]
@@ -93,14 +105,14 @@ def _best(times: Array, after: Array, effort: Sequence[int]) -> int:
 
 @dataclass(frozen=True)
 class ErrorDecay:
-    """Errors against time at a rate of information: variance_k = sum_j V_kj^2 / (1 + t rate_j)."""
+    """Errors against time at a constant rate of information: variance_k = sum_j V_kj^2 / (1 + t rate_j)."""
 
-    squares: Array  # (p, p) of the directions in which both are diagonal
+    squares: Array  # (p, p) of the directions in which covariance and rate are diagonal
     rates: Array  # (p,) [1/s]
 
     @classmethod
     def of(cls, covariance: Array, rate: Array) -> "ErrorDecay":
-        """From what is known (p, p), and what a second more adds (p, p)."""
+        """From a covariance (p, p), and the information (p, p) of one more second."""
         size = np.sqrt(np.diag(covariance))
         spectrum, vectors = np.linalg.eigh(covariance / np.outer(size, size))
         root = size[:, None] * vectors * np.sqrt(np.maximum(spectrum, 0.0))
@@ -119,26 +131,26 @@ class ErrorDecay:
         low, high = 0.0, 1.0
         while self.error(k, high) > goal:
             low, high = high, 2.0 * high
-        for _ in range(40):
+        for _ in range(TIME_BISECTIONS):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self.error(k, middle) > goal else (low, middle)
         return high
 
 
 def _scatter(covariance: Array, known: Sequence[RecordingInformation]) -> float:
-    """Variances over what the information of the same recordings promises; at least 1."""
+    """Ratio of the covariance to the inverse information of the same recordings; at least 1."""
     if not known:
         return 1.0
     total = np.sum([k.information for k in known], axis=0)
     size = np.sqrt(np.diag(total))
     if not np.all(size > 0):
         return 1.0
-    promised = np.linalg.pinv(total / np.outer(size, size), hermitian=True) / np.outer(size, size)
-    return max(1.0, float(np.median(np.diag(covariance) / np.diag(promised))))
+    expected = np.linalg.pinv(total / np.outer(size, size), hermitian=True) / np.outer(size, size)
+    return max(1.0, float(np.median(np.diag(covariance) / np.diag(expected))))
 
 
 def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
-    """The recording that a manoeuvre would make; None where the model trials away."""
+    """The simulated recording of a manoeuvre; None where the model diverges."""
     t = np.arange(0.0, MANOEUVRE_LENGTH + REST_BEFORE, period)
     signals = [model.vehicle.file.scales[name].reference for name in model.vehicle.scales]
     scales = np.array([signals], dtype=float).reshape(1, len(signals))
@@ -149,7 +161,7 @@ def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
         np.ascontiguousarray(commands), begin, scales,
     )  # fmt: skip
     states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)
-    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > 10.0:
+    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > DIVERGED_SPEED:
         return None
     stamps = np.rint(1e9 * t).astype(np.int64)
     held = np.rint(1e9 * np.concatenate([begin, one.t + REST_BEFORE])).astype(np.int64)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What each recording says of a model's parameters by itself: information, and where it leads them.
+"""The information of each recording about a model's parameters, and the estimates from it alone.
 
-The filter's errors along a recording have a likelihood whose slope and curvature are known exactly. A
-few steps of Fisher's scoring from the model's own values, the noise as it is, lead to what this recording alone
-would make of the parameters it knows; what it does not know stays near the model's.
+The likelihood of the innovations along one recording has a known gradient and Fisher information. A few steps of
+Fisher scoring from the model's values, at its noise, give the estimates from this recording alone; parameters
+that it does not determine stay near the model's.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
-from seatrial.evaluation.filtering import believed_noise
+from seatrial.evaluation.filtering import filter_noise
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
@@ -23,31 +23,26 @@ from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 from seatrial.util.statistics import BLOCK
 
-ALONE_UNSEEN_DIRECTION = (
-    1e-9  # share of the largest eigenvalue, of scaled information, below which nothing is said
-)
-SCORING_STEPS, SCORING_CONVERGED = (
-    6,
-    0.1,
-)  # of the search; a step that gains less of the cost is the last
+ALONE_UNSEEN_DIRECTION = 1e-9  # of the largest eigenvalue: a direction with less has no information
+# of such a direction: a parameter with less in it still has a standard error
+ALONE_UNSEEN_SHARE = 1e-2
+SCORING_STEPS = 6
+SCORING_CONVERGED = 0.1  # fall of -2 log likelihood: a step that gains less is the last
 SCORING_STEP_SHARES = (1.0, 0.3, 0.05)  # of a step that are tried
-LEAST_SIZE = 1e-3  # least size of a parameter
-ALONE_UNSEEN_SHARE = (
-    1e-2  # in a direction that says nothing: a parameter with less is known all the same
-)
+LEAST_PRIOR_WIDTH = 1e-3  # of a parameter, for the width of its weak prior
 
 
 @dataclass(frozen=True)
 class ReferencePoint:
-    """A model's sought parameters and its noise: what information is counted around."""
+    """A model's estimated parameters and noise, at which information is evaluated."""
 
     model: Model
     names: tuple[str, ...]  # (p,) of what was estimated
     theta: Array  # (p,) their values
-    noise: Array  # (11,) what the filter believes
+    noise: Array  # (11,) of the filter
 
     def problem(self, recordings: Sequence[Recording]) -> Problem:
-        """The likelihood of some recordings."""
+        """The estimation problem of some recordings."""
         return _problem(self.model, recordings)
 
     def run_filter(self, recordings: Sequence[Recording]) -> FilterRuns:
@@ -58,39 +53,41 @@ class ReferencePoint:
 
 @dataclass(frozen=True)
 class RecordingInformation:
-    """What one recording says by itself."""
+    """The information of one recording, and the estimates from it alone."""
 
     recording: str
     minutes: float
-    information: Array  # (p, p) Fisher's, at the model's values
+    information: Array  # (p, p) Fisher information at the model's values
     gradient: Array  # (p,) of the log likelihood, at the model's values
-    values: Array  # (p,) what it alone makes of the parameters
-    errors: Array  # (p,) their standard errors; infinite where it says nothing
+    values: Array  # (p,) estimates from it alone
+    errors: Array  # (p,) their standard errors; infinite where not identifiable
 
 
 def reference_point(
     model: Model, recordings: Sequence[Recording], noise: Array | None = None
 ) -> ReferencePoint:
-    """The model's estimated parameters, and the noise (11,) that it was believed with.
+    """The model's estimated parameters, and the noise (11,) that they were estimated with.
 
     A model without process noise gets `noise`, or that under which `recordings` are most likely.
     Raises ModelError where nothing was estimated, or where the model diverges.
     """
     values = np.concatenate([model.coefficients, model.constants])
-    sought = np.flatnonzero(np.diag(model.covariance) > 0)
-    if not len(sought):
+    estimated = np.flatnonzero(np.diag(model.covariance) > 0)
+    if not len(estimated):
         raise ModelError("nothing was estimated: the model's values were given")
-    noise = believed_noise(model, recordings) if noise is None else noise
-    share = float(model.estimator.settings.get("belief") or 0.0)
-    if share > 0.0:
-        noise = np.maximum(noise, noise_floor(_problem(model, recordings), share))
-    return ReferencePoint(model, tuple(model.parameters[i] for i in sought), values[sought], noise)
+    noise = filter_noise(model, recordings) if noise is None else noise
+    horizon = float(model.estimator.settings.get("belief") or 0.0)
+    if horizon > 0.0:
+        noise = np.maximum(noise, noise_floor(_problem(model, recordings), horizon))
+    return ReferencePoint(
+        model, tuple(model.parameters[i] for i in estimated), values[estimated], noise
+    )
 
 
 def information_by_recording(
     point: ReferencePoint, recordings: Sequence[Recording]
 ) -> list[RecordingInformation]:
-    """What each recording says by itself. Raises ModelError where the model diverges in one."""
+    """Information and estimates of each recording. Raises ModelError where the model diverges in one."""
     return spread(lambda recording: _alone(point, recording), recordings)
 
 
@@ -99,11 +96,14 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
     if not here.by_recording[0].good:
         raise ModelError(f"{recording.name}: the model diverges in its own filter")
     free = list(here.problem.free)
-    loose = np.diag(1.0 / np.square(_sizes(point)))  # what it does not know stays near
+    # keeps undetermined parameters near the model's
+    weak_prior = np.diag(1.0 / np.square(_sizes(point)))
     for _ in range(SCORING_STEPS):
         off = here.theta[free] - point.theta
-        move = np.asarray(np.linalg.solve(here.information + loose, here.gradient - loose @ off))
-        better = _better(here, move, point, loose)
+        move = np.asarray(
+            np.linalg.solve(here.information + weak_prior, here.gradient - weak_prior @ off)
+        )
+        better = _better(here, move, point, weak_prior)
         if better is None:
             break
         here = better
@@ -117,14 +117,14 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
 
 
 def _better(
-    here: FilterRuns, move: Array, point: ReferencePoint, loose: Array
+    here: FilterRuns, move: Array, point: ReferencePoint, weak_prior: Array
 ) -> FilterRuns | None:
-    """The passes a step or a part of it further on; None where that gains nothing."""
+    """The filter run after a step, or part of it; None where none gains."""
     problem, free = here.problem, list(here.problem.free)
 
     def cost(runs: FilterRuns) -> float:
         off = runs.theta[free] - point.theta
-        return runs.cost + float(off @ loose @ off)
+        return runs.cost + float(off @ weak_prior @ off)
 
     for part in SCORING_STEP_SHARES:
         theta = here.theta.copy()
@@ -136,13 +136,13 @@ def _better(
 
 
 def _sizes(point: ReferencePoint) -> Array:
-    """What a parameter may be off by (p,): its own size, or what is typical of such a constant."""
+    """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
     typical = [TYPICAL_SIZES.get(name.partition(".")[0], 0.0) for name in point.names]
-    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_SIZE)
+    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_PRIOR_WIDTH)
 
 
 def information_of(runs: FilterRuns, recording: int) -> Array:
-    """Fisher's information (p, p) of one recording about the free parameters."""
+    """Fisher information (p, p) of one recording about the free parameters."""
     problem, own = runs.problem, np.asarray(runs.by_recording[recording].information)
     to = problem.free_columns(recording)
     use = to >= 0
@@ -152,7 +152,7 @@ def information_of(runs: FilterRuns, recording: int) -> Array:
 
 
 def pseudo_inverse(information: Array) -> tuple[Array, Array]:
-    """Inverse (p, p) over the directions that are known, and which parameters (p,) these tell."""
+    """Inverse (p, p) over directions with information, and which parameters (p,) they determine."""
     size = np.sqrt(np.diag(information))
     alive = size > 0
     out, known = np.zeros_like(information), np.zeros(len(size), dtype=bool)
@@ -160,20 +160,20 @@ def pseudo_inverse(information: Array) -> tuple[Array, Array]:
         return out, known
     scale = 1.0 / size[alive]
     spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    told = spectrum > ALONE_UNSEEN_DIRECTION * spectrum[-1]
-    inverse = (vectors[:, told] / spectrum[told]) @ vectors[:, told].T
+    seen = spectrum > ALONE_UNSEEN_DIRECTION * spectrum[-1]
+    inverse = (vectors[:, seen] / spectrum[seen]) @ vectors[:, seen].T
     out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
-    known[alive] = ~np.any(np.abs(vectors[:, ~told]) > ALONE_UNSEEN_SHARE, axis=1)
+    known[alive] = ~np.any(np.abs(vectors[:, ~seen]) > ALONE_UNSEEN_SHARE, axis=1)
     return out, known
 
 
 def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:
-    sought = tuple(int(i) for i in np.flatnonzero(np.diag(model.covariance) > 0))
+    estimated = tuple(int(i) for i in np.flatnonzero(np.diag(model.covariance) > 0))
     outlier = float(model.estimator.settings.get("outlier") or OUTLIER)
     block = float(model.estimator.settings.get("block") or BLOCK)
     step = model.integration.step
     return Problem(
-        model.vehicle, tuple(recordings), sought, step, outlier, block,
+        model.vehicle, tuple(recordings), estimated, step, outlier, block,
         earth_fixed=earth_fixed(model.noise),
     )  # fmt: skip
 
@@ -186,7 +186,7 @@ def _values(model: Model, problem: Problem) -> Array:
 
 
 def _excess(information: Array, scores: Array) -> float:
-    """How much more the scores (blocks, p) scatter than information says; at least 1."""
+    """Ratio of the scatter of the scores (blocks, p) to the information; at least 1."""
     inverse, known = pseudo_inverse(information)
     sums = scores - scores.mean(axis=0)
     rank = max(1, int(known.sum()))

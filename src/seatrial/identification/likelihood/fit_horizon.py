@@ -39,34 +39,24 @@ from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
-FIT_HORIZONS = (
-    0.2,
-    0.8,
-)  # [s] that are tried: pose noise of at least so many seconds at the RMS speed
-CLEAR_MISMATCH = (
-    1.5  # times the limit of whiteness: beyond it the innovations show a mismatch for certain
-)
-TOLERATED_LOSS = (
-    0.01  # of the log error one second ahead, that a horizon may cost under a certain mismatch
-)
-REQUIRED_GAIN = (
-    0.03  # of the log error one second ahead, that it must gain else: any fit to it gains a little
-)
-NOISE_DOMINATED = (
-    2.0  # times the squared noise floor: below it squared errors say nothing of the model
-)
+# [s] that are tried: pose noise of at least so many seconds at the RMS speed
+FIT_HORIZONS = (0.2, 0.8)
+# times the limit of whiteness: beyond it the innovations show a mismatch for certain
+CLEAR_MISMATCH = 1.5
+# of the log error one second ahead, that a horizon may cost under a certain mismatch
+TOLERATED_LOSS = 0.01
+# of the log error one second ahead, that it must gain else: any fit to it gains a little
+REQUIRED_GAIN = 0.03
+# times the squared noise floor: below it squared errors say nothing of the model
+NOISE_DOMINATED = 2.0
 POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
-DISTURBANCE_SHARE = (
-    0.3  # of the RMS error: with smaller process noise in a second, pose noise hides a good model
-)
-EVIDENT_THRUST = (
-    15.0  # standard errors of a force's coefficient: beyond it poses and commands belong together
-)
+# of the RMS error: with smaller process noise in a second, pose noise hides a good model
+DISTURBANCE_SHARE = 0.3
+# standard errors of a force's coefficient: beyond it poses and commands belong together
+EVIDENT_THRUST = 15.0
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
-REFINED_NOISE_STEPS, REFINED_NOISE_GAIN = (
-    3,
-    2.0,
-)  # filter runs, and fall of -2 log likelihood that ends them
+# filter runs, and fall of -2 log likelihood that ends them
+REFINED_NOISE_STEPS, REFINED_NOISE_GAIN = 3, 2.0
 
 
 @dataclass(frozen=True)
@@ -102,9 +92,9 @@ def with_fit_horizon(at: Point, *, hold: bool = False) -> tuple[Array, Point, fl
             )
         except IdentificationError:
             continue
-        closer = _likelier_near(at, found)
-        if closer is not at:
-            return with_fit_horizon(closer)
+        likelier = _likelier_near(at, found)
+        if likelier is not at:
+            return with_fit_horizon(likelier)
         ahead = _prediction_errors(problem, found.theta, at.noise)
         if ahead is None:
             continue
@@ -229,5 +219,5 @@ def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> Predicti
 
 def _comparable(problem: Problem) -> bool:
     """Whether a prediction has all estimated effects: it has no trim and no wind."""
-    pushes = ("trim", "wind")
-    return not any(problem.names[i].startswith(pushes) for i in problem.free_effects)
+    missing = ("trim", "wind")
+    return not any(problem.names[i].startswith(missing) for i in problem.free_effects)

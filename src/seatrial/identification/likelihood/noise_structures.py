@@ -55,22 +55,18 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 # All gains are falls of -2 log likelihood.
-NOISE_SWITCH_GAIN = (
-    20.0  # that another noise structure must reach: it may have several parameters more
-)
-FRAME_SWITCH_GAIN = (
-    3.0  # that the other frame of the disturbance must reach: it has no parameter more
-)
-MEMORY_EXTENSION = (
-    1.5  # times the longest memory of a first search, as start of one with a longer memory
-)
+# that another noise structure must reach: it may have several parameters more
+NOISE_SWITCH_GAIN = 20.0
+# that the other frame of the disturbance must reach: it has no parameter more
+FRAME_SWITCH_GAIN = 3.0
+# times the longest memory of a first search, as start of one with a longer memory
+MEMORY_EXTENSION = 1.5
 AT_LONGEST_MEMORY = 0.99  # of that longest memory: there a search counts as stopped by it
 WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
 WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
-WAVE_FREE_WIDTHS = Widths(
-    0.6, 3.0
-)  # [s] of windows that average waves out, but not the boat's motion
+# [s] of windows that average waves out, but not the boat's motion
+WAVE_FREE_WIDTHS = Widths(0.6, 3.0)
 BRIEF_CORRELATION = (3.0, 0.3)  # times the white errors, [s]: too short to be taken for motion
 NEAR_STEPS = 12  # of a descent that only has to come near
 
@@ -81,8 +77,8 @@ def multi_start(at: Point, theta: Array) -> Point:
     `theta` (p,): where the search of `at` began.
     """
     # all pose errors correlated, where such errors were set to 0
-    let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
-    if let_go and not is_white(at):
+    uncorrelated = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
+    if uncorrelated and not is_white(at):
         at = _likelier_from(at, theta, gauss_markov_for_white(at.runs.problem.recordings))
     # correlated pose errors and a disturbance force, no random walk
     if not is_white(at):
@@ -99,8 +95,8 @@ def multi_start(at: Point, theta: Array) -> Point:
     at = in_likelier_frame(at)
     problem = at.runs.problem
     if not _has_disturbance(at) and not is_white(at):
-        pushes = disturbance_and_gauss_markov(problem.recordings)
-        at = _likelier_from(at, theta, pushes, _other_frame(problem))
+        noise = disturbance_and_gauss_markov(problem.recordings)
+        at = _likelier_from(at, theta, noise, _other_frame(problem))
     # pose errors with a long memory, no process noise
     for times, memory in LONG_CORRELATIONS:
         if not is_white(at):

@@ -23,8 +23,8 @@ from seatrial.boat.noise_parameters import (
     likelier_noise,
     loosened,
     most_noise,
+    oscillates,
     repeated_cost,
-    swings,
 )
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.start_noise import gauss_markov_for_white
@@ -32,15 +32,13 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 # All gains and costs are falls of -2 log likelihood.
-CONVERGED_GAIN = (
-    0.01  # that a step still promises at convergence: 0.1 standard errors, all parameters together
-)
+# that a step still promises at convergence: 0.1 standard errors, all parameters together
+CONVERGED_GAIN = 0.01
 CONVERGED_NOISE_GAIN = 0.3  # that other noise still promises there
 COARSE_GAIN = 100.0  # CONVERGED_GAIN of a descent that only has to come near
 STUCK_GAIN = 1000.0  # promised, and yet no trial step falls: there is no solution
-NOISE_EXTRAPOLATION_GAIN = (
-    10.0  # by other noise: from here on noise takes a double step, far from the end
-)
+# by other noise: from here on noise takes a double step, far from the end
+NOISE_EXTRAPOLATION_GAIN = 10.0
 CORRELATION_GAIN = 10.0  # that correlated pose errors must reach, else they are left out
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 START_DAMPING, LEAST_RETRY_DAMPING = 1e-4, 1e-3  # Levenberg-Marquardt, relative to the diagonal
@@ -50,24 +48,17 @@ INFORMATION_FLOOR = 1e-12  # on the diagonal, for parameters without any informa
 DAMPING_TRIALS = 6  # of one step; the last changes the noise only
 MOST_ITERATIONS = 40
 FLAT_STEPS = 2  # in a row that gain less than NOISE_SETTLED: converged
-RACE_STEPS, RACE_FALLS = (
-    5,
-    10.0,
-)  # after so many steps, so many falls like the last two must beat the rival
+# after so many steps, so many falls like the last two must beat the rival
+RACE_STEPS, RACE_FALLS = 5, 10.0
 NEGLIGIBLE_NOISE = 0.01  # share of a usual noise level (RAISED) below which it is as good as absent
 AT_LONGEST = 0.99  # of the longest memory: there it counts as reached
-DRIFT_STEPS = (
-    8  # in a row with pose errors at their longest memory: the filter takes motion for pose errors
-)
-PROCESS_NOISE_FACTORS = (
-    10.0,
-    1.0,
-)  # times the first process noise, to begin where the model is far off
+# in a row with pose errors at their longest memory: the filter takes motion for pose errors
+DRIFT_STEPS = 8
+# times the first process noise, to begin where the model is far off
+PROCESS_NOISE_FACTORS = (10.0, 1.0)
 ALIGNED_COSINE = 0.9  # between two moves of log-noise in a row: the same direction
-CREEP_STEPS, CREEP_LEAP = (
-    3,
-    5.0,
-)  # after so many aligned moves a move so many times as long is tried
+# after so many aligned moves a move so many times as long is tried
+CREEP_STEPS, CREEP_LEAP = 3, 5.0
 BOX_STEPS_PER_PARAMETER = 4  # of the active-set solver, at most
 
 
@@ -197,8 +188,8 @@ def _pose_noise_drifts(noise: Array, most: Array) -> bool:
     """Whether correlated pose errors are at their longest memory, large, and beside process noise."""
     longest = noise[COLOUR_MEMORY] > AT_LONGEST * most[COLOUR_MEMORY]
     larger = (noise[COLOUR] > noise[:2]).any()
-    pushed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
-    return bool(longest and larger and pushed and not swings(noise))
+    disturbed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
+    return bool(longest and larger and disturbed and not oscillates(noise))
 
 
 def _whiter_noise(at: Point, least: Array) -> Array | None:
@@ -233,9 +224,8 @@ def _descent(
 ) -> Point:
     """Downhill from a point, until the next step promises less than `settled`.
 
-    steps: at most; fewer than `MOST_ITERATIONS` end without convergence, and without an error. drifts: steps
-    in a row with pose errors at their longest memory after which it gives up. beat: cost of a rival solution.
-    """
+    steps: at most; fewer than `MOST_ITERATIONS` need not converge. drifts: steps in a row with pose errors at
+    their longest memory, after which it gives up. beat: cost of a rival solution."""
     if not np.isfinite(at.runs.cost):
         raise IdentificationError(
             "the boat diverges from the start values; look at the recordings with inspect"
@@ -247,7 +237,7 @@ def _descent(
         # give up a race against a rival that the recent falls can not win
         costs.append(at.runs.cost)
         if len(costs) > RACE_STEPS and costs[-1] - beat > RACE_FALLS * (costs[-3] - costs[-1]):
-            raise IdentificationError("what was found before is likelier")
+            raise IdentificationError("a rival solution is likelier")
         # Fisher scoring on the log-noise, the parameters held
         noise, gain = noise_steps.take(at)
         # Levenberg-Marquardt on the parameters, with that noise
@@ -259,7 +249,7 @@ def _descent(
         return _with_linearisation(at)
     raise IdentificationError(
         f"no solution after {MOST_ITERATIONS} steps; do poses and commands belong together, by one "
-        "clock? If so, drive more, or state what is known of the thrusters in the vehicle file (chain)"
+        "clock? If so, drive more, or state known constants of the thrusters in the vehicle file (chain)"
     )
 
 
@@ -271,9 +261,8 @@ class _NoiseSteps:
     least: Array  # (11,)
     most: Array  # (11,)
     drifts: float  # steps in a row with drifting pose errors that are too many
-    move: Array = field(
-        default_factory=lambda: np.zeros(len(NOISE_LEAST))
-    )  # last one, of log-noise
+    # last one, of log-noise
+    move: Array = field(default_factory=lambda: np.zeros(len(NOISE_LEAST)))
     aligned: int = 0  # moves in a row in the same direction
     drifting: int = 0  # steps in a row with drifting pose errors
 
@@ -290,7 +279,7 @@ class _NoiseSteps:
         self.aligned = self.aligned + 1 if self.move @ before > ALIGNED_COSINE * lengths else 0
         self.drifting = self.drifting + 1 if _pose_noise_drifts(noise, self.most) else 0
         if self.drifting == self.drifts:
-            raise IdentificationError("errors of the poses that drift can't be told from motion")
+            raise IdentificationError("pose errors that drift are not separable from motion")
         return noise, gain
 
     def extrapolated(self, at: Point, noise: Array, gain: float) -> Array:
@@ -335,8 +324,8 @@ class _ParameterSteps:
             self.damping = max(DAMPING_FACTOR * self.damping, LEAST_RETRY_DAMPING)
         if promised_first > STUCK_GAIN:
             raise IdentificationError(
-                "no solution: the search is stuck where it should still improve; do poses and commands "
-                "belong together, by one clock? If so, state what is known of the thrusters in the "
+                "no solution: no step improves the likelihood, far from its maximum; do poses and commands "
+                "belong together, by one clock? If so, state known constants of the thrusters in the "
                 "vehicle file (chain)"
             )
         return None

@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.filtering import disturbed, series
+from seatrial.evaluation.filtering import filter_series, with_disturbance
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.parallel import spread
@@ -117,12 +117,12 @@ class Problem:
     @cached_property
     def structure(self) -> _core.Structure:
         """The structure with a disturbance in every axis, its last three coefficients."""
-        return disturbed(self.vehicle)
+        return with_disturbance(self.vehicle)
 
     @cached_property
     def series(self) -> list[_core.Series]:
         """The poses of every recording, as the core takes them."""
-        return [series(recording) for recording in self.recordings]
+        return [filter_series(recording) for recording in self.recordings]
 
     @cached_property
     def blocks(self) -> list[NDArray[np.int32]]:
@@ -203,22 +203,11 @@ class Problem:
         `counts`: weight of each pose. `repeatable`: the linearised trajectory is kept, to evaluate other noise
         without integration. `shares`: the information of each block is kept as well.
         """
+        n, m = self.n_coefficients, self.n_constants
         coefficients, constants = self.free_of_model
-        boat = _core.Boat(
-            self.structure,
-            np.concatenate([theta[: self.n_coefficients], np.zeros(3)]),
-            0,
-            self.step,
-        )
-        columns = [
-            *coefficients,
-            self.n_coefficients,
-            self.n_coefficients + 1,
-            self.n_coefficients + 2,
-        ]
-        q = np.ascontiguousarray(
-            theta[self.n_coefficients : self.n_coefficients + self.n_constants]
-        )
+        boat = _core.Boat(self.structure, np.concatenate([theta[:n], np.zeros(3)]), 0, self.step)
+        columns = [*coefficients, n, n + 1, n + 2]
+        q = np.ascontiguousarray(theta[n : n + m])
 
         def one(i: int) -> _core.FilterRun:
             trace = thrust_trace(

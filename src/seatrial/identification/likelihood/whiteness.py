@@ -7,12 +7,10 @@ from seatrial.boat.noise_parameters import NOISE_LEAST, OUTLIER, PROCESS
 from seatrial.identification.likelihood.optimiser import Point
 
 AUTOCORRELATION_LAGS = 10  # [poses] at most
-LEAST_AUTOCORRELATION = (
-    0.06  # from here on innovations count as correlated; right models have half of it
-)
-CHANCE_DEVIATIONS = (
-    3.3  # of 1 / sqrt(n): the largest of 30 autocorrelations exceeds it by chance in 3 %
-)
+# from here on innovations count as correlated; right models have half of it
+LEAST_AUTOCORRELATION = 0.06
+# of 1 / sqrt(n): the largest of 30 autocorrelations exceeds it by chance in 3 %
+CHANCE_DEVIATIONS = 3.3
 AT_LEAST = 1.01  # times the least process noise: up to here it counts as none
 
 

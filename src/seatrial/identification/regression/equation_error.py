@@ -59,11 +59,7 @@ def equation_error(
     fall on the same recordings (mixed driving), an axis' coupled terms are found with its own.
     """
     chosen = settings or EquationErrorSettings()
-    if vehicle.estimated:
-        raise IdentificationError(
-            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
-            "the actuators as known: use output-error or weak-form, or give numbers"
-        )
+    _refuse_unknown_actuators(vehicle)
     _refuse_shared(vehicle.structure)
     # velocities, and the rows k of the discretised equations
     found = find_roles(vehicle, recordings, roles)
@@ -80,12 +76,8 @@ def equation_error(
     for axis in range(3):
         solver.coupled(axis)  # Eq. (17)
     return Model(
-        vehicle,
-        solver.theta,
-        solver.covariance,
-        vehicle.constants.values,
-        Integration("forward-euler", round(period, 9)),
-        pose_noise(*recordings),
+        vehicle, solver.theta, solver.covariance, vehicle.constants.values,
+        Integration("forward-euler", round(period, 9)), pose_noise(*recordings),
         envelope(vehicle, vehicle.constants.values, recordings, moving),
         tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
@@ -93,7 +85,15 @@ def equation_error(
             {"literal": chosen.literal, "correlation": chosen.correlation},
             solver.steps,
         ),
-    )
+    )  # fmt: skip
+
+
+def _refuse_unknown_actuators(vehicle: Vehicle) -> None:
+    if vehicle.estimated:
+        raise IdentificationError(
+            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
+            "the actuators as known: use output-error or weak-form, or give numbers"
+        )
 
 
 def _refuse_shared(structure: Structure) -> None:

@@ -24,6 +24,7 @@ from seatrial.identification.regression.start_values import (
     with_constant_columns,
 )
 from seatrial.identification.regression.weak_form import (
+    WEAK_CHAIN_STEPS,
     axes_served,
     block_numbers,
     checked_fit,
@@ -41,12 +42,10 @@ from seatrial.util.statistics import BLOCK
 SMOOTHER = "smoother"
 ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
 DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squares of the pose noise
-UNINFORMATIVE_VARIANCE = (
-    1e4  # of a prediction, in squares of the pose noise: beyond it it is still diffuse
-)
+# of a prediction, in squares of the pose noise: beyond it it is still diffuse
+UNINFORMATIVE_VARIANCE = 1e4
 ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
 EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
-SMOOTHER_CHAIN_STEPS = 8  # Gauss-Newton steps on the chain's constants, at most
 LEAST_SQUARE = 1e-300  # sum of squares, against the logarithm of 0
 
 
@@ -102,7 +101,7 @@ def smoother(
     tracks = smoothed(recordings)
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
     samples = AccelerationRows(whole, tracks, np.concatenate(use))
-    found = fit_equations(samples, moved, SMOOTHER_CHAIN_STEPS)
+    found = fit_equations(samples, moved, WEAK_CHAIN_STEPS)
     fit = checked_fit(found.design, found.weights, whole, SMOOTHER)
     found = replace(found, theta=fit.theta)
     blocks = block_numbers([track.t for track in tracks], BLOCK)
@@ -122,9 +121,8 @@ def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
         np.sum([p.squares for p in runs], axis=0),
         np.sum([p.logs for p in runs], axis=0),
     )
-    cost = (
-        count * np.log(squares + LEAST_SQUARE) + logs[:, None]
-    )  # at the pose noise of highest likelihood
+    # at the pose noise of highest likelihood
+    cost = count * np.log(squares + LEAST_SQUARE) + logs[:, None]
     likeliest = ROUGHNESS_GRID[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
     tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
     if not any(len(track.t) for track in tracks):

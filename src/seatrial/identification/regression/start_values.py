@@ -22,9 +22,8 @@ from seatrial.util.frames import Array, Mask
 START_GRID_STEP = 1 / 30  # [s] of the weak form's integrals
 START_DURATION = 610.0  # [s] of recordings that are enough for start values
 PIECE_DURATION = 100.0  # [s] of the pieces that longer recordings are represented by
-UNEVEN_STAMPS = (
-    0.5  # 10th percentile of the pose periods over the usual one: below it stamps are resampled
-)
+# 10th percentile of the pose periods over the usual one: below it stamps are resampled
+UNEVEN_STAMPS = 0.5
 LATENCY_GRID = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s]
 LAG_GRID = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
 DEAD_ZONE_GRID = (0.0, 0.08, 0.16, 0.3)  # of full command
@@ -35,7 +34,7 @@ ROW_OUTLIER = 1.5  # [robust standard deviations] beyond which a row counts line
 HUBER_ROUNDS = 4  # of reweighting
 MEDIAN_TO_DEVIATION = 0.6745  # median absolute value of a standard normal variable
 LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
-LEAST_SIZE = 1e-12  # of a scale, against a division by 0
+LEAST_SCALE = 1e-12  # of a scale, against a division by 0
 ZERO_COLUMN = 1e-9  # RMS of a column below which it is rounding
 NORMAL_RIDGE = 1e-8  # on the scaled normal matrix: parameters without excitation stay near 0
 
@@ -107,7 +106,7 @@ class LinearEquations:
         weighted = flat * weights.reshape(-1, 1)
         normal = flat.T @ weighted
         alive = np.linalg.norm(flat, axis=0) > ZERO_COLUMN * np.sqrt(len(flat))
-        size = np.where(alive, np.sqrt(np.diag(normal)) + LEAST_SIZE, np.inf)
+        size = np.where(alive, np.sqrt(np.diag(normal)) + LEAST_SCALE, np.inf)
         scaled = normal / np.outer(size, size) + NORMAL_RIDGE * np.eye(len(size))
         return np.asarray(np.linalg.solve(scaled, weighted.T @ self.a.ravel() / size) / size)
 
@@ -117,7 +116,7 @@ class LinearEquations:
 
     def weights(self, use: Mask) -> Array:
         """Huber's weights (m, 3) over the squared robust spread of each axis' residuals."""
-        spread = np.array([np.std(self.a[use[:, k], k]) for k in range(3)]) + LEAST_SIZE
+        spread = np.array([np.std(self.a[use[:, k], k]) for k in range(3)]) + LEAST_SCALE
         weights: Array = use / spread**2
         for _ in range(HUBER_ROUNDS):
             error = np.abs(self.a - self.B @ self.solved(weights))

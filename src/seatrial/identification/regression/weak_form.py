@@ -42,6 +42,7 @@ from seatrial.util.statistics import BLOCK
 
 WEAK_FORM = "weak-form"
 INTEGRATION_STEP = 1 / 60  # [s] of the model's integration
+WEAK_CHAIN_STEPS = 8  # one or two are enough near the grid's best value
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class WeakFormSettings:
     """Settings of the method."""
 
     step: float = INTEGRATION_STEP  # [s] of the integrals, at most
-    steps: int = 8  # Gauss-Newton steps on the chain's constants, at most
+    steps: int = WEAK_CHAIN_STEPS  # Gauss-Newton steps on the chain's constants, at most
     block: float = BLOCK  # [s] length of a block for the standard errors
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which parameters are free, and further stages of the chain that the data ask for."""
+"""Actuator-stage selection: further stages of the chain, stepwise by score tests and fits."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -12,7 +12,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
-from seatrial.identification.selection.actuator_stages import extras
+from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
@@ -20,20 +20,20 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 
-MOST_EXTRAS = 5
-WORTH = 10.0  # fall of -2 log likelihood from which on a further stage is worth having
-SURELY = 2.5  # standard errors away from its neutral value, where the score test does not tell
+MOST_SELECTED = 5  # stages: the steps end before in practice
+LEAST_STAGE_GAIN = 10.0  # fall of -2 log L: less is not worth a parameter
+LEAST_DISTANCE = 2.5  # [standard errors] from the neutral value, where the score test has no power
 CURVE = ("reverse_ratio", "power")
 STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
 
 
-def problem_of(
+def problem_with(
     whole: Vehicle,
     vehicle: Vehicle,
     recordings: Sequence[Recording],
     settings: OutputErrorSettings,
 ) -> Problem:
-    """Free are the coefficients, the constants that the file does not state, chosen effects."""
+    """The problem with free coefficients, constants that the file does not state, and chosen effects."""
     known = set(vehicle.constants.names) - set(whole.estimated)
     problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier, settings.block)
     n, m = problem.n_coefficients, problem.n_constants
@@ -45,18 +45,20 @@ def problem_of(
     )
 
 
-def freed(
-    at: Point, vehicle: Vehicle, settings: OutputErrorSettings, share: float
+def select_stages(
+    at: Point, vehicle: Vehicle, settings: OutputErrorSettings, horizon: float
 ) -> tuple[Point, list[Finding]]:
-    """The solution with those further stages of the chain that the data ask for."""
+    """The solution with further significant stages of the chain, and a finding on each."""
     findings: list[Finding] = []
-    for _ in range(MOST_EXTRAS):
-        asked = _asked(at, vehicle, settings)
-        likely = [a for a in asked if a.test.likely]
+    for _ in range(MOST_SELECTED):
+        # score tests of all candidates; the significant one with the largest expected gain is fitted
+        candidates = _candidates(at, vehicle, settings)
+        likely = [a for a in candidates if a.test.likely]
         most = max(likely, key=lambda a: a.test.gain, default=None)
-        there = None if most is None else _found(at, most, settings, share)
+        there = None if most is None else _fitted(at, most, settings, horizon)
+        # a curve that dead-zone edges hide from its score test is found by a fit
         if there is None:
-            there, most = _tried(at, asked, vehicle, settings, share)
+            there, most = _by_fit(at, candidates, vehicle, settings, horizon)
         if there is None or most is None:
             break
         at = there
@@ -65,90 +67,96 @@ def freed(
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """A stage that promises enough, and the problem with it."""
+class _Candidate:
+    """A stage with enough expected gain, and the problem with it."""
 
-    findings: tuple[Finding, ...]  # that say so
+    findings: tuple[Finding, ...]  # if it is selected
     wider: Problem
     theta: Array  # where its search begins
     test: ScoreTest
 
 
-def _asked(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_Asked]:
-    """Stages that promise a fall that is worth having, be it by chance or not."""
+def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_Candidate]:
+    """Stages with an expected gain above `LEAST_STAGE_GAIN`, significant or not."""
     problem = at.runs.problem
     found = []
     runs: dict[int, FilterRuns] = {}  # of probes
-    for extra in extras(vehicle, problem.vehicle, problem.recordings):
+    for extra in stage_candidates(vehicle, problem.vehicle, problem.recordings):
         if id(extra.probe) not in runs:
             probe = _wider(problem, extra.probe, vehicle, settings)
             start = _moved(at, probe, extra.origin)
             runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
         wider = _wider(problem, extra.vehicle, vehicle, settings)
         test = _tested(problem, wider, runs[id(extra.probe)])
-        if test.gain > WORTH:
-            found.append(_Asked((extra.finding,), wider, _moved(at, wider, extra.origin), test))
+        if test.gain > LEAST_STAGE_GAIN:
+            found.append(_Candidate((extra.finding,), wider, _moved(at, wider, extra.origin), test))
     return found
 
 
-def _found(at: Point, asked: _Asked, settings: OutputErrorSettings, share: float) -> Point | None:
-    """The solution with it; None where there is none."""
-    least = noise_floor(asked.wider, share)
+def _fitted(
+    at: Point, candidate: _Candidate, settings: OutputErrorSettings, horizon: float
+) -> Point | None:
+    """The solution with a candidate; None where there is none."""
+    least = noise_floor(candidate.wider, horizon)
     with suppress(IdentificationError):
         return maximise_likelihood(
-            asked.wider, asked.theta, at.noise, hold=settings.hold_noise, least=least
+            candidate.wider, candidate.theta, at.noise, hold=settings.hold_noise, least=least
         )
     return None
 
 
-def _tried(
+def _by_fit(
     at: Point,
-    asked: Sequence[_Asked],
+    candidates: Sequence[_Candidate],
     vehicle: Vehicle,
     settings: OutputErrorSettings,
-    share: float,
-) -> tuple[Point | None, _Asked | None]:
-    """A curve's stages that the score test does not tell from chance, but the fit with them does.
+    horizon: float,
+) -> tuple[Point | None, _Candidate | None]:
+    """Stages of the curve without a significant score test, but with a significant estimate.
 
-    Dead-zone edges that stand for a curve hide it from its scores: where several promise something, all are tried
-    at once, and what is not far from its neutral value by its errors is left out.
+    Dead-zone edges that stand for a curve hide it from its scores. So all of its candidates are fitted together,
+    then each alone; every new stage must be `LEAST_DISTANCE` standard errors from its neutral value.
     """
     problem = at.runs.problem
-    curves = [a for a in asked if _curve(problem, a.wider)]
-    tries = [*_together(at, curves, vehicle, settings), *curves]
+    curves = [a for a in candidates if _is_curve(problem, a.wider)]
+    tries = [*_whole_curve(at, curves, vehicle, settings), *curves]
     for one in tries:
-        there = _found(at, one, settings, share)
-        if there is None or not at.runs.cost - there.runs.cost > WORTH:
+        there = _fitted(at, one, settings, horizon)
+        if there is None or not at.runs.cost - there.runs.cost > LEAST_STAGE_GAIN:
             continue
-        far = _far(there, [i for i in one.wider.free if one.wider.names[i] not in problem.names])
+        far = _significant(
+            there, [i for i in one.wider.free if one.wider.names[i] not in problem.names]
+        )
         if far.all():
             return there, one
     return None, None
 
 
-def _curve(problem: Problem, wider: Problem) -> bool:
-    """Whether what a wider problem has more is the one curve of all actuators."""
+def _is_curve(problem: Problem, wider: Problem) -> bool:
+    """Whether the further stages of a wider problem are those of the curve that all actuators have."""
     new = [name for name in wider.names if name not in problem.names]
     return all(name in CURVE for name in new)
 
 
-def _together(
-    at: Point, curves: Sequence[_Asked], vehicle: Vehicle, settings: OutputErrorSettings
-) -> list[_Asked]:
-    """All stages of the curve at once, if one of them promises something and there are several."""
+def _whole_curve(
+    at: Point, curves: Sequence[_Candidate], vehicle: Vehicle, settings: OutputErrorSettings
+) -> list[_Candidate]:
+    """All stages of the curve at once, if there are several and one is a candidate."""
     problem = at.runs.problem
     if not curves:
         return []
-    of_curve = [e for e in extras(vehicle, problem.vehicle, problem.recordings) if not e.origin]
+    of_curve = [
+        e for e in stage_candidates(vehicle, problem.vehicle, problem.recordings) if not e.origin
+    ]
     wider = _wider(problem, of_curve[0].probe, vehicle, settings)
     if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
         return []
     findings = tuple(e.finding for e in of_curve)
-    return [_Asked(findings, wider, _moved(at, wider, {}), curves[0].test)]
+    return [_Candidate(findings, wider, _moved(at, wider, {}), curves[0].test)]
 
 
-def _far(at: Point, new: Sequence[int]) -> Mask:
-    """Whether each of some parameters is beyond chance away from 1, by errors that hold for blocks."""
+def _significant(at: Point, new: Sequence[int]) -> Mask:
+    """Whether each of some parameters differs from 1 by `LEAST_DISTANCE` sandwich standard errors."""
     free = list(at.runs.problem.free)
     places = [free.index(i) for i in new]
     try:
@@ -156,7 +164,7 @@ def _far(at: Point, new: Sequence[int]) -> Mask:
     except IdentificationError:
         return np.zeros(len(places), dtype=bool)
     off = np.abs(at.theta[list(new)] - 1.0)
-    return np.asarray((errors > 0.0) & (off > SURELY * errors))
+    return np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
 
 
 def _wider(
@@ -164,7 +172,7 @@ def _wider(
 ) -> Problem:
     """The problem of a vehicle with more stages."""
     return replace(
-        problem_of(whole, vehicle, problem.recordings, settings),
+        problem_with(whole, vehicle, problem.recordings, settings),
         block=problem.block,
         step=problem.step,
         earth_fixed=problem.earth_fixed,
@@ -172,7 +180,7 @@ def _wider(
 
 
 def _tested(problem: Problem, wider: Problem, runs: FilterRuns) -> ScoreTest:
-    """Whether what a wider problem has more deserves it, by passes of one that may be wider still."""
+    """Score test of a wider problem's further stages, by filter runs of one that may be wider still."""
     names = [runs.problem.names[i] for i in runs.problem.free]
     known = {wider.names[i] for i in wider.free}
     neutral = [k for k, name in enumerate(names) if name not in known]
@@ -182,7 +190,7 @@ def _tested(problem: Problem, wider: Problem, runs: FilterRuns) -> ScoreTest:
 
 
 def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:
-    """The parameters of a wider problem where they are those of the solution."""
+    """The solution as parameters of a wider problem, further stages at their neutral values."""
     old = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
     neutral = dict(zip(wider.vehicle.constants.names, wider.vehicle.constants.values, strict=True))
     values = [

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Which stages of the actuator chain are sought: those that the file leaves open and the data show.
+"""Stages of the actuator chain that are estimated: those that the file leaves open and the commands identify.
 
-Latency, lag and dead zone are always sought where they can be. Others (full reverse over full
-forward thrust, the curve's power, and each of these, latency or lag for each kind of actuator) are
-tried from their neutral value by a score test, and freed where the data say so.
+Latency, lag and dead zone are always estimated where they are identifiable. Others (full reverse over full forward
+thrust, the curve's power, and these, latency or lag for each group of actuators) are candidates of a score test.
 """
 
 from collections import Counter
@@ -24,42 +23,46 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
-MOMENTS = 0.05  # share of the thrust
-VARIED = 1.05  # ratio of a scale signal's values from which on its power can be told
-SHOWS = 0.05  # what an edge takes from a force beside a fixed share of it, per edge and force, to be sought
-CHAIN_FINDINGS = (  # of `staged`
+IGNORED_THRUST = 0.05  # of the summed thrust, at extreme values of a scale signal
+LEAST_SCALE_RATIO = (
+    1.05  # highest over lowest value of a scale signal: less does not identify its power
+)
+LEAST_EDGE_EFFECT = 0.05  # of the force, per edge, beyond a gain's: less does not identify the edge
+CHAIN_FINDINGS = (  # of `with_estimated_stages`
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
     FindingKind.DEAD_ZONE_ONE_EDGE,
     FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE,
     FindingKind.SCALE_POWER_HELD,
 )
-APART = (
+STAGES_BY_GROUP = (
     "latency",
     "lag",
     "power",
     "reverse_ratio",
 )  # stages that each kind of actuator may have of its own
-APART_BY = 0.1  # in the place of thrusters, relative, from which on they may be of two kinds
-ROWS = 4000  # of commands that are looked at for it
+PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
+MOST_COMMAND_ROWS = 4000  # used of the commands: enough for their distribution
 
 
 @dataclass(frozen=True)
-class Extra:
-    """A stage that may be freed: its finding, and the vehicle with it at its neutral."""
+class StageCandidate:
+    """A stage that may be estimated: its finding, and the vehicle with it at its neutral value."""
 
     finding: Finding
     vehicle: Vehicle
     origin: dict[str, str]  # constants of the new vehicle by those of the old that they come from
-    probe: Vehicle  # with all stages at their neutrals that one pass can be asked about
+    probe: Vehicle  # with all stages at their neutral values that one filter run can test
 
 
 def with_free_stages(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
     """The vehicle with those stages of the chain that its file does not state."""
-    return staged(vehicle, recordings)[0]
+    return with_estimated_stages(vehicle, recordings)[0]
 
 
-def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, list[Finding]]:
-    """The vehicle with free stages, and what was left out, and why."""
+def with_estimated_stages(
+    vehicle: Vehicle, recordings: Sequence[Recording]
+) -> tuple[Vehicle, list[Finding]]:
+    """The vehicle with the stages to estimate, and findings on those that are not."""
     has = _stated(vehicle)
     zones, of_zones = _dead_zones(vehicle, recordings)
     group = ChainGroup(
@@ -68,11 +71,11 @@ def staged(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Vehicle, 
         dead_zone=zones.pop().dead_zone if [z.name for z in zones] == [""] else None,
     )
     held, of_powers = _powers_held(vehicle, recordings)
-    whole = held.with_chain([*held.file.chain, group, *zones, *_rest(vehicle)])
+    whole = held.with_chain([*held.file.chain, group, *zones, *_remaining_delays(vehicle)])
     return whole, [*of_zones, *of_powers]
 
 
-def _rest(vehicle: Vehicle) -> list[ChainGroup]:
+def _remaining_delays(vehicle: Vehicle) -> list[ChainGroup]:
     """Latency and lag for those actuators for which the file does not state them, if for others."""
     found = []
     for stage in ("latency", "lag"):
@@ -87,21 +90,21 @@ def _rest(vehicle: Vehicle) -> list[ChainGroup]:
 def _powers_held(
     vehicle: Vehicle, recordings: Sequence[Recording]
 ) -> tuple[Vehicle, list[Finding]]:
-    """The vehicle with powers of scale signals stated where no recording can tell them."""
+    """The vehicle with powers of scale signals held where no recording identifies them."""
     given, findings = {}, []
     for group in vehicle.file.chain:
         if group.scale is None or group.scale.power != ESTIMATE:
             continue
         name = "scale_power" + (f".{group.name}" if group.name else "")
-        if not _varies(recordings, vehicle, group):
+        if not _scale_varies(recordings, vehicle, group):
             given[name] = STARTS["scale_power"]
             names = name, group.scale.signal
             findings.append(finding_of(FindingKind.SCALE_POWER_HELD, *names, power=given[name]))
     return vehicle.with_stated(given), findings
 
 
-def _varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup) -> bool:
-    """Whether a scale signal is at other values for more than moments of the group's thrust."""
+def _scale_varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup) -> bool:
+    """Whether a scale signal varies over more than `IGNORED_THRUST` of the group's thrust."""
     assert group.scale is not None
     scale = vehicle.scales.index(group.scale.signal)
     names = group.actuators or vehicle.actuators
@@ -121,12 +124,16 @@ def _varies(recordings: Sequence[Recording], vehicle: Vehicle, group: ChainGroup
         return False
     order = np.argsort(value, kind="stable")
     reached = np.cumsum(thrust[order]) / thrust.sum()
-    low, high = value[order][np.searchsorted(reached, [MOMENTS / 2, 1.0 - MOMENTS / 2])]
-    return bool(high > VARIED * low)
+    low, high = value[order][
+        np.searchsorted(reached, [IGNORED_THRUST / 2, 1.0 - IGNORED_THRUST / 2])
+    ]
+    return bool(high > LEAST_SCALE_RATIO * low)
 
 
-def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) -> list[Extra]:
-    """Stages that could be freed beyond those of `whole`, which comes from `vehicle` by `staged`."""
+def stage_candidates(
+    vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]
+) -> list[StageCandidate]:
+    """Candidates beyond the stages of `whole`, which is `with_estimated_stages` of `vehicle`."""
     has, chain, place = _stated(vehicle), whole.file.chain, len(vehicle.file.chain)
     own = chain[place]
     found = []
@@ -149,10 +156,10 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
             alone = wider([_with(own, stage, 1.0)])
             if alone is not None:
                 selected = finding_of(FindingKind.CURVE_STAGE_SELECTED, stage=stage)
-                found.append(Extra(selected, alone, {}, probe or alone))
-    groups = alike(whole)
+                found.append(StageCandidate(selected, alone, {}, probe or alone))
+    groups = actuator_groups(whole)
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
-    for stage in APART if len(groups) > 1 else ():
+    for stage in STAGES_BY_GROUP if len(groups) > 1 else ():
         shared = getattr(own, stage)
         if shared is not None:
             parts = [
@@ -164,7 +171,7 @@ def extras(vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]) ->
                 continue
             origin = {f"{stage}.{part.name}": stage for part in parts}
             selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, *kinds, stage=stage)
-            found.append(Extra(selected, split, origin, split))
+            found.append(StageCandidate(selected, split, origin, split))
     return found
 
 
@@ -181,13 +188,13 @@ def _with(group: ChainGroup, stage: str, value: float | None) -> ChainGroup:
     return changed
 
 
-def alike(vehicle: Vehicle) -> dict[str, list[str]]:
+def actuator_groups(vehicle: Vehicle) -> dict[str, list[str]]:
     """Actuators that serve the same generalised forces, by the first of these; by all, if it leads two kinds.
 
     Thrusters: those that stand as far from the origin, and as far off the way there; by the first of them.
     """
     if vehicle.file.thrusters:
-        return _by_place(vehicle)
+        return _groups_by_place(vehicle)
     groups: dict[tuple[int, ...], list[str]] = {}
     for k, name in enumerate(vehicle.actuators):
         groups.setdefault(tuple(np.flatnonzero(vehicle.mix[:, k]).tolist()), []).append(name)
@@ -200,7 +207,7 @@ def alike(vehicle: Vehicle) -> dict[str, list[str]]:
     return named
 
 
-def _by_place(vehicle: Vehicle) -> dict[str, list[str]]:
+def _groups_by_place(vehicle: Vehicle) -> dict[str, list[str]]:
     matrix, scale = thruster_matrix(vehicle.thrusters)
     arms = np.abs(matrix[2]) * scale[2]  # [m] of their moments
     found: list[tuple[float, float, list[str]]] = []
@@ -210,7 +217,7 @@ def _by_place(vehicle: Vehicle) -> dict[str, list[str]]:
         like = [
             m
             for r, a, m in found
-            if abs(r - away) < APART_BY * max(r, away) and abs(a - across) < APART_BY
+            if abs(r - away) < PLACE_TOLERANCE * max(r, away) and abs(a - across) < PLACE_TOLERANCE
         ]
         if like:
             like[0].append(one.name)
@@ -224,23 +231,23 @@ def _stated(vehicle: Vehicle) -> dict[str, bool]:
     return {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
 
 
-def _curved(vehicle: Vehicle) -> bool:
-    """Whether the file says where thrust begins; a power alone does not."""
+def _has_curve(vehicle: Vehicle) -> bool:
+    """Whether the file states where thrust begins; a power alone does not."""
     return any(g.table or g.dead_zone or g.pair for g in vehicle.file.chain)
 
 
 def _dead_zones(
     vehicle: Vehicle, recordings: Sequence[Recording]
 ) -> tuple[list[ChainGroup], list[Finding]]:
-    """Dead zones, as far as thrusters pass through them, and findings on them.
+    """Dead zones that the commands identify, and findings on the others.
 
-    Actuators that serve the same forces are of one kind: each kind has its own.
+    Actuators that serve the same forces are one group: each group has its own.
     """
-    if _curved(vehicle):
+    if _has_curve(vehicle):
         return [], []
     if not (vehicle.file.thrusters or vehicle.file.forces):
         return [], [finding_of(FindingKind.DEAD_ZONE_NOT_SOUGHT, *WRENCH)]
-    kinds = {} if vehicle.file.thrusters else alike(vehicle)
+    kinds = {} if vehicle.file.thrusters else actuator_groups(vehicle)
     if len(kinds) < 2:
         kinds = {"": list(vehicle.actuators)}
     groups, findings = [], []
@@ -256,8 +263,8 @@ def _dead_zones(
 def _dead_zone(
     vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]
 ) -> tuple[DeadZone | None, Finding | None]:
-    """That of some actuators, and a finding on it."""
-    ahead, astern = _shown(vehicle, recordings, members) > SHOWS
+    """The dead zone of some actuators, if identifiable, and a finding if not or only in part."""
+    ahead, astern = _edge_effect(vehicle, recordings, members) > LEAST_EDGE_EFFECT
     start = STARTS["edge_forward"]
     if ahead and astern:
         return DeadZone(start, STARTS["edge_reverse"]), None
@@ -268,14 +275,16 @@ def _dead_zone(
     return None, finding_of(FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE, *members)
 
 
-def _shown(vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]) -> Array:
+def _edge_effect(
+    vehicle: Vehicle, recordings: Sequence[Recording], members: Sequence[str]
+) -> Array:
     """What another edge (2,) of some actuators, forward and reverse, would change beyond forces' gains.
 
     In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know
-    one thrust only: the gain tells as much.
+    one thrust only: a gain has the same effect.
     """
     rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // ROWS)])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_COMMAND_ROWS)])
     t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
 
     def forces(forward: float, reverse: float) -> Array:

@@ -16,9 +16,8 @@ from seatrial.util.frames import Array
 
 # Standard deviations of chi-square above its mean; its tails are much longer than a normal distribution's.
 SIGNIFICANT_DEVIATIONS = 10.0
-LIKELY_DEVIATIONS = (
-    5.0  # where the likelihood gains very much: the scatter of few blocks is uncertain
-)
+# where the likelihood gains very much: the scatter of few blocks is uncertain
+LIKELY_DEVIATIONS = 5.0
 LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
 
 

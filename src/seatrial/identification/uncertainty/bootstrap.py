@@ -14,9 +14,8 @@ from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
 BOOTSTRAP_REPLICATES = 200
-BOOTSTRAP_STEPS = (
-    6  # Gauss-Newton steps at most; one or two do where the likelihood is nearly quadratic
-)
+# Gauss-Newton steps at most; one or two do where the likelihood is nearly quadratic
+BOOTSTRAP_STEPS = 6
 BOOTSTRAP_CONVERGED = 0.01  # fall of -2 log likelihood that another step still promises
 STEP_HALVINGS = 4  # of a step that leads uphill
 INTERVAL_LEVEL = 95.0  # [%]

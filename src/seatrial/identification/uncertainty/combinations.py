@@ -22,12 +22,10 @@ CORRELATED = 0.9  # correlation of two parameters from which on it is reported
 INSEPARABLE = 0.95  # correlation from which on two parameters count as not separable
 NARROW_EIGENVALUE = 0.2  # of a correlation matrix: below it a direction is well determined
 LEAST_ENTRY = 0.3  # of an eigenvector's largest entry: smaller ones are left out
-LEAST_IMPROVEMENT = (
-    1.2  # ratio of the errors without and with a parameter: those with less are left out
-)
-PLAIN_SUM_RATIO = (
-    1.5  # of the error of a plain sum or difference over the best: up to here it is taken
-)
+# ratio of the errors without and with a parameter: those with less are left out
+LEAST_IMPROVEMENT = 1.2
+# of the error of a plain sum or difference over the best: up to here it is taken
+PLAIN_SUM_RATIO = 1.5
 SUMMABLE_PAIRS = (("lag", "latency"), ("edge_forward", "edge_reverse"))  # of one unit
 EDGE_KINDS = ("edge_forward", "edge_reverse")
 

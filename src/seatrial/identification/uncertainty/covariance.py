@@ -9,21 +9,20 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
-from seatrial.util.statistics import TIED, inverse_of
+from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 
 SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the scores has weight 1/2
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
 SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
 BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
-BOUND_DISTANCES = 0.5 ** np.arange(
-    12, 0, -1
-)  # shares of the range at which the likelihood is followed
+# shares of the range at which the likelihood is followed
+BOUND_DISTANCES = 0.5 ** np.arange(12, 0, -1)
 OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
 NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
-LISTED_WEIGHT = (
-    0.1  # of the largest entry: coefficients with less in a tied direction are not named
-)
+# of the largest entry: coefficients with less in a tied direction are not named
+LEAST_INFORMATION = 1e-300  # against a division by 0
+LISTED_WEIGHT = 0.1
 
 
 def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
@@ -42,39 +41,41 @@ def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
         _refuse_inseparable(at)
     held = at_bounds(at) if inside is None else np.zeros(len(free), dtype=bool)
     inside = ~at_bounds(at) if inside is None else inside
-    # bread and meat of the sandwich, and the prior's part of the information
-    scores = at.runs.scores[:, inside]
-    information = at.runs.information[np.ix_(inside, inside)]
-    blocks, p = scores.shape
-    known = np.zeros((p, p)) if prior is None else prior.precision[np.ix_(free, free)][
-        np.ix_(inside, inside)
-    ]  # fmt: skip
-    inverse = inverse_of(information)
-    informed = float(
-        np.sum(inverse * (information - known))
-    )  # number of parameters that the recordings determine
-    scores = scores - scores.mean(axis=0)
-    scores *= np.sqrt(
-        blocks / max(blocks - informed / 2, blocks / 4)
-    )  # the fit took some of the scatter
-    moves = scores @ inverse  # of the parameters by each block
-    factor = float(np.sum(moves * scores)) / max(informed, TIED)
-    if blocks < FEW_BLOCKS * informed:
-        factor = max(factor, 1.0)
-    # shrink the scatter of few blocks
-    share = (
-        blocks / (blocks + SHRINKAGE_BLOCKS * informed) if blocks > 1 else 0.0
-    )  # one block has no scatter
-    of_prior = inverse @ known @ inverse
-    shrunk = share * moves.T @ moves + (1.0 - share) * factor * (inverse - of_prior)
+    within = np.ix_(inside, inside)
+    known = np.zeros((len(free), len(free)))[within]
+    if prior is not None:
+        known = prior.precision[np.ix_(free, free)][within]
+    inverse = inverse_of(at.runs.information[within])
+    covariance, factor = _shrunk(
+        at.runs.scores[:, inside], at.runs.information[within], inverse, known
+    )
     out = np.zeros((len(free), len(free)))
-    out[np.ix_(inside, inside)] = shrunk + of_prior
+    out[within] = covariance
     # parameters at a bound may be off it: that widens the others
     for i in np.flatnonzero(held):
-        out[np.ix_(inside, inside)] += _one_sided_profile(
-            at, int(i), inside, inverse, max(factor, 1.0)
-        )
+        out[within] += _one_sided_profile(at, int(i), inside, inverse, max(factor, 1.0))
     return out
+
+
+def _shrunk(scores: Array, information: Array, inverse: Array, known: Array) -> tuple[Array, float]:
+    """The covariance (p, p) from scores (blocks, p), and their scatter over that of independent innovations.
+
+    information, its inverse, and its part from the prior (`known`): (p, p).
+    """
+    blocks = len(scores)
+    informed = float(np.sum(inverse * (information - known)))  # parameters that the data determine
+    # scatter of the scores; the fit took some of it
+    scores = scores - scores.mean(axis=0)
+    scores *= np.sqrt(blocks / max(blocks - informed / 2, blocks / 4))
+    moves = scores @ inverse  # of the parameters by each block
+    factor = float(np.sum(moves * scores)) / max(informed, LEAST_EIGENVALUE)
+    if blocks < FEW_BLOCKS * informed:
+        factor = max(factor, 1.0)
+    # shrunk towards the information; one block has no scatter at all
+    weight = blocks / (blocks + SHRINKAGE_BLOCKS * informed) if blocks > 1 else 0.0
+    of_prior = inverse @ known @ inverse
+    shrunk = weight * moves.T @ moves + (1.0 - weight) * factor * (inverse - of_prior)
+    return shrunk + of_prior, factor
 
 
 def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -> Array:
@@ -89,7 +90,9 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     across = at.runs.information[inside, held]
     moved = -inverse @ across
     own = float(at.runs.information[held, held] + across @ moved)
-    normal = 1.0 / np.sqrt(max(own, TIED * at.runs.information[held, held], 1e-300))
+    normal = 1.0 / np.sqrt(
+        max(own, LEAST_EIGENVALUE * at.runs.information[held, held], LEAST_INFORMATION)
+    )
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
@@ -109,13 +112,16 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
         off.append(side * d * moved + step)
         if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
             break
-    # mean square of the moves, weighted with the likelihood
-    weight = np.exp(-0.5 * (np.array(rise) - min(rise)))
-    moves = np.array(off)
-    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
+    return _mean_square(np.array(distance), np.array(rise), np.array(off))
+
+
+def _mean_square(distance: Array, rise: Array, moves: Array) -> Array:
+    """Mean of the products (p, p) of moves (n, p), weighted with the likelihood along the distance (n,)."""
     steps = np.diff(distance)
     if not len(steps):
-        return np.zeros((len(moved), len(moved)))
+        return np.zeros((moves.shape[1],) * 2)
+    weight = np.exp(-0.5 * (rise - rise.min()))
+    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
     whole = np.sum(0.5 * steps * (weight[1:] + weight[:-1]))
     parts = 0.5 * steps[:, None, None] * (products[1:] + products[:-1])
     return np.asarray(np.sum(parts, axis=0) / whole)
@@ -153,12 +159,12 @@ def _refuse_inseparable(at: Point) -> None:
         return
     scale = 1.0 / np.sqrt(np.diag(information)[alive])
     values, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    if values[0] > TIED:
+    if values[0] > LEAST_EIGENVALUE:
         return
     weights = np.abs(vectors[:, 0])
     names = [problem.names[problem.free[i]] for i in alive[weights > LISTED_WEIGHT * weights.max()]]
     raise IdentificationError(
-        f"{', '.join(names)} can't be informed apart: vary speed and command independently, or take one "
+        f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
         "term out"
     )
 

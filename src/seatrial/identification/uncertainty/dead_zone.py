@@ -16,21 +16,18 @@ from seatrial.util.frames import Array
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone")
 UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
-PARABOLA_PROBE = (
-    2.0  # [standard errors] from the maximum, where the likelihood is compared with a parabola
-)
-PARABOLA_RATIO = (
-    1.15  # of the errors there and at the maximum: up to it the likelihood is a parabola
-)
+# [standard errors] from the maximum, where the likelihood is compared with a parabola
+PARABOLA_PROBE = 2.0
+# of the errors there and at the maximum: up to it the likelihood is a parabola
+PARABOLA_RATIO = 1.15
 PROFILE_STEP = 1.5  # [standard errors] between points of the profile, else
 PROFILE_POINTS = 10  # at most, to either side
 NEGLIGIBLE_RISE = 9.0  # of scaled -2 log likelihood: exp(-4.5), the profile ends
 BOUND_REACHED = 0.1  # of a step that is left when a bound stops it
 LEAST_RISE = 1e-9  # of scaled -2 log likelihood, against a division by 0
 INTEGRAL_POINTS = 400
-ProfileRises = tuple[
-    Array, Array
-]  # distances [of the combination], rises of scaled -2 log likelihood
+# distances [of the combination], rises of scaled -2 log likelihood
+ProfileRises = tuple[Array, Array]
 
 
 def with_dead_zone_profile(at: Point, covariance: Array) -> Array:
@@ -99,13 +96,15 @@ class _ProfileLine:
         """The distances that are reached, and the rises there, until the likelihood is negligible."""
         problem = self.at.runs.problem
         free, theta = list(problem.free), self.at.theta
-        gone, found = [0.0], [0.0]
+        reached_so_far, found = [0.0], [0.0]
         for distance in distances:
             there = theta.copy()
-            there[free] += (distance - gone[-1]) * self.course
+            there[free] += (distance - reached_so_far[-1]) * self.course
             there = problem.clipped(there)
             reached = float(self.along @ (there - self.at.theta)[free])
-            if abs(reached - gone[-1]) < BOUND_REACHED * abs(distance - gone[-1]):
+            if abs(reached - reached_so_far[-1]) < BOUND_REACHED * abs(
+                distance - reached_so_far[-1]
+            ):
                 break  # a bound
             runs = problem.run_filter(there, self.at.noise, repeatable=False)
             if not np.isfinite(runs.cost):
@@ -113,11 +112,11 @@ class _ProfileLine:
             step, fall = self._step(runs.information, runs.gradient)
             theta = there
             theta[np.array(free)[self.inside]] += step
-            gone.append(reached)
+            reached_so_far.append(reached)
             found.append(max(0.0, runs.cost - self.at.runs.cost - fall) * self.scale)
             if found[-1] > NEGLIGIBLE_RISE:
                 break
-        return np.array(gone[1:]), np.array(found[1:])
+        return np.array(reached_so_far[1:]), np.array(found[1:])
 
     def _inverse(self, information: Array) -> tuple[Array, float]:
         """The inverse of the information, and the variance of the combination."""

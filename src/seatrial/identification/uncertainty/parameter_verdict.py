@@ -12,10 +12,8 @@ from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
 from seatrial.util.frames import Array
 
-SHARP_ERROR, USABLE_ERROR = (
-    0.05,
-    0.2,
-)  # relative standard errors below which a parameter is sharp, usable
+# relative standard errors below which a parameter is sharp, usable
+SHARP_ERROR, USABLE_ERROR = 0.05, 0.2
 LISTED_PARTNERS = 3  # correlated parameters that are listed with one
 # A latency of 0 is as good as any other: errors of constants are relative to these, or to a larger value.
 TYPICAL_SIZES = {

@@ -24,13 +24,10 @@ END_TOLERANCE = 0.02  # [standard deviations] of the rise at an end of the inter
 END_EVALUATIONS = 16  # maximisations for one end, at most
 OPEN_DISTANCE = 300.0  # [standard errors] an interval that reaches so far is open
 LEAST_SHARE, MOST_SHARE = 0.05, 0.95  # of a bracket, within which the secant's point is taken
-FIRST_LEAPS, LATER_LEAP, LONGEST_LEAP = (
-    2,
-    2.0,
-    3.0,
-)  # growth of the distance while no end is bracketed
+# growth of the distance while no end is bracketed
+FIRST_LEAPS, LATER_LEAP, LONGEST_LEAP = 2, 2.0, 3.0
 SHORTEST_LEAP = 1.05  # growth in the first leaps, at least
-LEAST_RISE = 1e-6  # [standard deviations] against a division by 0
+LEAST_ROOT_RISE = 1e-6  # [standard deviations] against a division by 0
 
 
 @dataclass(frozen=True)
@@ -112,7 +109,7 @@ def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
         else:
             least = SHORTEST_LEAP if look < FIRST_LEAPS else LATER_LEAP  # the likelihood flattens
             distance = near[0] * float(
-                np.clip(NORMAL_95 / max(near[1], LEAST_RISE), least, LONGEST_LEAP)
+                np.clip(NORMAL_95 / max(near[1], LEAST_ROOT_RISE), least, LONGEST_LEAP)
             )
     return best + side * distance * error
 

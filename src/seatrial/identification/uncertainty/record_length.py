@@ -23,10 +23,8 @@ from seatrial.util.format import table
 from seatrial.util.frames import Array
 
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
-SHORTEST_MORE, LONGEST_MORE = (
-    0.1,
-    1e4,
-)  # [min] between which the length for half the error is sought
+# [min] between which the length for half the error is sought
+SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
 MORE_BISECTIONS = 20
 UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
 UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
@@ -80,16 +78,16 @@ def record_length_text(found: RecordLength) -> str:
         known, relative = verdict_of(name, float(found.values[k]), error)
         wanted = {ParameterVerdict.SHARP: "done", ParameterVerdict.ZERO: "-"}.get(known)
         best = int(np.argmin(found.more[:, k]))
-        alone = float(found.more[best, k])
+        more = float(found.more[best, k])
         like = f" like {found.recordings[best]}"
-        if len(found.recordings) == 1 or not alone < ALONE_BETTER * 3 * total:
-            alone, like = 3 * total, " like these"
+        if len(found.recordings) == 1 or not more < ALONE_BETTER * 3 * total:
+            more, like = 3 * total, " like these"
         rows.append(
             [
                 name,
                 *(f"{e:.2g}" if np.isfinite(e) else "-" for e in found.errors[:, k]),
                 wanted or _wanted(total, relative),
-                spelled(alone) + like,
+                spelled(more) + like,
             ]
         )
     return table(head, rows)

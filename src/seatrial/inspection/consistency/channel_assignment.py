@@ -18,7 +18,7 @@ class Assignment:
 
     axis: int
     channel: str
-    sign: int  # 1: positive values push forward or to the left (forward-left-up)
+    sign: int  # 1: positive values drive forward or to the left (forward-left-up)
     t: float
     trusted: bool  # t above `ASSIGN_T`, and no other channel near it
 
@@ -30,7 +30,7 @@ def assignments(names: tuple[str, ...], t: Array) -> Iterator[Assignment]:
         axis, best = (int(i) for i in np.unravel_index(int(np.argmax(left)), t.shape))
         others = np.delete(np.abs(t[axis]), best)
         clear = abs(t[axis, best]) > ASSIGN_T
-        alone = float(others.max(initial=0.0)) < RUNNER_UP_SHARE * abs(t[axis, best])
+        single = float(others.max(initial=0.0)) < RUNNER_UP_SHARE * abs(t[axis, best])
         sign = 1 if t[axis, best] > 0 else -1
-        yield Assignment(axis, names[best], sign, float(t[axis, best]), bool(clear and alone))
+        yield Assignment(axis, names[best], sign, float(t[axis, best]), bool(clear and single))
         left[axis], left[:, best] = -1.0, -1.0

@@ -160,12 +160,12 @@ def unexplained_share(motion: Array, inputs: Array) -> Array:
 def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]:
     """Inertial accelerations (m, 3) in body axes, and drag (m, DRAG_COLUMNS)."""
     turn = np.exp(-1j * heading * smooth.psi)
-    speed, push = smooth.velocity, smooth.acceleration
+    velocity, acceleration = smooth.velocity, smooth.acceleration
     if mirrored:
-        speed, push = speed.conj(), push.conj()
-    speed, push = speed * turn, push * turn
-    acceleration = np.column_stack([push.real, push.imag, smooth.r_dot])
-    return acceleration, _drag(speed.real, speed.imag, smooth.r)
+        velocity, acceleration = velocity.conj(), acceleration.conj()
+    velocity, acceleration = velocity * turn, acceleration * turn
+    body = np.column_stack([acceleration.real, acceleration.imag, smooth.r_dot])
+    return body, _drag(velocity.real, velocity.imag, smooth.r)
 
 
 def _drag(u: Array, v: Array, r: Array) -> Array:

@@ -162,12 +162,12 @@ def _unit(name: str, units: Sequence[str]) -> str:
 
 
 def _is_validity(column: ColumnView) -> bool:
-    """Whether a column says which poses are good."""
+    """Whether a column marks valid poses."""
     return "valid" in column.name.lower() and (column.least, column.most) in ((0, 1), (1, 1))
 
 
 def _north(pose: dict[str, Any]) -> list[str]:
-    """What the names of the columns say of the axes."""
+    """A note on the axes from the names of the columns."""
     if any(_without_unit(pose[key]["column"]) in ("north", "east") for key in ("x", "y")):
         return ["columns named north and east mean forward-right-down (--axes)"]
     return []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where lines come from and go to: standard input and output, or UDP on loopback."""
+"""Endpoints of lines: standard input and output, or UDP on loopback."""
 
 import os
 import select
@@ -10,7 +10,7 @@ from typing import BinaryIO, Protocol
 from seatrial.util.errors import LiveError
 
 LOOPBACK = "127.0.0.1"
-LONGEST = 65536  # [bytes] of a line, and of a datagram
+LONGEST_LINE = 65536  # [bytes] of a line, and of a datagram
 
 
 class Source(Protocol):
@@ -19,7 +19,7 @@ class Source(Protocol):
     ended: bool
 
     def read(self, wait: float | None) -> list[str]:
-        """Whole lines, waiting for them up to so many seconds; None: as long as it takes."""
+        """Complete lines, waiting up to `wait` [s]; None: without a limit."""
 
     def write(self, line: str) -> None:
         """One line."""
@@ -35,13 +35,13 @@ class Pipes:
         self.ended = False
 
     def read(self, wait: float | None) -> list[str]:
-        """See `Source`; what is longer than a line may be is cut into pieces that are no lines."""
+        """See `Source`; text longer than `LONGEST_LINE` is split, and its parts are no valid lines."""
         if not select.select([self._inlet], [], [], wait)[0]:
             return []
-        block = os.read(self._inlet, LONGEST)
+        block = os.read(self._inlet, LONGEST_LINE)
         self.ended = not block
         *whole, self._rest = (self._rest + block).split(b"\n")
-        if self._rest and (self.ended or len(self._rest) > LONGEST):
+        if self._rest and (self.ended or len(self._rest) > LONGEST_LINE):
             whole.append(self._rest)
             self._rest = b""
         return [line.decode("utf-8", "replace") for line in whole]
@@ -53,7 +53,7 @@ class Pipes:
 
 
 class Datagrams:
-    """UDP on loopback: answers go to `to`, or to whoever wrote last."""
+    """UDP on loopback: answers go to port `to`, or to the last sender."""
 
     def __init__(self, port: int, to: int | None = None) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -72,8 +72,8 @@ class Datagrams:
         if not select.select([self._socket], [], [], wait)[0]:
             return []
         try:
-            block, sender = self._socket.recvfrom(LONGEST)
-        except ConnectionError:  # an answer found nobody there
+            block, sender = self._socket.recvfrom(LONGEST_LINE)
+        except ConnectionError:  # an answer was not received
             return []
         if not self._fixed:
             self._to = sender
@@ -81,9 +81,9 @@ class Datagrams:
         return block.decode("utf-8", "replace").splitlines()
 
     def write(self, line: str) -> None:
-        """See `Source`; without anybody to write to it is lost."""
+        """See `Source`; without a receiver the line is lost."""
         if self._to is not None:
             try:
                 self._socket.sendto(line.encode() + b"\n", self._to)
-            except OSError:  # nobody there now
+            except OSError:  # no receiver
                 return

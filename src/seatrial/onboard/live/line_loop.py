@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What is common to all loops of lines: when something is due, mistakes that are counted, and the loop.
+"""Base of all line loops: schedule of output lines, error count, and the loop.
 
-By the data's clock a line is due when an input is later than it, and is made of the inputs before: the
-same input gives the same output, from a file as on the boat. By the system's clock it is due when it is
-time.
+By the data's clock a line is due when an input is later than it, and uses the inputs before: the same
+input gives the same output, from a file as on the boat. By the system's clock it is due at its time.
 """
 
 import math
@@ -18,29 +17,30 @@ from seatrial.onboard.live.endpoints import Source
 from seatrial.onboard.live.protocol import NANO, Event, Reader
 from seatrial.util.errors import LiveError, SeatrialError
 
-SHOWN = 10  # mistakes that are said; all are counted
-LEAP = 5 * NANO  # [ns] a stamp so far ahead may be wrong
-LONGEST_GAP = 60 * NANO  # [ns] in the data, after which lines begin anew
-RATE = 50.0  # [Hz]
+MOST_SHOWN = 10  # errors that are shown; all are counted
+STAMP_LEAP = 5 * NANO  # [ns] ahead of the newest input, above which a stamp may be wrong
+RESTART_GAP = 60 * NANO  # [ns] gap of the data, after which the schedule restarts
+RATE = 50.0  # [Hz] default of output lines
+SLOWEST, FASTEST = 0.1, 1000.0  # [Hz] range of it
 Clock = Literal["data", "system"]
 CLOCKS: tuple[Clock, ...] = ("data", "system")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How lines are read and written."""
+    """Format, rate and clock of the lines."""
 
     form: str = "json"
     rate: float = RATE  # [Hz]
     clock: Clock = "data"
 
     def __post_init__(self) -> None:
-        if not 0.1 <= self.rate <= 1000.0:
-            raise LiveError(f"rate {self.rate:g}: expected 0.1 to 1000 Hz")
+        if not SLOWEST <= self.rate <= FASTEST:
+            raise LiveError(f"rate {self.rate:g}: expected {SLOWEST:g} to {FASTEST:g} Hz")
 
 
 class Stream(ABC):
-    """Lines in, lines out at a fixed rate; what it says of mistakes goes to `complain`."""
+    """Lines in, lines out at a fixed rate; errors go to `complain`."""
 
     def __init__(
         self, vehicle: Vehicle, settings: Settings, complain: Callable[[str], None]
@@ -54,14 +54,14 @@ class Stream(ABC):
 
     @abstractmethod
     def line(self, stamp: int) -> str | None:
-        """What is due at a stamp [ns]; None: nothing."""
+        """The output line at a stamp [ns]; None: none."""
 
     @abstractmethod
     def use(self, event: Event, now: int) -> Iterator[str]:
-        """What an event brings about; `now` [ns] by the system's clock. Raises SeatrialError."""
+        """Output lines of an event; `now` [ns] by the system's clock. Raises SeatrialError."""
 
     def take(self, text: str, now: int) -> Iterator[str]:
-        """What a line brings about; `now` [ns] by the system's clock."""
+        """Output lines of an input line; `now` [ns] by the system's clock."""
         self.lines += 1
         if not text.strip() or text.lstrip().startswith("#"):
             return
@@ -72,7 +72,7 @@ class Stream(ABC):
 
     def due(self, now: int) -> Iterator[str]:
         """Lines that are due by `now` [ns]."""
-        if self._due is None or not -LONGEST_GAP < now - self._due < LONGEST_GAP:
+        if self._due is None or not -RESTART_GAP < now - self._due < RESTART_GAP:
             self._due = math.ceil(now / self.period) * self.period
         while self._due <= now:
             text = self.line(self._due)
@@ -81,13 +81,13 @@ class Stream(ABC):
             self._due += self.period
 
     def stamp_of(self, event: Event, now: int) -> int:
-        """When it happened [ns]. Raises LiveError."""
+        """Stamp of an event [ns]. Raises LiveError."""
         if event.stamp is None and not self.system:
             raise LiveError("no t: give it, or run with --clock system")
         return now if event.stamp is None else event.stamp
 
     def serve(self, source: Source, between: Callable[[], None] = lambda: None) -> None:
-        """Until the source ends; `between` is called after every reading."""
+        """Run until the source ends; `between` is called after every read."""
         while not source.ended:
             for text in source.read(self._wait(time.time_ns()) if self.system else None):
                 for line in self.take(text, time.time_ns()):
@@ -105,7 +105,7 @@ class Stream(ABC):
 
     def _mistake(self, words: str) -> None:
         self.mistakes += 1
-        if self.mistakes <= SHOWN:
+        if self.mistakes <= MOST_SHOWN:
             self.complain(f"line {self.lines}: {words}")
-        if self.mistakes == SHOWN:
-            self.complain("further mistakes are counted, not said")
+        if self.mistakes == MOST_SHOWN:
+            self.complain("further errors are counted, not shown")

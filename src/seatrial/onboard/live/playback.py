@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A recording through the predictor, as it would have been on board."""
+"""Replay of a recording through the predictor."""
 
 from collections.abc import Iterator
 
@@ -13,8 +13,8 @@ from seatrial.recording.recording import Recording
 
 
 def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[Odometry]:
-    """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps, none late."""
-    # a recording's poses are of the boat's origin already
+    """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps."""
+    # the reader has removed the lever arm of a recording
     odometer = Odometer(model, lever=(0.0, 0.0))
     moments = [
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),

@@ -17,7 +17,7 @@ from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
 
 FORMATS = ("json", "csv")
 NANO = 1_000_000_000
-LATEST = 4e9  # [s] of a stamp
+LATEST_STAMP = 4e9  # [s] largest stamp that fits nanoseconds in 64 bits
 Kind = Literal["pose", "command", "scale", "at", "reload"]
 KINDS: tuple[Kind, ...] = ("pose", "command", "scale", "at", "reload")
 Values = list[float] | dict[str, float]
@@ -25,7 +25,7 @@ Row = tuple[float, float, float]
 
 
 class Line(Strict, frozen=True):
-    """A line of JSON: one of the kinds, and when it was."""
+    """A line of JSON: one of the kinds, and its time."""
 
     t: float | None = None  # [s]
     stamp: int | None = None  # [ns], instead of t
@@ -37,18 +37,18 @@ class Line(Strict, frozen=True):
     reload: Literal[True] | None = None
 
 
-def not_a_line(error: Exception, kind: type[Strict], text: str) -> LiveError:
-    """What is wrong with a line, and what it may say."""
+def line_error(error: Exception, kind: type[Strict], text: str) -> LiveError:
+    """The error of a line, with the fields it may have."""
     fields = ", ".join(kind.__struct_fields__)
     return LiveError(f"{error}; expected JSON with some of {fields}; got {text.strip()[:80]}")
 
 
 @dataclass(frozen=True)
 class Event:
-    """What a line says, forward-left-up."""
+    """Content of a line, forward-left-up."""
 
     kind: Kind
-    stamp: int | None  # [ns]; None: when it came
+    stamp: int | None  # [ns]; None: time of arrival
     values: Array
     covariance: Array | None = None
 
@@ -70,7 +70,7 @@ class Reader:
         try:
             line = self._decode(text)
         except (msgspec.DecodeError, UnicodeError) as error:
-            raise not_a_line(error, Line, text) from None
+            raise line_error(error, Line, text) from None
         given = [kind for kind in KINDS if getattr(line, kind) is not None]
         if len(given) != 1:
             raise LiveError(f"expected one of {', '.join(KINDS)}; got {', '.join(given) or 'none'}")
@@ -125,17 +125,17 @@ class Reader:
         self, kind: Literal["command", "scale"], stamp: int | None, got: Values | None
     ) -> Event:
         own = self.vehicle.inputs if kind == "command" else self.vehicle.scales
-        row = _in_order(kind, got or [], own)
+        row = _ordered_values(kind, got or [], own)
         return Event(kind, stamp, row * self.vehicle.input_signs if kind == "command" else row)
 
 
 def _nano(t: float | None) -> int:
-    if t is None or not abs(t) <= LATEST:
-        raise LiveError(f"t {t}: expected seconds")
+    if t is None or not abs(t) <= LATEST_STAMP:
+        raise LiveError(f"t {t}: expected seconds, up to {LATEST_STAMP:.0e}")
     return round(t * NANO)
 
 
-def _in_order(kind: str, got: Values, names: Sequence[str]) -> Array:
+def _ordered_values(kind: str, got: Values, names: Sequence[str]) -> Array:
     if isinstance(got, Mapping):
         if set(got) != set(names):
             raise LiveError(
@@ -150,7 +150,7 @@ def _in_order(kind: str, got: Values, names: Sequence[str]) -> Array:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """A line of odometry as JSON; `pose` and its covariance only where a stream goes on."""
+    """A line of odometry as JSON; `pose` and its covariance only in a stream."""
 
     t: float  # [s]
     pose: list[float] | None  # x, y [m], psi [rad] in odom
@@ -179,11 +179,11 @@ class Writer:
 
     @property
     def header(self) -> str | None:
-        """The first line, where there is one."""
+        """The header line of CSV; None for JSON."""
         return None if self._as_json else CSV_HEADER
 
     def odometry(self, out: Odometry) -> str:
-        """Of the stream."""
+        """A line of the stream."""
         return self._text(out.stamp, out.motion, out.pose, out.covariance)
 
     def estimate(self, stamp: int, out: Estimate) -> str:

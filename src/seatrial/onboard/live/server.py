@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The loop of `seatrial predict --live`: lines as they come, odometry at a fixed rate."""
+"""The loop of `seatrial predict --live`: lines in, odometry at a fixed rate out."""
 
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from seatrial.onboard.live.endpoints import Source
-from seatrial.onboard.live.line_loop import LEAP, Settings, Stream
+from seatrial.onboard.live.line_loop import STAMP_LEAP, Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event, Writer
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
@@ -24,12 +24,12 @@ class Live(Stream):
         self.writer = Writer(vehicle, settings.form)
 
     def line(self, stamp: int) -> str | None:
-        """Odometry, where it is known."""
+        """Odometry, once a pose was used."""
         out = self.odometer.at(stamp)
         return self.writer.odometry(out) if out.known else None
 
     def reload(self) -> None:
-        """The model file once more; where it can't be used all stays as it is."""
+        """Reload the model file; an invalid one changes nothing."""
         self.odometer.reload(self.path)
 
     def use(self, event: Event, now: int) -> Iterator[str]:
@@ -43,8 +43,8 @@ class Live(Stream):
             yield from self._put(event, self.stamp_of(event, now))
 
     def _put(self, event: Event, stamp: int) -> Iterator[str]:
-        if not self.system and stamp <= self.odometer.newest + LEAP:
-            yield from self.due(stamp - 1)  # of what was known before
+        if not self.system and stamp <= self.odometer.newest + STAMP_LEAP:
+            yield from self.due(stamp - 1)  # from the inputs before this one
         if event.kind == "pose":
             taken = self.odometer.pose(stamp, event.values, event.covariance)
         elif event.kind == "command":
@@ -52,37 +52,39 @@ class Live(Stream):
         else:
             taken = self.odometer.scale(stamp, event.values)
         if taken not in (Taken.USED, Taken.TWICE):
-            raise LiveError(f"{event.kind} at {stamp / NANO:.6f} s was not used: {said(taken)}")
+            raise LiveError(
+                f"{event.kind} at {stamp / NANO:.6f} s was not used: {taken_text(taken)}"
+            )
         if not self.system:
             yield from self.due(self.odometer.newest - 1)
 
 
-def said(taken: Taken) -> str:
-    """What became of an input, in words."""
+def taken_text(taken: Taken) -> str:
+    """The outcome of an input as text."""
     return taken.name.lower().replace("_", " ")
 
 
 def serve(path: Path, source: Source, settings: Settings, complain: Callable[[str], None]) -> Live:
-    """Until the source ends: odometry by the model at `path`. SIGHUP reads the model once more.
+    """Serve odometry by the model at `path` until the source ends. SIGHUP reloads the model.
 
-    What can't be used is said to `complain`, and left out.
+    Invalid lines are reported to `complain` and skipped.
     """
     live = Live(path, settings, complain)
-    asked = [False]
+    requested = [False]
     if hasattr(signal, "SIGHUP"):
-        signal.signal(signal.SIGHUP, lambda *_: asked.__setitem__(0, True))
+        signal.signal(signal.SIGHUP, lambda *_: requested.__setitem__(0, True))
 
-    def reload_where_asked() -> None:
-        if not asked[0]:
+    def reload_if_requested() -> None:
+        if not requested[0]:
             return
-        asked[0] = False
+        requested[0] = False
         try:
             live.reload()
-            complain(f"{path}: read once more")
+            complain(f"{path}: reloaded")
         except SeatrialError as error:
-            complain(f"{error}; the model of before goes on")
+            complain(f"{error}; the previous model stays in use")
 
     if live.writer.header is not None:
         source.write(live.writer.header)
-    live.serve(source, reload_where_asked)
+    live.serve(source, reload_if_requested)
     return live

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison import Comparison
+from seatrial.evaluation.comparison.compare import Comparison
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.recording.recording import Recording
 from seatrial.report.comparison import errors, models, prediction

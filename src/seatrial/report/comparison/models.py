@@ -3,7 +3,7 @@
 
 from itertools import zip_longest
 
-from seatrial.evaluation.comparison.console import changed, matters
+from seatrial.evaluation.comparison.console import changes_text, prediction_text
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.report.comparison import draw
 from seatrial.report.comparison.two_models import LETTERS, Both
@@ -33,9 +33,9 @@ def verdict(pair: Both) -> Section:
         + (f", {minutes(side.length)})" if side.recordings else ")")
         for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
     )
-    lines = [f"{sides}.", " ".join(map(_opened, changed(found))).replace(" (*)", "")]
+    lines = [f"{sides}.", " ".join(map(_opened, changes_text(found))).replace(" (*)", "")]
     if found.better:
-        lines += [f"{name} s ahead, {matters(found, name)}." for name in found.better]
+        lines += [f"{name} s ahead, {prediction_text(found, name)}." for name in found.better]
     else:
         lines.append("Next: give recordings, to see whether it matters for prediction.")
     names = names_in(*pair.models)

@@ -2,7 +2,7 @@
 """How both models predict the same recordings."""
 
 from seatrial.evaluation.assessment import pooled
-from seatrial.evaluation.comparison.prediction import Ahead
+from seatrial.evaluation.comparison.prediction import PredictionRow
 from seatrial.report.comparison import draw
 from seatrial.report.comparison.two_models import LETTERS, Both
 from seatrial.report.figures import recorded as draw_recorded
@@ -56,7 +56,7 @@ def horizons(pair: Both) -> Section | None:
     return Section("horizons", "Which predicts better", html, {ALL: figures}, (table,))
 
 
-def ahead_table(found: list[Ahead]) -> Table:
+def ahead_table(found: list[PredictionRow]) -> Table:
     """RMS errors of both from the same starts, with the interval of their difference."""
     head = ("velocity", "horizon [s]", "RMS A", "RMS B", "unit", "A − B", "95 % of it", "better")
     rows: list[list[Cell]] = []

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison import Comparison
+from seatrial.evaluation.comparison.compare import Comparison
 from seatrial.identification.uncertainty.identifiability import Identifiability, identifiability
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import Evidence, collect

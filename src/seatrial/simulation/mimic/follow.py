@@ -51,7 +51,7 @@ class MimicHealth(enum.Flag):
 
 
 class Carrier(Strict, frozen=True):
-    """What the carrier can do, and how it is led; what is not given is as the core has it."""
+    """Limits and tracking gains of the carrier; the defaults are the core's."""
 
     speed: Positive | None = None  # [m/s] most, in any direction
     yaw_rate: Positive | None = None  # [rad/s]
@@ -93,11 +93,11 @@ class Motion:
 
 
 class Mimic:
-    """A virtual boat, and the carrier that is to move as it does.
+    """A virtual boat, and the carrier that follows its motion.
 
-    model: a Model or the path of its file. Times are seconds by one clock. The virtual boat begins at rest,
-    where the carrier's first pose says that it is. Its thrusters are off after the vehicle file's
-    `command_timeout` without a command. Raises ModelError, MimicError; never on data.
+    model: a Model or the path of its file. Times are seconds of one clock. The virtual boat starts at rest
+    at the carrier's first pose. Its thrusters are off after the vehicle file's `command_timeout`
+    without a command. Raises ModelError, MimicError; never on data.
     """
 
     def __init__(self, model: Model | str | Path, carrier: Carrier | None = None) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import msgspec
 import numpy as np
 
-from seatrial.onboard.live.line_loop import LEAP, Settings, Stream
+from seatrial.onboard.live.line_loop import STAMP_LEAP, Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event
 from seatrial.simulation.mimic.follow import Mimic
 from seatrial.util.errors import LiveError
@@ -44,7 +44,7 @@ class MimicStream(Stream):
             )
 
     def _refuse_leap(self, event: Event, stamp: int) -> None:
-        if not self._newest or stamp <= self._newest + LEAP:
+        if not self._newest or stamp <= self._newest + STAMP_LEAP:
             return
         self._newest = stamp  # believed where the next one is there, too
         raise LiveError(f"{event.kind} at {stamp / NANO:.3f} s leaps ahead; left out")

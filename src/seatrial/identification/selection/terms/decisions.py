@@ -33,9 +33,8 @@ from seatrial.util.statistics import NORMAL_95
 
 WEAK_MOVE = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
 NEGLIGIBLE_MOVE = 0.1  # [%] of the same: a new term that moves it by less is not worth its line
-UNREPEATABLE_SPREAD = (
-    0.5  # of its own size: larger spread of a coefficient between repeats is too much
-)
+# of its own size: larger spread of a coefficient between repeats is too much
+UNREPEATABLE_SPREAD = 0.5
 HARMFUL_Z = -3.0  # standard errors: held-out prediction is clearly better without a term
 DOUBTFUL_Z = -1.0  # the same for a term that is not distinguishable from zero
 REPEATABILITY_LEVEL = 0.01  # chance that any kept term counts as unrepeatable although all repeat

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.filtering import causal
+from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.recording import Recording
@@ -51,8 +51,8 @@ class HeldOut:
 
     def without(self, name: str, axis: int) -> PredictionChange:
         """The effect of a term of the model."""
-        gone = self._predicted(self.model, self.information, name)
-        return self._change(self._plain, gone, axis, self._size(self.information, name))
+        removed = self._predicted(self.model, self.information, name)
+        return self._change(self._plain, removed, axis, self._size(self.information, name))
 
     def with_it(
         self, model: Model, information: ScoreInformation, name: str, axis: int
@@ -71,11 +71,11 @@ class HeldOut:
         return self._predicted(self.model, self.information, None)
 
     def _predicted(
-        self, model: Model, information: ScoreInformation, gone: str | None
+        self, model: Model, information: ScoreInformation, removed: str | None
     ) -> Predicted:
         squares, nu = [], []
         for members in self.folds:
-            trained = _at(model, information, retrained(information, self._rest(members), gone))
+            trained = _at(model, information, retrained(information, self._rest(members), removed))
             for i in members:
                 nu.append(self._targets[i].predict(trained, self.recordings[i]))
                 squares.append(self._targets[i].squares(nu[-1]))
@@ -144,7 +144,7 @@ class Targets:
 
 def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
     """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
-    begin = causal(model, recording).motion
+    begin = run_filter(model, recording).motion
     every = max(1, round(START_SPACING / recording.period))
     found = predict(model, recording, horizon, starts=begin, every=every)
     start = found.begun
@@ -155,16 +155,16 @@ def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
     return Targets(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
 
 
-def retrained(information: ScoreInformation, rest: Sequence[int], gone: str | None) -> Array:
+def retrained(information: ScoreInformation, rest: Sequence[int], removed: str | None) -> Array:
     """Parameters (p,) from some recordings, clipped to their bounds.
 
-    `gone`: a parameter that is held at 0, the others at their best then.
+    `removed`: a parameter that is held at 0, the others at their best then.
     """
     from_rest = information.information[list(rest)].sum(axis=0)
     gradient = information.gradient[list(rest)].sum(axis=0)
     theta = information.values + solve_scaled(from_rest, gradient)
-    if gone is not None:
-        j = information.place(gone)
+    if removed is not None:
+        j = information.place(removed)
         unit = np.zeros(len(theta))
         unit[j] = 1.0
         row = solve_scaled(from_rest, unit)

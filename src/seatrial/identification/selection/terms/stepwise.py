@@ -45,9 +45,9 @@ class TermSearch:
         fixed |= {names[0] for names in drags if len(names) == 1}
         return list(dict.fromkeys(str(t.coefficient) for t in terms if t.coefficient not in fixed))
 
-    def aliased(self, terms: Sequence[Term], out: Sequence[Term]) -> tuple[Alias, ...]:
+    def aliased(self, terms: Sequence[Term], tried: Sequence[Term]) -> tuple[Alias, ...]:
         """Exact aliases among terms of a model and those that are tried."""
-        return aliases(terms, out, self.vehicle.forces)
+        return aliases(terms, tried, self.vehicle.forces)
 
 
 def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -> Model:
@@ -62,30 +62,30 @@ def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -
             search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
             model = search.fit((*model.structure.terms, *added), model)
             continue
-        gone = weakest_newcomer(search, model)
-        if gone is None:
+        removed = weakest_newcomer(search, model)
+        if removed is None:
             return model
-        search.say(f"without {gone}")
-        refused.append(gone)
-        model = search.fit([t for t in model.structure.terms if t.coefficient != gone], model)
+        search.say(f"without {removed}")
+        refused.append(removed)
+        model = search.fit([t for t in model.structure.terms if t.coefficient != removed], model)
     return model
 
 
 def best_candidates(search: TermSearch, model: Model, refused: Sequence[str]) -> list[Term]:
     """The most significant candidate of every axis that passes Holm's test among all candidates."""
-    out = [
+    tried = [
         t for t in search.candidates
         if t.coefficient not in model.values and t.coefficient not in refused
     ]  # fmt: skip
-    hidden = {a.coefficient for a in search.aliased(model.structure.terms, out)}
-    out = [t for t in out if t.coefficient not in hidden]
+    hidden = {a.coefficient for a in search.aliased(model.structure.terms, tried)}
+    tried = [t for t in tried if t.coefficient not in hidden]
     tested = {
         t.coefficient: estimate(s, str(t.coefficient))
-        for t, s in candidate_information(search, model, out)
+        for t, s in candidate_information(search, model, tried)
     }
     best: dict[int, Term] = {}
-    for rank, term in enumerate(sorted(out, key=lambda t: tested[t.coefficient].p)):
-        if tested[term.coefficient].p > SIGNIFICANCE_LEVEL / (len(out) - rank):
+    for rank, term in enumerate(sorted(tried, key=lambda t: tested[t.coefficient].p)):
+        if tested[term.coefficient].p > SIGNIFICANCE_LEVEL / (len(tried) - rank):
             break
         best.setdefault(term.axis, term)
     return list(best.values())
@@ -103,18 +103,18 @@ def weakest_newcomer(search: TermSearch, model: Model) -> str | None:
 
 
 def candidate_information(
-    search: TermSearch, model: Model, out: Sequence[Term]
+    search: TermSearch, model: Model, tried: Sequence[Term]
 ) -> Iterator[tuple[Term, ScoreInformation]]:
     """Each term that is not in the model, with the information about the model and about it alone."""
     terms, coefficients = len(model.structure.terms), len(model.values)
     room = min(MOST_TERMS - terms, MOST_COEFFICIENTS - coefficients)
-    if room < 1 and out:
+    if room < 1 and tried:
         raise StructureError(
             f"{terms} terms with {coefficients} coefficients leave no room for a candidate; at most "
             f"{MOST_TERMS - 1} and {MOST_COEFFICIENTS - 1} do"
         )
-    for first in range(0, len(out), max(1, room)):
-        batch = out[first : first + room]
+    for first in range(0, len(tried), max(1, room)):
+        batch = tried[first : first + room]
         whole = score_information_of(model, search.recordings, batch)
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
         for term in batch:

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""Tables of a page, written between marks in it: `<!-- name -->` and `<!-- end -->`.
+
+`<!-- name: some; words -->` shows only the rows that contain one of these words. All rows are then
+in `tables/PAGE-name.csv` beside the page.
+"""
+
+import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from seatrial.util.errors import FileError
+
+MARK = re.compile(
+    r"(?P<begin><!-- (?P<name>[a-z-]+)(?:: (?P<words>[^>]+))? -->\n).*?(?P<end><!-- end -->)",
+    re.DOTALL,
+)
+RULE = re.compile(r"\|[ |:-]+\|")  # the line below a table's head
+
+
+def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
+    """Every block of the page by the maker of its name; the words around them stay.
+
+    Raises FileError where a block has no maker.
+    """
+    names = {m["name"] for m in MARK.finditer(path.read_text())}
+    unknown = names - set(makers)
+    if unknown:
+        raise FileError(
+            f"{path}: no block {', '.join(sorted(unknown))}; there are {', '.join(makers)}"
+        )
+    refill(path, {name: makers[name]() for name in names})
+
+
+def refill(path: Path, made: Mapping[str, str]) -> None:
+    """Replace the page's blocks of these names; the others stay."""
+
+    def block(mark: re.Match[str]) -> str:
+        if mark["name"] not in made:
+            return mark[0]
+        text = compact(made[mark["name"]].strip())
+        if mark["words"]:
+            _write_csv(csv_of(path, mark["name"]), text)
+            text = some_rows(text, mark["words"].split("; "))
+        return f"{mark['begin']}\n{text}\n\n{mark['end']}"
+
+    path.write_text(MARK.sub(block, path.read_text()))
+
+
+def compact(text: str) -> str:
+    """The line below a table's head without spaces."""
+    return re.sub(r"^\|[ |:-]+\|$", lambda rule: rule[0].replace(" ", ""), text, flags=re.MULTILINE)
+
+
+def csv_of(page: Path, name: str) -> Path:
+    """The file with all rows of a block that shows some."""
+    return page.parent / "tables" / f"{page.stem}-{name}.csv"
+
+
+def cells(line: str) -> list[str]:
+    """Of a table's row."""
+    return [cell.strip() for cell in line.strip().removeprefix("|").removesuffix("|").split("|")]
+
+
+def some_rows(text: str, words: Sequence[str]) -> str:
+    """The tables with only the rows that contain one of the words.
+
+    Headings, and tables without such a row, are left out.
+    """
+    out = []
+    for table in text.split("\n\n"):
+        lines = table.splitlines()
+        rows = [line for line in lines[2:] if any(word in line for word in words)]
+        if rows and RULE.fullmatch(lines[1]):
+            out.append("\n".join([*lines[:2], *rows]))
+    return "\n\n".join(out)
+
+
+def _write_csv(path: Path, text: str) -> None:
+    """Tables one below the other, each under its heading."""
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        for line in text.splitlines():
+            if line.startswith("|") and not RULE.fullmatch(line):
+                writer.writerow(cells(line))
+            elif not line.startswith("|"):
+                writer.writerow([line.removeprefix("### ")] if line else [])

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Boats of other proportions than the paper's, driven by pulses of a joypad, pushed, and seen by a SLAM."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.trials import PushedPlant
+from seatrial.util.frames import Array
+
+FREE = {  # added mass of its own along and across
+    "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+    "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+    "yaw": ["N_uv * u * v", "N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+}
+CORNERS = [(0.3, 0.2, -45.0), (0.3, -0.2, 45.0), (-0.3, 0.2, 45.0), (-0.3, -0.2, -45.0)]
+CROSS = [
+    (0.0, 0.15, 0.0),
+    (0.0, -0.15, 0.0),
+    (0.2, 0.0, 90.0),
+    (-0.2, 0.0, 90.0),
+]  # x, y [m], angle [deg]
+STEP = 1 / 240  # [s]
+TICK = 0.02  # [s] of the joypad
+
+
+@dataclass(frozen=True)
+class Hull:
+    """A boat in SI units."""
+
+    places: list[tuple[float, float, float]]
+    thrust: float  # [N] of each thruster
+    mass: tuple[float, float, float]  # [kg, kg, kg m^2] with added mass
+    linear: tuple[float, float, float]  # [N s/m, N s/m, N m s]
+    quadratic: tuple[float, float, float]
+
+    @property
+    def full_thrust(self) -> Array:
+        """(3,) [N, N, N m] of a wrench of 1 in each axis, as pseudo-inverse allocation has it."""
+        x, y, angle = np.array(self.places).T
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        return np.asarray(self.thrust * np.linalg.norm([c, s, x * s - y * c], axis=1))
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """Of `FREE`, by Newton's second law."""
+        m, n, i = self.mass
+        drag = [-np.array(d) / self.mass for d in (self.linear, self.quadratic)]
+        force = self.full_thrust / self.mass
+        return {
+            "X_vr": n / m, "X_u": drag[0][0], "X_uu": drag[1][0], "X_F": force[0],
+            "Y_ur": -m / n, "Y_v": drag[0][1], "Y_vv": drag[1][1], "Y_F": force[1],
+            "N_uv": (m - n) / i, "N_r": drag[0][2], "N_rr": drag[1][2], "N_F": force[2],
+        }  # fmt: skip
+
+    def vehicle(self, chain: list[dict[str, object]]) -> Vehicle:
+        """Its vehicle file, driven through the usual allocation."""
+        column = {n: {"column": n} for n in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
+        places = enumerate(self.places, 1)
+        content = {
+            "seatrial": "vehicle 1", "name": "boat", "axes": "forward-left-up", "structure": FREE, "chain": chain,
+            "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
+            "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
+            "thrusters": {f"t{k}": {"x": x, "y": y, "angle_deg": a} for k, (x, y, a) in places},
+            "allocation": {"scheme": "moore-penrose", "limit": 1.0},
+        }  # fmt: skip
+        return vehicle_from(content, "boat")
+
+
+SMALL = Hull(CROSS, 2.0, (4.0, 5.5, 0.06), (1.5, 3.0, 0.05), (6.0, 14.0, 0.03))  # quick in yaw
+TUG = [(-0.35, 0.2, 0.0), (-0.35, -0.2, 0.0), (0.35, 0.0, 90.0)]  # the third is its bow thruster
+MIDDLE = Hull(CORNERS, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
+BOWED = Hull(TUG, 8.0, (11.0, 15.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
+
+
+def sticks(rng: np.random.Generator, seconds: float) -> Array:
+    """F_u, F_v, F_r (n, 3) at every tick: pulses of one axis or all, pauses between."""
+    out = np.zeros((round(seconds / TICK), 3))
+    t = 2.0
+    while t < seconds - 2.0:
+        hold = rng.uniform(0.5, 3.0)
+        pulse = rng.uniform(-1.0, 1.0, 3) * rng.uniform(0.4, 1.0)
+        if rng.random() > 0.3:
+            pulse = np.zeros(3)
+            pulse[rng.integers(3)] = rng.choice([-1.0, 1.0]) * rng.uniform(0.15, 1.0)
+        out[round(t / TICK) : round(min(t + hold, seconds - 2.0) / TICK)] = pulse
+        t += hold + (rng.uniform(0.0, 2.0) if rng.random() < 0.7 else 0.0)
+    return out
+
+
+def driven(
+    hull: Hull,
+    chain: dict[str, object] | list[dict[str, object]],
+    *,
+    seed: int,
+    push: Unmodelled | None = None,
+    white: float,
+    lasting: tuple[float, float] | None = None,
+    rate: float = 12.0,
+    seconds: float = 120.0,
+    drives: int = 2,
+) -> tuple[Vehicle, list[Recording]]:
+    """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s]."""
+    true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
+    names, values = true.structure.coefficients, hull.coefficients
+    theta = np.array([values[n] for n in names])
+    none = np.zeros((len(names) + len(true.constants.names),) * 2)
+    boat = Model(
+        true, theta, none, true.constants.values, Integration("runge-kutta", STEP),
+        NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
+    )  # fmt: skip
+    found = []
+    for k in range(drives):
+        rng = np.random.default_rng([seed, k])
+        command = sticks(rng, seconds)
+        plant = PushedPlant(boat, push, np.random.default_rng([seed, k, 1]))
+        plant.state = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0])
+        states = np.zeros((len(command), 6))
+        for i, row in enumerate(command):
+            plant.advance_to(i * TICK)
+            states[i] = plant.state
+            plant.command(i * TICK, np.ascontiguousarray(row))
+        t = np.arange(0.1, seconds - 0.1, 1.0 / rate)
+        at = np.round(t / TICK).astype(int)
+        eta = states[at, :3] + white * rng.normal(size=(len(at), 3))
+        if lasting is not None:
+            size, memory = lasting
+            stays = np.exp(-TICK / memory)
+            error = np.zeros((len(command), 3))
+            error[0] = rng.normal(size=3)
+            for i in range(1, len(command)):
+                error[i] = stays * error[i - 1] + np.sqrt(1.0 - stays**2) * rng.normal(size=3)
+            eta = eta + size * error[at]
+        stamps = np.round(1e9 * TICK * np.arange(len(command))).astype(np.int64)
+        commands = Signal(true.inputs, stamps, command)
+        found.append(make_recording(f"r{k + 1}", stamps[at], eta, commands))
+    return hull.vehicle([]), found

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: MIT
+"""Programs in C++ that tests run: one CMake tree, under the sanitizers; whoever needs one first builds it."""
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BIN = Path(sys.executable).parent
+BUILD = ROOT / "build" / "sanitized"
+CORE, NODES = BUILD / "core" / "tests", BUILD / "ros" / "common" / "tests"
+
+
+def run(*command: str) -> str:
+    """What it prints; the virtual environment's programs are found first."""
+    path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, (
+        f"{' '.join(command)}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
+    )
+    return done.stdout
+
+
+def needs(*programs: str, yaml: bool = False) -> None:
+    """Skip where one of them is not installed."""
+    for program in programs:
+        if shutil.which(program, path=f"{BIN}{os.pathsep}{os.environ['PATH']}") is None:
+            pytest.skip(f"no {program}")
+    if yaml and not Path("/usr/include/yaml-cpp/yaml.h").exists():
+        pytest.skip("libyaml-cpp-dev is not installed")
+
+
+@contextmanager
+def _alone(name: str):
+    """One process at a time."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def built(target: str) -> Path:
+    """A program of `core/tests` or `ros/common/tests`."""
+    folder = CORE if target in ("core_tests", "onboard") else NODES
+    needs("cmake", "c++", yaml=folder == NODES)
+    with _alone("configure"):
+        run(
+            "cmake", "-S", ".", "-B", str(BUILD), "-G", "Unix Makefiles",
+            "-DSEATRIAL_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug",
+        )  # fmt: skip
+    with _alone(target):
+        run("cmake", "--build", str(BUILD), "--parallel", "2", "--target", target)
+    return folder / target
