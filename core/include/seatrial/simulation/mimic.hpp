@@ -217,7 +217,7 @@ class Mimic {
     return true;
   }
 
-  /// The boat's velocity, ahead by the carrier's lag, as seen from the carrier, and the way back.
+  /// The boat's velocity, ahead by the carrier's lag, in the carrier's frame, and the correction.
   void lead(bool seen, double* wanted) const {
     const double* x = plant_.state();
     double rate[kStates];
