@@ -21,10 +21,10 @@ from seatrial.util.frames import Array, frozen_array
 
 ADVICE = {
     1: "no pose of the carrier: its drift is not corrected; check its odometry",
-    2: "the boat is faster than the carrier may be: it falls behind; drive slower, or raise the limit",
-    4: "the boat speeds up faster than the carrier may: it falls behind for a while",
-    8: "the carrier is too far from the virtual boat, and stopped: start anew with it in place",
-    16: "commands are silent: the virtual boat's thrusters are off",
+    2: "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the limit",
+    4: "the boat exceeds the carrier's acceleration limit: it lags behind for a while",
+    8: "the carrier is too far from the virtual boat and is stopped: put it in place and restart",
+    16: "no valid command: the virtual boat's thrust is zero",
     32: "the model diverges: the carrier is stopped; identify it again",
 }
 
