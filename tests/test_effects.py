@@ -7,7 +7,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length, make_model
+from conftest import at_length, make_model, on_request
 from survey_boat import LAG, LATENCY, TRUTH, boat, pulses
 from test_model import frd
 
@@ -108,7 +108,7 @@ def test_lever_arm_and_currents_are_found_with_the_boat(known):
         assert model.with_vehicle(vehicle.with_lever(stated)).vehicle.lever == stated
 
 
-@pytest.mark.parametrize("axes", [at_length(Axes.FLU), Axes.FRD])
+@pytest.mark.parametrize("axes", [on_request(Axes.FLU), at_length(Axes.FRD)])
 def test_a_file_whose_lever_arm_was_corrected_does_not_bring_it_back(known, axes, tmp_path):
     """`validate --vehicle V` with the file that the model was identified with; another sensor's is its own."""
     _, vehicle, recordings = known

@@ -127,6 +127,7 @@ def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     assert {finding.values["cause"] for finding in found} == {"change"}
 
 
+@pytest.mark.system
 def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
     """Swinging by 4 mm within a second: far ahead that is drowned in what a strong force makes."""
     plan = plan_of(Unmodelled(share=0.15, correlation=2.0))
@@ -180,6 +181,7 @@ def test_what_stencils_miss_between_rare_poses_is_in_the_floor(af, seconds):
     assert rms[2] > 3e-3  # noise alone would make a tenth of it
 
 
+@pytest.mark.system
 def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boat(af):
     """One pose ahead, half a second, errors of filter and reference are in part the same."""
     plan = plan_of(seed=3)

@@ -155,6 +155,7 @@ def test_a_reference_beyond_the_wall_is_followed_up_to_it(controller):
     assert np.abs(states[:, 1]).max() > POOL[1] / 2 - 0.05
 
 
+@pytest.mark.system
 def test_noisy_poses_along_a_wall_leave_no_programme_unsolved(controller):
     def beyond(t):
         return circle(t, radius=0.9, period=60.0)
@@ -312,6 +313,7 @@ def test_without_casadi_it_says_what_to_install(truth, monkeypatch):
         Nmpc(truth)
 
 
+@pytest.mark.system
 def test_the_example_follows_its_course():
     script = ROOT / "examples" / "nmpc.py"
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)

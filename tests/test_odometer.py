@@ -35,6 +35,7 @@ def test_odometry_counts_and_looks(known):
         odometer.command(0, [1.0])
 
 
+@pytest.mark.system
 def test_the_heading_in_odom_is_as_far_off_as_it_says():
     off, said = [], []
     for seed in (5, 6):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import ROOT, make_model
+from conftest import ROOT, at_length, make_model
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom, chi2
@@ -31,7 +31,7 @@ def known() -> seatrial.Model:
     return model(EXACT, SEED)
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", [EXACT, at_length(PUSHED)])
 def test_velocity_is_five_times_nearer_to_the_truth_than_the_stencils(scene):
     stencil, past, ours = (wrong for _, wrong in accuracy.velocity(scene))
     assert np.all(5.0 * ours < stencil)
@@ -59,6 +59,7 @@ def test_a_current_that_the_model_knows_nothing_of_overrules_it_and_is_followed_
     assert np.sqrt(np.mean(got.velocity[late, :2] ** 2)) < (0.01 if any(current) else 1e-4)  # [m/s]
 
 
+@pytest.mark.system
 def test_the_covariance_is_right_with_an_identified_model():
     found = np.concatenate([consistency.nees(PUSHED, seed) for seed in consistency.SEEDS[:3]])
     n = len(found)

@@ -87,6 +87,7 @@ def test_what_only_one_recording_tells_is_said_of_the_file(mp, driven):
     assert "at odds" not in report.findings[0].text
 
 
+@pytest.mark.system
 def test_identify_names_it(mp, driven):
     model = identify([driven["S1"], driven["S2"], turned(driven["S3"], -1, -1, -1)], mp)
     assert any("S3-MP contradicts" in said for said in model.warnings)

@@ -6,6 +6,7 @@ import re
 import shlex
 import sys
 
+import pytest
 import yaml
 from test_docs import ROOT, blocks
 
@@ -38,6 +39,7 @@ def test_the_reference_is_what_the_program_says():
         assert words in text
 
 
+@pytest.mark.system
 def test_the_tutorial_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shown = []

@@ -158,6 +158,7 @@ def disturbed(model):
     return model.findings_of(FindingKind.DISTURBED_INTERVAL)
 
 
+@pytest.mark.system
 def test_a_boat_that_is_carried_is_named_with_what_leaves_it_out(handled, with_hand):
     (finding,) = disturbed(with_hand)
     said, name = finding_text(finding), handled[1].name
@@ -188,6 +189,7 @@ def test_without_it_the_model_is_as_good_as_ever(handled, with_hand, paper_mp_mo
     assert end == pytest.approx(handled[1].duration, abs=1e-3)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("size", [0.2, 1.0])
 def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_not(
     paper_mp, mp, size
@@ -213,6 +215,7 @@ def test_recordings_without_a_hand_have_no_such_note(paper_mp_model):
     assert disturbed(paper_mp_model) == ()
 
 
+@pytest.mark.system
 def test_what_a_poor_structure_does_not_explain_is_no_hand(cse1, cse1_vehicle):
     model = seatrial.identify([cse1["run1"]], cse1_vehicle)
     assert model.findings_of(FindingKind.MODEL_MISMATCH)
