@@ -144,7 +144,7 @@ def test_where_nothing_tells_of_a_corner_only_the_pushes_frame_is_asked(found, m
         asked.append(problem.earth_fixed)
         raise IdentificationError("not likelier")
 
-    monkeypatch.setattr(subject, "descend", note)
+    monkeypatch.setattr(subject, "descend_below", note)
     at = Point(found.theta, found.noise, found.runs)
     assert is_white(at)
     assert not at.runs.problem.earth_fixed

@@ -157,7 +157,7 @@ def test_a_boat_that_stays_where_it_is_is_refused_by_its_name(pool, tmp_path, ca
     (tmp_path / "S7" / "poses.csv").write_text("\n".join([head, *still]) + "\n")
     code, _, err = identified(capsys, tmp_path / "S7", pool, tmp_path)
     assert code == 1
-    assert "the boat stays where it is, but for noise, whatever it is commanded" in err
+    assert "the boat is commanded but moves no more than its pose noise" in err
 
 
 def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):

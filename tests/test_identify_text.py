@@ -61,8 +61,8 @@ def test_the_summary_is_a_screenful_with_a_verdict_on_every_line(model):
     text = summary(model)
     lines = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
     assert set(lines) == set(model.parameters)
-    assert lines["X_u"].split("1/s")[1].strip() == "usable"
-    assert lines["N_F"].endswith("sharp")
+    assert lines["X_u"].split("1/s")[1].strip() == "usable (15 %)"
+    assert lines["N_F"].endswith("sharp (1 %)")
     assert (
         "latency and lag can't be told apart (-1.00): their sum is 0.1000 ± 0.0010 s, sharp" in text
     )

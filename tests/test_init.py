@@ -211,7 +211,7 @@ def test_a_joypad_that_speaks_only_when_it_is_moved_is_noticed(log, tmp_path, pr
         command_arrival=log.command_arrival[kept],
     )  # fmt: skip
     _, text = propose(changed.write(tmp_path / "pool.bag"))
-    assert "Commands are written only when they change, so the last one holds" in text
+    assert "Commands are recorded only when they change, so the last one holds" in text
     assert "while it changes" in text
     _, text = propose(log.write(tmp_path / "steady.bag"))
     assert "only when they change" not in text
@@ -250,4 +250,4 @@ def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsy
     np.savetxt(path, thrusters, delimiter=",", header="t,fl,fr,rl,rr", comments="")
     said = refused(capsys, path.parent, "-o", tmp_path / "vehicle.yaml")
     assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
-    assert "thrusters: and where they are" in said
+    assert "thrusters: and their positions" in said

@@ -138,7 +138,7 @@ def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path, tmp_
     for process in (joypad, mimic, recorder):
         ros.finish(process, signal.SIGINT)
     said = [m.status[0].message for _, m in messages(tmp_path / "slow.bag", "/diagnostics")]
-    words = r"faster than the carrier may be.*\(asked ([\d.]+) m/s, \S+ rad/s; at most 0\.02, 2\)"
+    words = r"exceeds the carrier.s speed limit.*\(commanded ([\d.]+) m/s, \S+ rad/s; at most 0\.02, 2\)"
     asked = [float(found[1]) for text in said if (found := re.search(words, text))]
     assert asked
     assert all(0.02 < a < 1.0 for a in asked)

@@ -179,7 +179,7 @@ def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
     _, going = recorded
     assert "success: True" in going.answer
     said = going.process.said.read_text()
-    assert said.count("reloaded") == 2
+    assert said.count(": reloaded") == 2
 
 
 def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):

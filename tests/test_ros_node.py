@@ -267,7 +267,9 @@ def test_a_vehicle_without_topics_is_said(program, model, tmp_path):
     mapping = known.vehicle.to_mapping()
     del mapping["commands"]["topic"]
     seatrial.save(replace(known, vehicle=vehicle_from(mapping, "bare")), tmp_path / "m.yaml")
-    with pytest.raises(RuntimeError, match="says no topic for F_u; write it into the vehicle file"):
+    with pytest.raises(
+        RuntimeError, match="names no topic for F_u; write it into the vehicle file"
+    ):
         play(program, [], model=tmp_path / "m.yaml")
     assert play(program, [], model=tmp_path / "m.yaml", command_topic="/joy")
     del mapping["pose"]["topic"]

@@ -288,12 +288,12 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
     recording = read_all([table], vehicle)[0]
     poses = import_module("seatrial.inspection.consistency.pose_units")
     found = []
-    for size, least in ((0.5, poses.RADIANS), (5.0, poses.RADIANS), (5.0, 0.0)):
+    for size, least in ((0.5, poses.RADIAN_RANGE), (5.0, poses.RADIAN_RANGE), (5.0, 0.0)):
         raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]
         moved = make_recording("drift", recording.stamps, raw, recording.commands)
         run = read_run(moved, moved.commands)
         with monkeypatch.context() as patch:
-            patch.setattr(poses, "RADIANS", least)
+            patch.setattr(poses, "RADIAN_RANGE", least)
             # degrees fit clearly better: they are not refused, then taken
             patch.setattr(poses, "clearly_better", Mock(side_effect=[False, True]))
             found.append(poses.heading_unit([run], vehicle, (1.0, 1.0))[0])

@@ -155,7 +155,7 @@ def test_what_the_data_do_not_hold_is_refused_in_words():
     ]
     with pytest.raises(RecordingError, match="surge is never excited"):
         weak_form(dead, boat)
-    with pytest.raises(IdentificationError, match=r"stretches .* record longer"):
+    with pytest.raises(IdentificationError, match=r"blocks of recordings .* record longer"):
         weak_form([r.cut(20, 60) for r in recordings], boat)
     content = boat.to_mapping()
     lines = dict(boat.structure.lines())

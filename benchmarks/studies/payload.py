@@ -20,7 +20,7 @@ import seatrial
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.prior import widened
 from seatrial.recording.recording import Recording

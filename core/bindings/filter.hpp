@@ -117,7 +117,7 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
 std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
                                                 Vector noise, double outlier, unsigned active) {
   require(first.transition.size() + 1 == series.time.size(),
-          "the poses of a first pass that was not forgotten");
+          "the poses of a first run that kept its transitions");
   const NoiseParameters believed = make_noise(noise);
   NoiseDerivatives pass;
   {
@@ -132,7 +132,7 @@ std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Se
 
 double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier) {
   require(first.transition.size() + 1 == series.time.size(),
-          "the poses of a first pass that was not forgotten");
+          "the poses of a first run that kept its transitions");
   const NoiseParameters believed = make_noise(noise);
   nb::gil_scoped_release released;
   return repeated(first, series.poses, believed, outlier, series.start);

@@ -77,7 +77,7 @@ void bind_tracking(nb::module_& m) {
           "allocator"_a.none(),
           "allocator: for inputs that are the thrusters; without it the boat's own allocation.")
       .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
-           "Commands (inputs,), and what became of the call.")
+           "Commands (inputs,), and the status of the call.")
       .def("forget", &Tracker::forget)
       .def_prop_ro(
           "integral",

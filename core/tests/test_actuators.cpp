@@ -253,7 +253,7 @@ TEST_CASE("a pair's slopes equal central differences for every constant") {
   }
 }
 
-TEST_CASE("what is no whole pair is told apart from one") {
+TEST_CASE("an incomplete pair is distinguished from a pair") {
   CHECK(pairs_are_whole(kPaired));
   CHECK(pairs_are_whole(kFull));
   const auto broken = [](auto change) {

@@ -92,7 +92,7 @@ TEST_CASE("always forward is Table I and Eq. (11), where no curve is known") {
   CHECK(worst.value() < 1e-15);
 }
 
-TEST_CASE("every scheme gives the wrench asked, through the curves and within the limits") {
+TEST_CASE("every scheme gives the requested wrench, through the curves and within the limits") {
   for (const AllocatorScheme scheme : kSchemes) {
     Allocator a(mallard(scheme));
     REQUIRE(a.fault() == AllocatorFault::kOk);
@@ -205,7 +205,7 @@ TEST_CASE("three thrusters have no null space: their sides change, with hysteres
   for (int k = 0; k < 3; ++k) CHECK(f[k] == 0.08);
 }
 
-TEST_CASE("at the limits yaw is served first where it is told so, and directions stay otherwise") {
+TEST_CASE("at the limits yaw has priority where configured, and directions stay otherwise") {
   AllocatorSetup s = mallard(AllocatorScheme::kMoorePenrose);
   const double wrench[3] = {1.6, 0.8, 1.2};
   double f[kMaxActuators];
@@ -274,7 +274,7 @@ TEST_CASE("a wrench that is not a number stops all thrusters, and nothing asks f
   CHECK(allocations == before);
 }
 
-TEST_CASE("the inverse of a curve undoes it, and waits at the edge where no thrust is asked") {
+TEST_CASE("the inverse of a curve undoes it, and waits at the edge where no thrust is requested") {
   Chain chain;
   chain.allocation.n_actuators = 2;
   chain.n_constants = 5;

@@ -30,7 +30,7 @@ PredictorState begun(const OnboardModel& m) {
   return now;
 }
 
-/// Whether the correlated errors are believed as at the start, but for links to the pose.
+/// Whether the coloured noise is as at the start, but for its correlation with the pose.
 bool colour_is_new(const OnboardModel& m, const StateEstimate& b) {
   for (int i = 0; i < kPose; ++i) {
     const int c = kFilterStates + i;
@@ -46,7 +46,7 @@ bool colour_is_new(const OnboardModel& m, const StateEstimate& b) {
 
 }  // namespace
 
-TEST_CASE("many poses at once tell as much as their white errors; what is correlated is left") {
+TEST_CASE("many poses at one time average out the white noise; the coloured noise remains") {
   const OnboardModel m = coloured_model();
   PredictorState now = begun(m);
   constexpr int kPoses = 400;
@@ -62,7 +62,7 @@ TEST_CASE("many poses at once tell as much as their white errors; what is correl
   CHECK(onboard::positive(b.p, b.n));
 }
 
-TEST_CASE("the first pose is believed as far as one pose goes") {
+TEST_CASE("the first pose has the uncertainty of one pose") {
   for (const OnboardModel& m : {coloured_model(), swinging_model()}) {
     const StateEstimate b = begun(m).state;
     CHECK(b.n == (m.boat.noise.oscillating() ? kOscillatingStates : kColouredStates));
@@ -118,7 +118,9 @@ TEST_CASE("a heading that is lost, and a model that ran away, begin them anew, t
   }
 }
 
-TEST_CASE("of a pose's own covariance the white part is what the model leaves; correlations stay") {
+TEST_CASE(
+    "of a pose's own covariance the white part is what the coloured noise leaves; correlations "
+    "stay") {
   NoiseParameters n;
   n.position = 0.002;
   n.heading = 0.001;
@@ -145,7 +147,7 @@ TEST_CASE("of a pose's own covariance the white part is what the model leaves; c
   CHECK(onboard::positive(noise));
 }
 
-TEST_CASE("a pose that brings the model's own total counts as one that brings nothing") {
+TEST_CASE("a pose with the model's own covariance counts as one without") {
   const OnboardModel m = coloured_model();
   auto plain = std::make_unique<Predictor>(m);
   auto told = std::make_unique<Predictor>(m);

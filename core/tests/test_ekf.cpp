@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSizes[] = {kFilterStates, kColouredStates, kOscillatingStates};
 
-/// A boat under way, believed with a covariance that links all n states.
+/// A moving boat with a covariance in which all n states are correlated.
 StateEstimate under_way(std::uint64_t seed, int n = kFilterStates) {
   Random random(seed);
   StateEstimate b;
@@ -168,7 +168,7 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
   CHECK(added(8, 8) == doctest::Approx(0.07 * 0.07 * (1.0 - std::exp(-2.0 * kStep / 2.0))));
 }
 
-TEST_CASE("correlated errors lag_decay and renew themselves, and no step moves the boat by them") {
+TEST_CASE("coloured pose noise decays and is renewed, and does not move the boat") {
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise.colour_position = 0.006;
   b.noise.colour_heading = 0.003;
@@ -191,7 +191,8 @@ TEST_CASE("correlated errors lag_decay and renew themselves, and no step moves t
   CHECK(onboard::same_bits(renewed.x, faded.x, kFilterStates));
 }
 
-TEST_CASE("errors that swing keep their size, are not linked to their other sides, and turn") {
+TEST_CASE(
+    "oscillating pose noise keeps its variance and rotates, uncorrelated with its quadrature") {
   const double memory = 4.0;
   const double turn = 2.5;
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
@@ -283,7 +284,8 @@ TEST_CASE("a correction is Bayes' rule: information adds up") {
   }
 }
 
-TEST_CASE("an outlier moves the state as far as one at the limit, and is worth as much less") {
+TEST_CASE(
+    "an outlier moves the state as far as one at the limit, and reduces the covariance less") {
   for (const int n : kSizes) {
     const StateEstimate before = under_way(7, n);
     const auto moved = [&](double far, StateEstimate& b) {

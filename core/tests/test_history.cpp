@@ -24,7 +24,7 @@ TEST_CASE("rows stand in the order of their stamps, whatever order they came in"
   CHECK(h.next(2.5, 0.5) == std::numeric_limits<double>::infinity());
 }
 
-TEST_CASE("a row that times out leaves nothing in force, at the time that was foretold") {
+TEST_CASE("a row expires at the time that was predicted") {
   History<8, 1> h(1, 0.3);
   const double one = 1.0;
   CHECK(h.insert(0.1, &one));

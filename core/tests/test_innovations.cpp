@@ -21,7 +21,7 @@ constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-
 /// And swing.
 constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
                                        2.0,  3e-3, 2e-3, 1.5,  4.0};
-/// The same where the heading is known, so that the spread does not depend on the way gone.
+/// The same where the heading is known, so that the covariance does not depend on the path.
 constexpr NoiseParameters kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 0.0};
 constexpr NoiseParameters kStraightColoured{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
                                             2.0,  3e-3, 1e-6, 0.3,  0.0};
@@ -67,7 +67,7 @@ TEST_CASE("where all is linear the cost is the parabola that gradient and inform
   }
 }
 
-TEST_CASE("errors that are correlated by next to nothing cost what none do") {
+TEST_CASE("coloured pose noise of nearly zero variance costs what none does") {
   NoiseParameters noise = kWhite;
   const double none = mallard_run().pass(noise).cost;
   noise.colour_position = noise.colour_heading = 1.001 * kNoColour;
@@ -108,7 +108,7 @@ TEST_CASE("the score of a block is the sum of its poses'") {
   CHECK(worst.value() < 1e-9);
 }
 
-TEST_CASE("a pass that is repeated with the same noise is the same") {
+TEST_CASE("a run that is repeated with the same noise is the same") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
     const FilterRun first = run.pass(noise);
@@ -117,7 +117,7 @@ TEST_CASE("a pass that is repeated with the same noise is the same") {
   }
 }
 
-TEST_CASE("with other noise the repeated pass is a full one's where all is linear") {
+TEST_CASE("with other noise the repeated run is a full one where all is linear") {
   const Run run = linear_run();
   const FilterRun first = run.pass(kStraight);
   for (const int i : {0, 2, 4, 6, 7, 9}) {  // the others are of the heading
@@ -129,7 +129,7 @@ TEST_CASE("with other noise the repeated pass is a full one's where all is linea
   }
 }
 
-TEST_CASE("slopes to the noise are the cost's differences") {
+TEST_CASE("derivatives to the noise are the cost's differences") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
     const FilterRun first = run.pass(noise);
@@ -153,7 +153,7 @@ TEST_CASE("slopes to the noise are the cost's differences") {
   }
 }
 
-TEST_CASE("a pose that is far off is believed less, and costs less than its square") {
+TEST_CASE("an outlier has less weight, and costs less than its square") {
   Run run = mallard_run();
   const double plain = run.pass(kWhite, 4.0).cost;
   run.eta[120] += 1.0;  // [m] x of pose 40
@@ -163,7 +163,7 @@ TEST_CASE("a pose that is far off is believed less, and costs less than its squa
   CHECK(robust.cost - plain < 0.05 * (run.pass(kWhite).cost - plain));
 }
 
-TEST_CASE("after a jump for good the filter starts anew from the pose, with the velocity it had") {
+TEST_CASE("after a permanent jump the filter restarts from the pose, with its velocity") {
   Run run = mallard_run();
   for (std::size_t k = 50; k < run.problem.time.size(); ++k) run.eta[3 * k] += 0.4;
   run.use[50] = kJumped;
@@ -174,7 +174,7 @@ TEST_CASE("after a jump for good the filter starts anew from the pose, with the 
   CHECK(std::abs(pass.innovation[153]) < 0.05);
 }
 
-TEST_CASE("after a gap the filter starts anew only where the poses jumped in it") {
+TEST_CASE("after a gap the filter restarts only where the poses jumped in it") {
   Run run = mallard_run();
   run.use[50] = kMeasured;
   const double whole = run.pass(kWhite).cost;
@@ -198,7 +198,7 @@ TEST_CASE("whole turns of the heading in a gap change nothing") {
   CHECK(run.pass(kWhite).cost == doctest::Approx(whole).epsilon(1e-9));
 }
 
-TEST_CASE("a boat that diverges is said to") {
+TEST_CASE("a divergence is reported") {
   Run run = mallard_run();
   run.problem.boat.coefficient[boats::kXu] = 4000.0;
   CHECK_FALSE(run.pass(kWhite).good);

@@ -26,7 +26,7 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-TEST_CASE("a carrier without a lag and in place is told the boat's velocity") {
+TEST_CASE("a carrier without a lag and in place gets the boat's velocity") {
   Carrier carrier;
   carrier.lag = 0.0;
   carrier.acceleration = carrier.yaw_acceleration = 1e3;
@@ -61,7 +61,7 @@ TEST_CASE("the plant's rate is the difference of its states") {
   }
 }
 
-TEST_CASE("the first pose places a boat that is under way already, and goes on from there") {
+TEST_CASE("the first pose places a boat that is already moving") {
   const auto mimic = std::make_unique<Mimic>(*boat(), Carrier{}, kForever);
   const auto free = std::make_unique<Mimic>(*boat(), Carrier{}, kForever);
   const double command[3] = {0.5, 0.0, 0.3};

@@ -129,7 +129,7 @@ TEST_CASE("odom does not jump where the map does") {
   CHECK(odom_step < 0.05);
 }
 
-TEST_CASE("poses of a point that is not the origin, with the arm told, are those of the origin") {
+TEST_CASE("poses of a point off the origin, with its lever arm, are those of the origin") {
   const double lever[2] = {0.4, -0.25};
   auto there = fresh(lever);
   auto here = fresh();
@@ -220,7 +220,7 @@ TEST_CASE("the arm's part of the covariance is that of many poses") {
   }
 }
 
-TEST_CASE("the same model read again changes little, and the way goes on") {
+TEST_CASE("a reload of the same model changes little, and odom continues") {
   auto o = fresh();
   const auto inputs = onboard::drive(21, 40.0);
   for (const Input& in : inputs) {

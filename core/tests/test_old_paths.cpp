@@ -48,6 +48,10 @@
 #include "seatrial/way.hpp"
 
 TEST_CASE("a program of release 0.1 finds its headers under their old paths") {
-  static_assert(seatrial::kStates == 6);                     // step.hpp
+  static_assert(seatrial::kStates == 6);  // step.hpp
+  static_assert(sizeof(seatrial::DrivenBoat) == sizeof(seatrial::OnboardBoat));
+  static_assert(sizeof(seatrial::Trace) == sizeof(seatrial::ThrustTrace));
+  const seatrial::MotionNoise noise;
+  CHECK(noise.memory == 2.0);
   CHECK(seatrial::wrap(7.0) == doctest::Approx(0.7168146));  // frames.hpp
 }

@@ -77,7 +77,7 @@ std::vector<double> stamps(int n) {
 
 }  // namespace
 
-TEST_CASE("a plant that is driven live goes where the recording of its commands goes") {
+TEST_CASE("a plant that is driven live moves as one that replays its commands") {
   const Script script = boats::random_script(70, 40, 3, 0.0, -1.0, 1.0);
   for (const Scheme scheme : {Scheme::kMoorePenrose, Scheme::kAlwaysForward}) {
     for (const bool lag : {true, false}) {
@@ -87,7 +87,7 @@ TEST_CASE("a plant that is driven live goes where the recording of its commands 
   }
 }
 
-TEST_CASE("a plant with pairs of commands goes where the recording goes") {
+TEST_CASE("a plant with pairs of commands moves as one that replays them") {
   const Script script = boats::random_script(74, 40, 4, 0.0, -1.2, 1.2);
   Twin twin(boats::paired_chain(), boats::paired_constants());
   CHECK(worst_against_recording(twin, script, stamps(110)) < 1e-9);
@@ -157,7 +157,7 @@ TEST_CASE("a negative latency counts as none: a plant can't know a command befor
   CHECK(prompt.plant->state()[3] > 0.01);
 }
 
-TEST_CASE("a command that comes too late, out of order, or never is refused") {
+TEST_CASE("a command that is too late, out of order, or of no finite time is refused") {
   Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.0, 0.0};
@@ -215,7 +215,8 @@ TEST_CASE("a plant never goes back in time, and not to a time that is none") {
   CHECK(plant.time() == 1.0);
 }
 
-TEST_CASE("a plant that runs away, or is told what is no number, says so and does not hang") {
+TEST_CASE(
+    "a plant that diverges, or gets an input that is no number, reports it and does not hang") {
   Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
   twin.boat.coefficient[boats::kXuu] = 40.0;
   twin.boat.coefficient[boats::kXu] = 5.0;

@@ -121,7 +121,7 @@ TEST_CASE("and where pose errors are correlated") {
   }
 }
 
-TEST_CASE("the past is not touched by what comes later") {
+TEST_CASE("later inputs do not change the past") {
   const std::vector<Input> inputs = troubled(17, 9.0);
   auto p = fresh();
   auto q = fresh();
@@ -136,7 +136,7 @@ TEST_CASE("the past is not touched by what comes later") {
   }
 }
 
-TEST_CASE("without poses it goes where the plant goes: one step, one chain, one latency") {
+TEST_CASE("without poses it moves as the plant: one step, one chain, one latency") {
   const std::vector<Input> inputs = drive(3, 12.0);
   const OnboardModel m = onboard::model();
   auto p = fresh(m);
@@ -234,7 +234,7 @@ TEST_CASE("correlated pose errors are not taken for motion, nor for news") {
   }
 }
 
-TEST_CASE("nothing is asked of the heap, whatever comes in") {
+TEST_CASE("no input makes it allocate on the heap") {
   const auto inputs = late(troubled(5, 20.0), 6, 0.5);
   auto p = fresh();
   const long before = allocations;

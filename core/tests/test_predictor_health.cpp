@@ -186,7 +186,8 @@ TEST_CASE("false matches that don't agree with each other never overrule it") {
   CHECK(away(e, sea.truth()) < 0.1);
 }
 
-TEST_CASE("without poses it goes on by the model, ever less sure, and finds back") {
+TEST_CASE(
+    "without poses it predicts by the model with growing covariance, and recovers with the next") {
   auto p = fresh();
   Sea sea(31);
   until(*p, sea, 10.0);
@@ -210,7 +211,7 @@ TEST_CASE("without poses it goes on by the model, ever less sure, and finds back
   CHECK(away(e, sea.truth()) < 0.01);
 }
 
-TEST_CASE("what is not a number changes nothing, and is said") {
+TEST_CASE("an input that is not a number changes nothing and is reported") {
   auto p = fresh();
   auto q = fresh();
   Sea sea(41);
@@ -290,7 +291,8 @@ TEST_CASE("commands hold, then are zero, as the vehicle file says") {
   CHECK(p->at(1.0 + 20.0).velocity[0] < p->at(3.0).velocity[0]);
 }
 
-TEST_CASE("stamps: too late is refused, a leap is doubted, a clock set back is followed") {
+TEST_CASE(
+    "stamps: late ones are refused, a jump needs a second one, a clock set back is followed") {
   auto p = fresh();
   Sea sea(51);
   until(*p, sea, 5.0);
@@ -302,12 +304,12 @@ TEST_CASE("stamps: too late is refused, a leap is doubted, a clock set back is f
   until(*p, sea, 7.0);
   CHECK_FALSE(has(p->at(p->newest()), kBadInput));
   CHECK(away(p->at(p->newest()), sea.truth()) < 0.01);
-  // after half a minute of nothing the second input is believed, and the first with it
+  // after half a minute without inputs the second one is used, and the first with it
   CHECK(p->command(37.0, still) == Taken::kAhead);
   CHECK(p->command(37.01, still) == Taken::kUsed);
   CHECK(p->newest() == 37.01);
   CHECK_FALSE(has(p->at(p->newest()), kNoPose));
-  // after an hour it begins anew
+  // after an hour it restarts
   CHECK(p->command(3637.0, still) == Taken::kAhead);
   CHECK(p->command(3637.01, still) == Taken::kUsed);
   CHECK(has(p->at(p->newest()), kNoPose));
@@ -341,7 +343,7 @@ TEST_CASE("outside the speeds and commands of the recordings it says so") {
   CHECK(has(p->at(3.0), kOutsideSpeeds));
 }
 
-TEST_CASE("a model that runs away is caught, said, and begun anew at the next pose") {
+TEST_CASE("a divergence is caught and reported, and the filter restarts at the next pose") {
   OnboardModel m = onboard::model();
   m.boat.coefficient[boats::kXuu] = 40.0;
   auto p = fresh(m);
@@ -362,7 +364,7 @@ TEST_CASE("a model that runs away is caught, said, and begun anew at the next po
   CHECK_FALSE(has(p->at(29.99), kNoPose));
 }
 
-TEST_CASE("more than there is room for is refused, and said") {
+TEST_CASE("inputs beyond the capacity are refused and reported") {
   auto p = std::make_unique<BasicPredictor<16, 32>>(onboard::model());
   const double eta[kMaxCommands] = {};
   int refused = 0;

@@ -39,7 +39,7 @@ double product(const StateEstimate& b, int i, int j) {
 
 }  // namespace
 
-TEST_CASE("what a cause does is what boats of other coefficients do") {
+TEST_CASE("the effect of a principal error is that of other coefficients") {
   constexpr double kOff = 1e-3;
   for (const auto frame : {DisturbanceFrame::kEarth, DisturbanceFrame::kBody}) {
     const OnboardBoat boat = only_doubted(frame);
@@ -72,7 +72,7 @@ TEST_CASE("what a cause does is what boats of other coefficients do") {
   }
 }
 
-TEST_CASE("the covariance is what the causes make, where nothing else is unknown") {
+TEST_CASE("the covariance is that of the principal errors, where nothing else is uncertain") {
   const OnboardBoat boat = only_doubted(DisturbanceFrame::kEarth);
   StateEstimate state;
   for (int i = 0; i < 6; ++i) state.p[i][i] = 1e-30;
@@ -122,7 +122,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("where the boat is placed anew the causes have no part in the pose") {
+TEST_CASE("after a reset of the pose its covariance with the principal errors is zero") {
   const OnboardModel m = onboard::model();
   StateEstimate state;
   detail::reset_to_unknown(m, state);

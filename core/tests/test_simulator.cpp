@@ -78,7 +78,7 @@ TEST_CASE("random numbers are those of the standard's generator, on every machin
   CHECK(square / kDraws == doctest::Approx(1.0).epsilon(0.02));
 }
 
-TEST_CASE("a simulator goes where its plant goes, whatever its sensors and its steps are") {
+TEST_CASE("a simulator moves as its plant, whatever its sensors and steps") {
   const auto plant = boat();
   const double current[2] = {0.0, 0.0};
   const double start[3] = {0.0, 0.0, 0.0};
@@ -96,7 +96,7 @@ TEST_CASE("a simulator goes where its plant goes, whatever its sensors and its s
   CHECK_FALSE(simulator.advance_to(far()));
 }
 
-TEST_CASE("readings come by their arrival, each once") {
+TEST_CASE("readings are in order of arrival, each once") {
   const double current[2] = {0.0, 0.0};
   const double start[3] = {0.0, 0.0, 0.0};
   PoseSensor pose;

@@ -123,7 +123,7 @@ TEST_CASE("a Runge-Kutta step's sensitivities equal dual numbers, also to the st
   CHECK(worst_runge_kutta<boats::kRichSize>(boats::rich(), boats::rich_coefficients()) < 1e-11);
 }
 
-TEST_CASE("sensitivities start as the identity in the initial state, if that is asked for") {
+TEST_CASE("sensitivities start as the identity in the initial state, where that is a column") {
   Columns columns;
   columns.n_initial = kStates;
   columns.n_coefficients = 2;

@@ -186,7 +186,8 @@ TEST_CASE("too much is scaled as a whole, to what thrusters can") {
   }
 }
 
-TEST_CASE("what can't be given is not integrated, and the integral comes back at once") {
+TEST_CASE(
+    "anti-windup: beyond the limits nothing is integrated, and the integral recovers at once") {
   TrackingGains g = gains(false);
   g.limit = 1.0;
   Tracker t = tracker(g, Scheme::kMoorePenrose, 1.0);

@@ -5,7 +5,7 @@ from typing import Any
 
 from benchmarks.studies.payload import AFTER, FIRST, VEHICLE, loaded, recordings
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison import compare
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.identification.estimator import output_error
 from seatrial.identification.prior import widened
 from seatrial.recording.recording import Recording

@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/onboard/principal_errors.hpp"
+#include "seatrial_old_names.hpp"

@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/onboard/onboard_filter.hpp"
+#include "seatrial_old_names.hpp"

@@ -3,3 +3,4 @@
 // goes after the next release.
 #pragma once
 #include "seatrial/onboard/parameter_uncertainty.hpp"
+#include "seatrial_old_names.hpp"

@@ -3,3 +3,4 @@
 // the next release.
 #pragma once
 #include "seatrial/filter/innovations.hpp"
+#include "seatrial_old_names.hpp"

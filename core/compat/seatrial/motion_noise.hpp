@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/filter/noise_parameters.hpp"
+#include "seatrial_old_names.hpp"

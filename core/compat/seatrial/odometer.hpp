@@ -3,3 +3,4 @@
 // next release.
 #pragma once
 #include "seatrial/onboard/odometer.hpp"
+#include "seatrial_old_names.hpp"

@@ -3,3 +3,4 @@
 // the next release.
 #pragma once
 #include "seatrial/onboard/predictor.hpp"
+#include "seatrial_old_names.hpp"

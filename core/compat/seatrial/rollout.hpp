@@ -3,3 +3,4 @@
 // the next release.
 #pragma once
 #include "seatrial/integration/rollout.hpp"
+#include "seatrial_old_names.hpp"

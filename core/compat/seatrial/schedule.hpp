@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/integration/step_schedule.hpp"
+#include "seatrial_old_names.hpp"

@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/onboard/out_of_sequence.hpp"
+#include "seatrial_old_names.hpp"

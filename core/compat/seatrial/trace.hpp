@@ -3,3 +3,4 @@
 // after the next release.
 #pragma once
 #include "seatrial/integration/thrust_trace.hpp"
+#include "seatrial_old_names.hpp"

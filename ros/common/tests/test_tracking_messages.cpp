@@ -88,7 +88,7 @@ TEST_CASE("Commands that no message carries are refused") {
           "has no field 'data[0]'");
 }
 
-TEST_CASE("A steady turn goes on as it is") {
+TEST_CASE("A steady turn continues") {
   ros::Target target;
   CHECK_FALSE(target.known());
   target.follow(on_circle(0.0));
@@ -107,7 +107,7 @@ TEST_CASE("A steady turn goes on as it is") {
   }
 }
 
-TEST_CASE("What speeds up goes on speeding up") {
+TEST_CASE("An accelerating reference keeps accelerating") {
   const auto speeding = [](double t) {  // 0.3 m/s^2 along y, the heading kept
     ros::MotionMessage m = on_circle(t);
     m.eta[0] = 1.0;

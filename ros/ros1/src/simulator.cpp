@@ -106,7 +106,8 @@ class Shell {
     const double factor = node_.settings().real_time_factor;
     const double passed = (ros::WallTime::now() - began_).toSec();
     if (passed - node_.time() / factor > kBehind) {
-      ROS_WARN_THROTTLE(5.0, "this machine can't keep up; time goes on from here");
+      ROS_WARN_THROTTLE(
+          5.0, "the machine is too slow for real time: simulated time continues from here");
       began_ += ros::WallDuration(passed - node_.time() / factor);
       return;
     }

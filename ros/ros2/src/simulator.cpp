@@ -119,8 +119,9 @@ class Shell : public rclcpp::Node {
     const double passed = Seconds(std::chrono::steady_clock::now() - began_).count() - lost_;
     const double behind = passed - node_.time() / factor;
     if (behind > kBehind) {
-      RCLCPP_WARN_THROTTLE(get_logger(), steady_, 5000,
-                           "this machine can't keep up; time goes on from here");
+      RCLCPP_WARN_THROTTLE(
+          get_logger(), steady_, 5000,
+          "the machine is too slow for real time: simulated time continues from here");
       lost_ += behind;
       return;
     }

@@ -91,7 +91,10 @@ MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCES
 
 @dataclass(frozen=True)
 class Structure:
-    """The right-hand side of Eq. (12), or a generalisation of it."""
+    """The right-hand side of Eq. (12), or a generalisation of it.
+
+    The terms as data; the core computes them (`core/include/seatrial/model/dynamics.hpp`).
+    """
 
     name: str
     terms: tuple[Term, ...]

@@ -23,7 +23,7 @@ FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 @dataclass(frozen=True)
 class Prediction:
-    """Velocities predicted `horizon` ahead, at the instants that they are predicted for."""
+    """Velocities predicted `horizon` ahead, at the instants of the prediction."""
 
     stamps: Stamps  # (m,) [ns]
     t: Array  # (m,) the same in [s] from the recording's start
@@ -62,9 +62,9 @@ def predict(
 
     Starts and references are the stencil's velocities. `velocities` are references instead (the
     truth of a simulated trial), and starts, too, unless `starts` are given (a filter's, with their
-    deviation; those without are taken for the stencil's). `every`: poses from start to start.
-    Raises RecordingError where there is no stretch as long as the horizon, and ModelError where the
-    model runs away.
+    deviation; without one they count as the stencil's). `every`: poses from start to start.
+    Raises RecordingError where no interval is as long as the horizon, and ModelError where the
+    model diverges.
     """
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
 

@@ -111,7 +111,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """What `validate` found."""
+    """Scores of `validate`."""
 
     seatrial: str
     model: str

@@ -21,8 +21,8 @@ def validate(
 ) -> Scores:
     """Scores of the model on every recording, `horizon` [s] ahead, and at all `HORIZONS`.
 
-    With an `other` model also the table of `against`. Refuses an unstable model, and one that runs
-    away within `horizon`.
+    With an `other` model also the table of `against`. Refuses an unstable model, and one that diverges
+    within `horizon`.
     """
     axis_physics(model)
     found = assess(model, recordings, horizon)

@@ -36,6 +36,7 @@ SMOOTHER_BIAS = (
     "± covers scatter only: accelerations are smoothed and commands are not, which biases this method, "
     "latency and lag most of all."
 )
+RATED = (ParameterVerdict.SHARP, ParameterVerdict.USABLE, ParameterVerdict.WEAK)
 
 
 def caution(model: Model) -> str:
@@ -107,8 +108,10 @@ def _parameters(found: Identifiability) -> list[str]:
 
 
 def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> str:
-    """The verdict, with an upper limit where it is not distinguishable from zero, and correlated parameters."""
+    """The verdict with the relative standard error, an upper limit or correlated parameters."""
     said = found.verdict.value
+    if found.verdict in RATED:
+        said += f" ({percent(found.relative)})"
     if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
         said += f": at most {percent(found.reach)} of full thrust"
     told = {name for c in combinations if found.name in c.names for name in c.names}

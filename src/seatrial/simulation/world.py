@@ -208,9 +208,9 @@ class Simulator(SimulatedBoat):
     """One boat in a world of its own.
 
     model: a Model or the path of its file. scene, current, seed: as of `World`. sensors: by default
-    the scene file's. start: (3,) x, y [m], psi [rad]; at rest in the water. radius [m] of the disc that
-    touches. lever: (2,) [m] of the point whose pose is measured, forward and left of the origin; by default
-    where the vehicle file has it, as `Odometer` expects (`Predictor` expects the origin: (0, 0)).
+    the scene file's. start: (3,) x, y [m], psi [rad]; at rest in the water. radius [m] of the disc for
+    contact. lever: (2,) [m] of the measured point, forward and left of the origin; by default the vehicle
+    file's, as `Odometer` expects (`Predictor` expects the origin: (0, 0)).
     Raises SeatrialError.
     """
 

@@ -223,7 +223,7 @@ inline Left left_of(double x, double end) {
 
 }  // namespace detail
 
-/// The lag_decay over x = h / lag, and its derivative to x. A Runge-Kutta step has h (f0 + 4 f1 +
+/// The decay over x = h / lag, and its derivative to x. A Runge-Kutta step has h (f0 + 4 f1 +
 /// f2) / 6 of a force in its velocity and h^2 (f0 + 2 f1) / 6 in its position. However short the
 /// lag is beside the step both are exact: 1 and exp(-x / 2) would act like up to h / 6 of latency.
 inline LagDecay lag_decay(double x, LagDecay* slope = nullptr) {
@@ -237,7 +237,7 @@ inline LagDecay lag_decay(double x, LagDecay* slope = nullptr) {
   return {end, 0.5 * (6.0 * l.mean - end - 6.0 * l.moment), 12.0 * l.moment - 6.0 * l.mean + end};
 }
 
-/// What drives the boat at one instant: for each actuator where its thrust is and where it goes.
+/// Thrust at one instant: level, target and multiplier of each actuator.
 struct Thrust {
   double level[kMaxActuators] = {};       // after the lag
   double target[kMaxActuators] = {};      // what the level tends to

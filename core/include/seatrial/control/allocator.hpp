@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Thrust allocation on board, for any geometry: the wrench asked to thruster commands, through the
+// Thrust allocation on board, for any geometry: requested wrench to thruster commands, through the
 // identified curves, outside their dead zones, within their limits. No heap, no exceptions.
 #pragma once
 #include <algorithm>
@@ -43,7 +43,7 @@ struct AllocatorSetup {
                                                // first; axes of a rank keep their direction
 };
 
-/// What became of the wrench asked: share * wrench is given, unless a thruster was held.
+/// Result: share * (requested wrench) is given, unless a thruster was held.
 struct Allotment {
   bool number = true;    // false: the wrench is not a number, all commands are 0
   bool limited = false;  // some share is below 1

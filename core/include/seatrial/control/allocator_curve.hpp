@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The static curve of one thruster the other way round: which command gives the thrust asked.
+// Inverse of one thruster's static curve: the command for a thrust.
 #pragma once
 #include <algorithm>
 #include <cmath>

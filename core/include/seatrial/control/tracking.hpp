@@ -31,7 +31,7 @@ struct Reference {
   double acceleration[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2]
 };
 
-/// What became of a call.
+/// Status of a call.
 enum class Tracked : std::uint8_t {
   kFollowing,
   kLimited,   // more was asked for than the thrusters have

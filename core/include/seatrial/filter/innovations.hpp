@@ -40,10 +40,6 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
   }
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /// Jumps and restarts at pose k, before it is used.
 template <int N>
 void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
@@ -53,6 +49,15 @@ void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
   if (poses.use[k] == kBeginning) {
     filter.restart(poses.eta + at, poses.velocity + at, poses.time[k]);
   }
+}
+
+/// Update by pose k, after a jump or restart. The last three arguments are of the filter's update.
+template <int N>
+CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k,
+                          double counts = 1.0, FilterRun* terms = nullptr, int block = 0) {
+  allow_jump(filter, poses, k);
+  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k], counts,
+                       terms, block);
 }
 
 /// The upper triangle of a symmetric (p, p) from its lower.
@@ -79,53 +84,59 @@ inline void part_shares(FilterRun& out) {
   }
 }
 
+/// Room for the results of a run along n poses, with `blocks` blocks of scores.
+inline FilterRun room_for(int parameters, std::size_t n, std::size_t blocks) {
+  FilterRun out;
+  const auto p = static_cast<std::size_t>(parameters);
+  out.parameters = parameters;
+  out.information.assign(p * p, 0.0);
+  out.gradient.assign(p, 0.0);
+  out.score.assign(blocks * p, 0.0);
+  out.innovation.assign(n * kPose, std::nan(""));
+  out.spread.assign(n * 6, std::nanf(""));
+  out.state.assign(n * kFilterStates, std::nan(""));
+  out.deviation.assign(n * kAxes, std::nanf(""));
+  out.weight.assign(n, 0.0F);
+  return out;
+}
+
 template <int N>
 FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& poses,
                       const NoiseParameters& noise, double outlier, const FilterStart& start,
                       const Effects& effects, bool slopes, const double* counts, const int* block,
                       bool repeatable, bool shares) {
   LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
-  const int p = filter.parameters();
   const auto n = static_cast<std::size_t>(poses.n);
-  FilterRun out;
-  out.parameters = p;
-  out.effects = effects;
-  out.information.assign(static_cast<std::size_t>(p) * static_cast<std::size_t>(p), 0.0);
-  out.gradient.assign(static_cast<std::size_t>(p), 0.0);
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
-  out.score.assign(blocks * static_cast<std::size_t>(p), 0.0);
-  out.innovation.assign(n * kPose, std::nan(""));
-  out.spread.assign(n * 6, std::nanf(""));
-  out.state.assign(n * kFilterStates, std::nan(""));
-  out.deviation.assign(n * kAxes, std::nanf(""));
-  out.weight.assign(n, 0.0F);
+  FilterRun out = room_for(filter.parameters(), n, blocks);
+  out.effects = effects;
   out.transition.reserve(repeatable ? n : 0);
   Transition unkept;
   for (int first = 0; first < poses.n; first += kFilterChunk) {
+    // steps and forces of a part of the recording
     const int last = std::min(poses.n - 1, first + kFilterChunk);
     const StepSchedule schedule(boat, trace, poses.time, first, last, true);
     for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
+      // update by pose k
       if (poses.use[k] != kNotMeasured) {
-        allow_jump(filter, poses, k);
         const double counted = counts == nullptr ? 1.0 : counts[k];
         const CostedInnovation seen =
-            filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k],
-                          counted, &out, block == nullptr ? k : block[k]);
+            use_pose(filter, poses, k, counted, &out, block == nullptr ? k : block[k]);
         out.cost += counted * seen.cost;
         keep(seen, k, out);
       }
       keep(filter, k, out);
       if (shares && block != nullptr) take_share(block[k], out);
       if (k == poses.n - 1) break;
+      // prediction to the next pose
       if (repeatable) out.transition.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
-      if (!filter.predict(schedule, k, boat, length, repeatable ? out.transition.back() : unkept)) {
-        out.good = false;
-        return out;
-      }
+      out.good =
+          filter.predict(schedule, k, boat, length, repeatable ? out.transition.back() : unkept);
+      if (!out.good) return out;
     }
   }
-  mirror(out.information.data(), p);
+  mirror(out.information.data(), out.parameters);
   if (!out.share.empty()) part_shares(out);
   return out;
 }
@@ -161,13 +172,6 @@ inline Columns no_parameters() {
   return none;
 }
 
-/// Uses pose k, which is to be used.
-template <int N>
-CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
-  allow_jump(filter, poses, k);
-  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
-}
-
 /// From pose k to the next, if there is one, linearised about the first run.
 template <int N>
 void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
@@ -179,10 +183,6 @@ void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParamet
                         poses.time[k + 1] - poses.time[k]);
   for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.transition[at], from, passed);
 }
-
-}  // namespace detail
-
-namespace detail {
 
 template <int N>
 double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
@@ -254,56 +254,73 @@ struct NoiseColumns {
   }
 };
 
+/// Steps of the logarithms of the chosen noise parameters, for differences.
+struct NoiseSteps {
+  int n = 0;
+  int place[kNoiseParameters] = {};    // of each among all
+  double step[kNoiseParameters] = {};  // of its logarithm
+
+  NoiseSteps(const NoiseParameters& noise, unsigned active) {
+    constexpr double kStep = 0.05;
+    for (int i = 0; i < kNoiseParameters; ++i) {
+      if (((active >> i) & 1U) == 0) continue;
+      const bool turn = i == kTurnParameter;  // a resonance is sharp
+      step[n] = turn ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
+      place[n++] = i;
+    }
+  }
+
+  /// The derivatives, from the information and the costs (n) of the chosen. The slope is the
+  /// difference quotient less its second-order share.
+  void derive(const double information[kNoiseParameters][kNoiseParameters], const double* cost,
+              NoiseDerivatives& out) const {
+    for (int i = 0; i < n; ++i) {
+      const int a = place[i];
+      for (int j = 0; j <= i; ++j) {
+        out.information[a][place[j]] = out.information[place[j]][a] = information[i][j];
+      }
+      const double rise = (cost[i] - out.cost) / step[i];
+      out.gradient[a] = 0.5 * rise - 0.5 * step[i] * out.information[a][a];
+    }
+  }
+};
+
 template <int N>
 NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
                               const NoiseParameters& noise, double outlier,
                               const FilterStart& start, unsigned active) {
-  constexpr double kStep = 0.05;       // of a logarithm
-  const auto step = [&noise](int i) {  // a resonance is sharp
-    return i == kTurnParameter ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
-  };
-  NoiseDerivatives out;
-  const auto looked_at = [active](int i) { return ((active >> i) & 1U) != 0; };
-  int place[kNoiseParameters];
-  int m = 0;
-  for (int i = 0; i < kNoiseParameters; ++i) {
-    if (looked_at(i)) place[m++] = i;
-  }
+  // one filter of this noise, and one for each parameter that is moved
+  const NoiseSteps steps(noise, active);
+  const auto m = static_cast<std::size_t>(steps.n);
   const Columns none = no_parameters();
   LikelihoodFilter<N> base(none, noise, outlier, start, first.effects, false);
-  std::vector<NoiseParameters> up(static_cast<std::size_t>(m), noise);
+  std::vector<NoiseParameters> up(m, noise);
   std::vector<LikelihoodFilter<N>> moved;
-  moved.reserve(up.size());
-  std::vector<double> cost(up.size(), 0.0);
-  for (std::size_t i = 0; i < up.size(); ++i) {
-    up[i].parameter(place[i]) *= std::exp(step(place[i]));
+  moved.reserve(m);
+  for (std::size_t i = 0; i < m; ++i) {
+    up[i].parameter(steps.place[i]) *= std::exp(steps.step[i]);
     moved.emplace_back(none, up[i], outlier, start, first.effects, false);
   }
+  // side by side along the recording
+  NoiseDerivatives out;
+  double cost[kNoiseParameters] = {};
   double information[kNoiseParameters][kNoiseParameters] = {};
   NoiseColumns changes;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) {
       const CostedInnovation here = use_pose(base, poses, k);
       out.cost += here.cost;
-      for (std::size_t i = 0; i < moved.size(); ++i) {
+      for (std::size_t i = 0; i < m; ++i) {
         const CostedInnovation there = use_pose(moved[i], poses, k);
         cost[i] += there.cost;
-        changes.set(static_cast<int>(i), here, there, 1.0 / step(place[i]));
+        changes.set(static_cast<int>(i), here, there, 1.0 / steps.step[i]);
       }
-      changes.inform(m, information);
+      changes.inform(steps.n, information);
     }
     follow(&base, 1, noise, first, poses, k);
-    follow(moved.data(), moved.size(), noise, first, poses, k);
+    follow(moved.data(), m, noise, first, poses, k);
   }
-  for (int i = 0; i < m; ++i) {
-    const int a = place[i];
-    for (int j = 0; j <= i; ++j) {
-      out.information[a][place[j]] = out.information[place[j]][a] = information[i][j];
-    }
-    // the difference quotient less its second-order share
-    const double rise = (cost[static_cast<std::size_t>(i)] - out.cost) / step(a);
-    out.gradient[a] = 0.5 * rise - 0.5 * step(a) * out.information[a][a];
-  }
+  steps.derive(information, cost, out);
   return out;
 }
 

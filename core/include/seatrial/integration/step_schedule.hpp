@@ -120,7 +120,7 @@ class StepSchedule {
   }
 
   /// A break moves with its latency, a stamp does not. Where both coincide a jump's derivative is
-  /// the one from the left: the break came first.
+  /// the one from the left: the break is the earlier of the two.
   void add_sensitivities(double t0, double t1) {
     if (!(t0 < t1)) return;
     const int n = trace_.columns().n_constants;

@@ -17,8 +17,8 @@ struct Carrier {
   double acceleration = 1.5;      // [m/s^2]
   double yaw_acceleration = 6.0;  // [rad/s^2]
   double lag = 0.1;               // [s] delay and time constant together, made up for ahead
-  double gain = 2.0;              // [1/s] of the way back to the virtual boat's pose
-  double pose_timeout = 1.0;      // [s] after its last pose it is led without
+  double gain = 2.0;              // [1/s] on the error to the virtual boat's pose
+  double pose_timeout = 1.0;      // [s] age of its pose from which it runs open-loop
   double lost = 0.5;              // [m] from the virtual boat it is stopped
 };
 
@@ -63,8 +63,8 @@ inline CarrierFault fault(const Carrier& c) {
 
 /// How a velocity is to be taken, bit by bit.
 enum MimicHealth : std::uint32_t {
-  kMimicNoPose = 1,               // none yet, or too old: led without
-  kMimicSpeedLimited = 2,         // the boat is faster than the carrier can be
+  kMimicNoPose = 1,               // none yet, or too old: open-loop
+  kMimicSpeedLimited = 2,         // the boat exceeds the carrier's speed limit
   kMimicAccelerationLimited = 4,  // the boat gets faster than the carrier can
   kMimicLost = 8,                 // too far from the virtual boat: stopped
   kMimicCommandSilence = 16,      // the boat's thrusters are off until the next command
@@ -217,7 +217,7 @@ class Mimic {
     return true;
   }
 
-  /// The boat's velocity, ahead by the carrier's lag, as seen from the carrier, and the way back.
+  /// The boat's velocity, ahead by the carrier's lag, in the carrier's frame, and the correction.
   void lead(bool seen, double* wanted) const {
     const double* x = plant_.state();
     double rate[kStates];

@@ -36,21 +36,22 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, MimicSettings>> each
   visit(Parameter{"yaw_acceleration", "its highest [rad/s^2]", 0.001, 200.0},
         s.carrier.yaw_acceleration);
   visit(Parameter{"lag", "its delay and time constant together [s]", 0.0, 1.0}, s.carrier.lag);
-  visit(Parameter{"gain", "of the way back to the virtual boat's pose [1/s]", 0.0, 20.0},
+  visit(Parameter{"gain", "on the carrier's error to the virtual boat's pose [1/s]", 0.0, 20.0},
         s.carrier.gain);
-  visit(Parameter{"pose_timeout", "after its last pose it is led without [s]", 0.01, 60.0},
+  visit(Parameter{"pose_timeout", "age of the carrier's pose from which it runs open-loop [s]",
+                  0.01, 60.0},
         s.carrier.pose_timeout);
-  visit(Parameter{"lost", "so far from the virtual boat it is stopped [m]", 0.01, 100.0},
+  visit(Parameter{"lost", "distance to the virtual boat at which it is stopped [m]", 0.01, 100.0},
         s.carrier.lost);
 }
 
 /// What the flags say, in the order of their bits.
 inline constexpr const char* kMimicAdvice[] = {
     "no pose of the carrier: its drift is not corrected; check its odometry",
-    "the boat is faster than the carrier may be: it falls behind; drive slower, or raise the limit",
-    "the boat speeds up faster than the carrier may: it falls behind for a while",
-    "the carrier is too far from the virtual boat, and stopped: start anew with it in place",
-    "commands are silent: the virtual boat's thrusters are off",
+    "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the limit",
+    "the boat exceeds the carrier's acceleration limit: it lags behind for a while",
+    "the carrier is too far from the virtual boat and is stopped: put it in place and restart",
+    "no valid command: the virtual boat's thrust is zero",
     "the model diverges: the carrier is stopped; identify it again"};
 
 class MimicNode {
@@ -126,14 +127,14 @@ class MimicNode {
   }
 
  private:
-  /// A flag, and of a limit what was asked and what is allowed.
+  /// Advice of a flag; of a limit with the commanded and the allowed value.
   std::string words(std::size_t flag) const {
     const Carrier& most = settings_.carrier;
     const std::string advice = kMimicAdvice[flag];
     if (1U << flag == kMimicSpeedLimited) {
-      return advice + " (asked " + plain(std::hypot(last_.asked[0], last_.asked[1])) + " m/s, " +
-             plain(std::abs(last_.asked[2])) + " rad/s; at most " + plain(most.speed) + ", " +
-             plain(most.yaw_rate) + ")";
+      return advice + " (commanded " + plain(std::hypot(last_.asked[0], last_.asked[1])) +
+             " m/s, " + plain(std::abs(last_.asked[2])) + " rad/s; at most " + plain(most.speed) +
+             ", " + plain(most.yaw_rate) + ")";
     }
     if (1U << flag == kMimicLost) {
       return advice + " (" + plain(std::hypot(last_.mismatch[0], last_.mismatch[1])) +

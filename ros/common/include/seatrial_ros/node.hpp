@@ -119,7 +119,7 @@ class Node {
     return out;
   }
 
-  /// The model file once more. Empty: done; else, in one line, why the previous model stays in use.
+  /// Reloads the model file. Empty: done; else, in one line, why the previous model stays in use.
   std::string reload() {
     try {
       BoardModel board = load();
@@ -167,7 +167,7 @@ class Node {
     for (const Channel& c : now) own.push_back(c.topic + " " + c.field + " as " + c.name);
     if (old != own) {
       throw std::runtime_error("the new model has other " + what + ": " + joined(own) +
-                               "; expected " + joined(old) + " as before; start the node anew");
+                               "; expected " + joined(old) + " as before; restart the node");
     }
   }
 

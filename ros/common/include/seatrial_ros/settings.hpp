@@ -59,7 +59,7 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_para
                   "take the covariance of pose messages instead of the model's pose noise"},
         s.pose_covariance);
   visit(Parameter{"body_fixed_disturbance",
-                  "what the model leaves out turns with the boat (trim), instead of staying "
+                  "the disturbance is body-fixed (trim), not "
                   "earth-fixed (wind, current)"},
         s.body_fixed_disturbance);
   visit(Parameter{"current_x", "known current of the water along the map's x [m/s]", -5.0, 5.0},

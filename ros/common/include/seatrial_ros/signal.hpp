@@ -34,7 +34,7 @@ inline void expect_named(const BoardModel& board, const std::string& path) {
   for (const auto* channels : {&board.inputs, &board.scales}) {
     for (const Channel& c : *channels) {
       if (!c.topic.empty() && !c.field.empty()) continue;
-      throw std::runtime_error("the vehicle of " + path + " says no " +
+      throw std::runtime_error("the vehicle of " + path + " names no " +
                                (c.topic.empty() ? "topic" : "field") + " for " + c.name +
                                "; write it into the vehicle file (commands: {topic: /joy, "
                                "inputs: {F_u: 'axes[1]', ...}}) and identify again");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// `scene.yaml` for the simulator's node: what Python's `seatrial.simulation.load_scene(path)` reads.
+// `scene.yaml` for the simulator's node: what Python's `seatrial.simulation.load_scene(path)`
+// reads.
 #pragma once
 #include "seatrial/simulation/simulator.hpp"
 #include "seatrial_ros/model_value.hpp"

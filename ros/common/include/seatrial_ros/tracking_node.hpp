@@ -27,7 +27,7 @@ struct ConductWords {
 /// In the order of Conduct.
 inline constexpr ConductWords kConductWords[] = {
     {Diagnosis::kOk, "follows the reference"},
-    {Diagnosis::kWarn, "the reference asks for more than the thrusters have: slow it down"},
+    {Diagnosis::kWarn, "the reference needs more thrust than available: slow it down"},
     {Diagnosis::kWarn, "no reference, or too old a one: commands are zero"},
     {Diagnosis::kError, "no odometry, or too old: commands are zero; check the odometry node"},
     {Diagnosis::kError, "the pose is too uncertain: commands are zero; check that poses arrive"},

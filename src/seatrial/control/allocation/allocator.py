@@ -39,8 +39,8 @@ class AllocatorScheme(str, Enum):
 class Allocator:
     """Wrench [F_u, F_v, F_r] in forward-left-up axes and command units to thruster commands.
 
-    The wrench given is the wrench asked, through the identified curves, as long as the limits let.
-    Thrusters that change sides (see `switching`) remember theirs from one call to the next.
+    Inverts the identified curves: the wrench is the one commanded, within the limits.
+    Thrusters that change sides (see `switching`) keep theirs from one call to the next.
     """
 
     def __init__(

@@ -32,12 +32,12 @@ class Tracked(enum.IntEnum):
 
 
 class TrackingController:
-    """Feed-forward through the model, PID on what is left, in body axes.
+    """Feed-forward by the inverse model, PID on the error, in body axes.
 
-    gains: a Tuning, a GainsFile or the path of one. model: what they were tuned for, or its path; a Tuning
-    brings it along. feed_forward: False leaves the PID alone.
+    gains: a Tuning, a GainsFile or the path of one. model: the model of the gains, or its path; a Tuning
+    has it. feed_forward: False for PID only.
 
-    Never raises on data. Raises ControlError where gains and model do not belong together.
+    Never raises on data. Raises ControlError where the gains are of another model.
     """
 
     def __init__(

@@ -27,7 +27,7 @@ SUSPECTS = 8  # draws by which the smallest knob is sought; all of them have the
 
 @dataclass(frozen=True)
 class Tuning:
-    """Gains for one model, and how safe they are."""
+    """Gains for one model, and their stability margins."""
 
     model: Model
     boat: LinearBoat
@@ -71,12 +71,12 @@ def tune(
 ) -> Tuning:
     """Gains for tracking with the closed-loop time constant `knob` [s].
 
-    rate [Hz]: of the controller. extra [s]: delay that the model does not know of, as of a network.
+    rate [Hz]: of the controller. extra [s]: delay beyond the model's, as of a network.
     allocation: "vehicle", or a scheme of `seatrial.Allocator` for a boat whose inputs are its thrusters;
     margins are those without it, at the steepest slope of the thrusters' curve.
 
-    Raises ControlError where the boat can't be pushed in every axis, has drag that drives it on, or where
-    the delay does not permit the knob; then it says which does. AllocationError as the Allocator.
+    Raises ControlError where an axis has no thrust, drag has the wrong sign, or the delay does not
+    permit the knob; the message states the smallest that it permits. AllocationError as the Allocator.
     """
     _check_request(knob, rate, extra)
     allocator = allocator_for(model, allocation)

@@ -92,9 +92,9 @@ def with_fit_horizon(at: Point, *, hold: bool = False) -> tuple[Array, Point, fl
             )
         except IdentificationError:
             continue
-        closer = _likelier_near(at, found)
-        if closer is not at:
-            return with_fit_horizon(closer)
+        likelier = _likelier_near(at, found)
+        if likelier is not at:
+            return with_fit_horizon(likelier)
         ahead = _prediction_errors(problem, found.theta, at.noise)
         if ahead is None:
             continue

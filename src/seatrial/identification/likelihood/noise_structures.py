@@ -77,8 +77,8 @@ def multi_start(at: Point, theta: Array) -> Point:
     `theta` (p,): where the search of `at` began.
     """
     # all pose errors correlated, where such errors were set to 0
-    let_go = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
-    if let_go and not is_white(at):
+    uncorrelated = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
+    if uncorrelated and not is_white(at):
         at = _likelier_from(at, theta, gauss_markov_for_white(at.runs.problem.recordings))
     # correlated pose errors and a disturbance force, no random walk
     if not is_white(at):

@@ -70,7 +70,7 @@ class ConsistencyReport:
     repair: Repair
     search: HypothesisSearch | None = field(default=None, compare=False)  # None: too little data
 
-    def apply_repair(self, vehicle: Vehicle) -> Vehicle:
+    def repaired(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle file with all inconsistencies corrected."""
         return apply_repair(vehicle, self.repair)
 

@@ -21,10 +21,10 @@ from seatrial.util.frames import Array, frozen_array
 
 ADVICE = {
     1: "no pose of the carrier: its drift is not corrected; check its odometry",
-    2: "the boat is faster than the carrier may be: it falls behind; drive slower, or raise the limit",
-    4: "the boat speeds up faster than the carrier may: it falls behind for a while",
-    8: "the carrier is too far from the virtual boat, and stopped: start anew with it in place",
-    16: "commands are silent: the virtual boat's thrusters are off",
+    2: "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the limit",
+    4: "the boat exceeds the carrier's acceleration limit: it lags behind for a while",
+    8: "the carrier is too far from the virtual boat and is stopped: put it in place and restart",
+    16: "no valid command: the virtual boat's thrust is zero",
     32: "the model diverges: the carrier is stopped; identify it again",
 }
 
@@ -51,7 +51,7 @@ class MimicHealth(enum.Flag):
 
 
 class Carrier(Strict, frozen=True):
-    """What the carrier can do, and how it is led; what is not given is as the core has it."""
+    """Limits and tracking gains of the carrier; the defaults are the core's."""
 
     speed: Positive | None = None  # [m/s] most, in any direction
     yaw_rate: Positive | None = None  # [rad/s]
@@ -93,11 +93,11 @@ class Motion:
 
 
 class Mimic:
-    """A virtual boat, and the carrier that is to move as it does.
+    """A virtual boat, and the carrier that follows its motion.
 
-    model: a Model or the path of its file. Times are seconds by one clock. The virtual boat begins at rest,
-    where the carrier's first pose says that it is. Its thrusters are off after the vehicle file's
-    `command_timeout` without a command. Raises ModelError, MimicError; never on data.
+    model: a Model or the path of its file. Times are seconds of one clock. The virtual boat starts at rest
+    at the carrier's first pose. Its thrusters are off after the vehicle file's `command_timeout`
+    without a command. Raises ModelError, MimicError; never on data.
     """
 
     def __init__(self, model: Model | str | Path, carrier: Carrier | None = None) -> None:
