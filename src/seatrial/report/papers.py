@@ -17,7 +17,7 @@ def write_figures(
 ) -> list[Path]:
     """Every figure as `NAME.svg`, those of a recording as `RECORDING-NAME.svg`; the paths written.
 
-    `names`: the recording of every store; `raster`: each also as `.png`, see there.
+    `names`: the recording of every store; `raster`: each also as `.png`, see `png`.
     """
     written = []
     taken: set[str] = set()
@@ -47,7 +47,7 @@ def write_tables(found: Sequence[Section], folder: Path) -> list[Path]:
 
 
 def _safe(name: str, store: str, taken: set[str]) -> str:
-    """A recording's name as a file's, no two the same."""
+    """A recording's name as a file name, unique."""
     found = re.sub(r"[^\w.-]+", "_", name).strip("._") or store
     found = f"{found}-{store}" if found in taken else found
     taken.add(found)

@@ -13,8 +13,8 @@ import numpy as np
 from seatrial.util.frames import Array
 
 DIGITS = 5  # significant digits of a column's largest number
-WIDE = 100.0  # a positive column that spans more may stand on a logarithmic axis
-LEAST = 4  # and has so many digits of its smallest number, too
+WIDE_SPAN = 100.0  # largest over smallest: above it a column may be on a logarithmic axis
+SMALLEST_DIGITS = 4  # significant digits of the smallest number of such a column
 
 
 def pack(figures: Mapping[str, object]) -> str:
@@ -69,13 +69,15 @@ def _exponent(values: Array) -> int:
         return 0
     exponent = int(np.floor(np.log10(largest))) - DIGITS + 1
     smallest = float(values.min())
-    if largest <= WIDE * smallest or smallest <= 0.0:
+    if largest <= WIDE_SPAN * smallest or smallest <= 0.0:
         return exponent
-    return max(min(exponent, int(np.floor(np.log10(smallest))) - LEAST + 1), exponent - DIGITS)
+    return max(
+        min(exponent, int(np.floor(np.log10(smallest))) - SMALLEST_DIGITS + 1), exponent - DIGITS
+    )
 
 
 def decode(column: list[int | None]) -> Array:
-    """The numbers of a column, NaN where null: what `report.js` does."""
+    """The numbers of a column, NaN where null: as `report.js`."""
     exponent = column[0] or 0
     steps = np.array([0 if d is None else d for d in column[1:]], dtype=np.int64)
     total = np.cumsum(steps)

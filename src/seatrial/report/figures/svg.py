@@ -79,7 +79,7 @@ def _alike(x: Axis, y: Axis) -> tuple[Axis, Axis]:
 
 
 def _values(traces: Sequence[Figure], key: str) -> Array:
-    """All that must be seen, with the ends of intervals."""
+    """All values, with the ends of intervals."""
     parts = [np.zeros(0)]
     for trace in traces:
         value = np.asarray(trace[key], dtype=float)
@@ -159,7 +159,7 @@ def _shape(shape: Mapping[str, Any], x: Axis, y: Axis) -> str:
 
 
 def _legend(traces: Sequence[Figure], layout: Figure) -> tuple[str, int]:
-    """Names with their looks in rows above the plot, and how many rows."""
+    """Names with their symbols in rows above the plot, and the number of rows."""
     named = [t for t in traces if t.get("showlegend", True) and t.get("name")]
     if not named or (len(named) == 1 and not layout.get("showlegend")):
         return "", 0
@@ -196,7 +196,7 @@ def _plain(text: str) -> str:
 
 
 def _words(text: str) -> str:
-    """Text whose subscripts are lowered; it is escaped already, but for Plotly's own."""
+    """Text with lowered subscripts; it is escaped already, except Plotly's own tags."""
     safe = escape(unescape(text), quote=False)
     safe = safe.replace("&lt;sub&gt;", '<tspan dy="3" font-size="8">')
     return safe.replace("&lt;/sub&gt;", '</tspan><tspan dy="-3">\u200b</tspan>')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sanity in physical words: top speed, time to it, way to stop."""
+"""Implied physics: top speed, rise time, stopping distance."""
 
 from html import escape
 
@@ -13,7 +13,7 @@ from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 UNITS = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
-MANY_LOST = 0.02  # share of draws that are no boat, from which on it is said
+MANY_UNSTABLE = 0.02  # share of unstable draws above which a warning is given
 
 
 def section(evidence: Evidence) -> Section:
@@ -21,7 +21,7 @@ def section(evidence: Evidence) -> Section:
     found = evidence.physics
     if found.unstable or not found.axes:
         text = f"{found.unstable}." if found.unstable else "No command drives any axis."
-        html = f"""<section id="physics"><h2>Is that your boat?</h2>
+        html = f"""<section id="physics"><h2>Implied physics: compare with your boat</h2>
 <p class="warning">{escape(text)}</p></section>"""
         return Section("physics", "Boat", html)
     table = boat(evidence)
@@ -29,20 +29,20 @@ def section(evidence: Evidence) -> Section:
         plot(
             ALL,
             f"start-{SYMBOLS[one.axis]}",
-            f"{AXES[one.axis]}: getting going, coming to rest",
+            f"{AXES[one.axis]}: start and stop",
             "small",
         )
         for one in found.axes
     )
-    lost = ""
-    if found.lost > MANY_LOST:
-        lost = (
-            f'<p class="warning">With coefficients drawn from their standard errors, the model is '
-            f"unstable in {100 * found.lost:.0f} % of the cases: drive more before you rely on it.</p>"
+    warning = ""
+    if found.unstable_share > MANY_UNSTABLE:
+        warning = (
+            f'<p class="warning">{100 * found.unstable_share:.0f} % of the models drawn from the parameter '
+            f"covariance are unstable: drive more before you use the model.</p>"
         )
-    html = f"""<section id="physics"><h2>Is that your boat?</h2>
+    html = f"""<section id="physics"><h2>Implied physics: compare with your boat</h2>
 <p class="sanity">{escape(physics_line(evidence.model))}</p>
-{lost}<div class="three">{drawn}</div>
+{warning}<div class="three">{drawn}</div>
 {table.html()}<p class="note">{prose.PHYSICS} {prose.RISE}</p></section>"""
     figures = {
         f"start-{SYMBOLS[one.axis]}": draw.start_and_stop(evidence.model, one) for one in found.axes
@@ -51,18 +51,18 @@ def section(evidence: Evidence) -> Section:
 
 
 def boat(evidence: Evidence) -> Table:
-    """What the boat does."""
-    head = ("axis", "command", "top speed", "95 % of it", "unit", "time to 63 % [s]", "95 % of that [s]",
-            "coasts", "95 % of the way", "unit of the way")  # fmt: skip
+    """A row for each driven axis."""
+    head = ("axis", "command", "top speed", "95 % interval", "unit", "time to 63 % [s]", "95 % interval [s]",
+            "coasting", "95 % interval of coasting", "unit of coasting")  # fmt: skip
     rows: list[list[Cell]] = []
     for one in evidence.physics.axes:
-        speed, way = UNITS[one.axis]
+        speed, distance = UNITS[one.axis]
         found = one.found
         rows.append(
             [
                 Text(AXES[one.axis]), Number(found.command, 2), Number(found.top_speed, 3),
                 between(one.top_speed), Text(speed), Number(found.rise_time, 3),
-                between(one.rise_time), Number(found.coast, 3), between(one.coast), Text(way),
+                between(one.rise_time), Number(found.coast, 3), between(one.coast), Text(distance),
             ]
         )  # fmt: skip
-    return Table("boat", "What the model means for the boat", head, rows)
+    return Table("boat", "Physics of the model", head, rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Table III for all axes, and what its columns mean."""
+"""Table III for all axes, and the definitions of its columns."""
 
 from string import Template
 
@@ -18,17 +18,17 @@ def section(evidence: Evidence) -> Section | None:
         return None
     table = scores(evidence)
     marked = prose.MARKED if table.marked else ""
-    said = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
+    definitions = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
     html = f"""<section id="scores"><h2>Scores {evidence.horizon:g} s ahead</h2>
 {table.html()}
-{marked}<dl class="note">{said}</dl></section>"""
+{marked}<dl class="note">{definitions}</dl></section>"""
     return Section("scores", "Scores", html, tables=(table,))
 
 
 def scores(evidence: Evidence) -> Table:
     """All velocities of every recording; the axis that dominates one is marked (Table III)."""
     head = (
-        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "foreseen", "excess",
+        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "expected", "excess",
         "bias", "kurtosis", "95 % of RMS", "95 % of ratio",
     )  # fmt: skip
     rows: list[list[Cell]] = []
