@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One step of the controller as a CasADi function, that Python calls and C is generated from."""
+"""One step of the controller as a CasADi function, for Python and for C code generation."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.control.mpc.interior_point import minimum
-from seatrial.control.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
+from seatrial.control.mpc.problem import HESSIAN_REGULARISATION, MOTION, POSE, Grid, Weights, stage
 from seatrial.control.mpc.thrusters import Thrusters
 from seatrial.export.casadi import Symbol, casadi_module
 from seatrial.util.frames import Array
@@ -16,13 +16,13 @@ from seatrial.util.frames import Array
 if TYPE_CHECKING:
     import casadi
 
-WALLS = 4  # x and y, both ways
-START = 0.01  # of the walls' price: where multipliers begin
+WALLS = 4  # x and y, both directions
+START_MULTIPLIER = 0.01  # of the walls' penalty: initial multipliers
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where what stands in the variables w: stage by stage z, g, s; at the end the last z."""
+    """Layout of the variables w: stage by stage z, g, s; at the end the last z."""
 
     n: int  # thrusters
     stages: int
@@ -61,10 +61,10 @@ def step_function(
 ) -> "casadi.Function":
     """(w, off) from w, z now, reference, last thrust, disturbance.
 
-    walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite where there is none.
-    Reference (6, stages): eta and nu at the stages' ends, headings without leaps. off (2,): of
-    the quadratic programme, how far rows are violated and how far the cost is from the least.
-    The function is named `seatrial_nmpc`; C of it can be generated.
+    walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite without a wall.
+    Reference (6, stages): eta and nu at the stages' ends, headings continuous. off (2,): of
+    the quadratic programme, the constraint violation and the duality gap.
+    The function is named `seatrial_nmpc`; C code can be generated from it.
     """
     ca = casadi_module()
     layout = Layout(len(thrusters.lag), grid.stages)
@@ -82,17 +82,21 @@ def step_function(
         *given
     )
     low, high = layout.bounds(thrusters)
-    roof = np.tile(walls, grid.stages)
-    equal = layout.rows - len(roof)
-    lower, upper, kept = (np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, roof))
+    wall_limits = np.tile(walls, grid.stages)
+    equal = layout.rows - len(wall_limits)
+    lower, upper, kept = (
+        np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, wall_limits)
+    )
     wall = [equal + i for i in kept]
     box = ca.sparsify(
         ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
     )
     below = ca.vertcat(box, jacobian[wall, :])
-    room = ca.vertcat(w[lower] - low[lower], high[upper] - w[upper], roof[kept] - value[wall])
+    room = ca.vertcat(
+        w[lower] - low[lower], high[upper] - w[upper], wall_limits[kept] - value[wall]
+    )
     programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
-    by, off = minimum(programme, START * weights.price(grid.stages))
+    by, off = minimum(programme, START_MULTIPLIER * weights.price(grid.stages))
     step: casadi.Function = ca.Function(
         "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
     )
@@ -123,7 +127,7 @@ def _linearised(
     residual = ca.vertcat(*errors)
     rows = ca.vertcat(*dynamics, *walls)
     slope = ca.jacobian(residual, w)
-    hessian = slope.T @ slope + PATH * ca.SX.eye(layout.size)
+    hessian = slope.T @ slope + HESSIAN_REGULARISATION * ca.SX.eye(layout.size)
     gradient = slope.T @ residual + ca.gradient(
         weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w
     )
