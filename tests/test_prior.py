@@ -24,7 +24,7 @@ from seatrial.identification.prior import (
     widened,
 )
 from seatrial.identification.provenance import recording_entry
-from seatrial.io.write import write_trial
+from seatrial.io.trial_files import write_trial
 from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError

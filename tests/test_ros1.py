@@ -15,7 +15,7 @@ from ros1_tools import DRIVE, JOY_CHANGES, PARTS, RATE, Ros1, circle, read_by_ro
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.io.write import EPOCH, write_trial
+from seatrial.io.trial_files import EPOCH, write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.simulation.plan import TrialEntry, load_plan

@@ -24,7 +24,7 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 
 import seatrial
-from seatrial.io.write import EPOCH, write_trial
+from seatrial.io.trial_files import EPOCH, write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
 from tests.boats.drives import model

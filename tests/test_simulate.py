@@ -10,9 +10,9 @@ from conftest import TABLE_II, make_model, trials
 
 import seatrial
 from seatrial import _core
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.pose_faults import FaultKind
-from seatrial.simulation.plan import TrialEntry, Unmodelled, load_plan
+from seatrial.simulation.plan import Unmodelled, TrialEntry, load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError, VehicleError
 

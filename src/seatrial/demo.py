@@ -17,7 +17,7 @@ from seatrial.inspection.overview import inspect
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.recording import Recording
 from seatrial.report import write_report
 from seatrial.simulation.plan import load_plan

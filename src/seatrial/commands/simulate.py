@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.boat.model import load
     from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.io.write import guard_trials, write_setting, write_trial
+    from seatrial.io.trial_files import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
     from seatrial.simulation.trials import plant_model, simulate
 
