@@ -31,9 +31,8 @@ from seatrial.report.figures.base import (
 from seatrial.util.frames import Array
 
 SCATTER = 1000  # points of a scatter at most
-SHORTEST_GAP = (
-    150.0  # part of the longest recording to which shorter gaps are widened, to be visible
-)
+# part of the longest recording to which shorter gaps are widened, to be visible
+SHORTEST_GAP = 150.0
 MARGIN = 0.05  # of the tracks, left and right of them
 TRACKS = 6000  # points of all tracks together
 CELLS = 12  # of the coverage, each way
