@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Equations and coefficients for a paper: LaTeX, by the report's own cells."""
+"""Equations and coefficients for a paper: LaTeX, by the cells of the report."""
 
 from seatrial.export.content import Content
 from seatrial.identification.uncertainty.identifiability import identifiability
