@@ -23,7 +23,7 @@ from seatrial.recording.excitation import excitation
 from seatrial.report import report, write_report
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import collect
-from seatrial.report.evidence.runs import WINDOW, busy_window, gather, time_base
+from seatrial.report.evidence.runs import PLOT_WINDOW, busy_window, gather, time_base
 from seatrial.report.evidence.verdict import verdict
 from seatrial.report.figures.embed import decode, pack
 from seatrial.report.figures.errors import correlation, histogram
@@ -259,7 +259,7 @@ def test_window_is_the_busiest_stretch_that_can_be_predicted():
     t = np.arange(0.0, 200.0, 0.1)
     forces = np.where((t > 100) & (t < 130), 1.0, 0.1)[:, None]
     begin, end = busy_window(t, np.ones(len(t), dtype=bool), forces)
-    assert end - begin == WINDOW
+    assert end - begin == PLOT_WINDOW
     assert begin <= 100.0
     assert end >= 130.0
     begin, _ = busy_window(t, (t < 60), forces)

@@ -11,10 +11,8 @@ from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.figures.png import check
 from seatrial.report.html import page
-from seatrial.report.papers import write_figures, write_tables
-from seatrial.report.sections import Section, all_sections
-from seatrial.report.sections.base import store_of
-from seatrial.util.files import write_text
+from seatrial.report.papers import write_page
+from seatrial.report.sections import all_sections
 
 
 def report(
@@ -27,11 +25,11 @@ def report(
     """The report on a model as HTML text: the model, and its predictions over `horizon` [s].
 
     `scores`: those of `validate`, which are not computed again; their horizon is used.
-    The same model and recordings give the same text. Raises RecordingError where no recording has a
+    The same model and recordings give the same text. Raises RecordingError where no recording has an
     interval as long as the horizon, or where there is no recording. The report of an unstable model
     states so.
     """
-    return _page(model, all_sections(collect(model, recordings, horizon, scores)))
+    return page(_title(model), all_sections(collect(model, recordings, horizon, scores)))
 
 
 def write_report(
@@ -53,13 +51,9 @@ def write_report(
     if raster:
         check()
     found = all_sections(collect(model, recordings, horizon, scores))
-    write_text(Path(path), _page(model, found))
-    if figures is not None:
-        names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
-        write_figures(found, names, Path(figures), raster=raster)
-    if tables is not None:
-        write_tables(found, Path(tables))
+    names = [recording.name for recording in recordings]
+    write_page(_title(model), found, path, names, figures=figures, raster=raster, tables=tables)
 
 
-def _page(model: Model, found: Sequence[Section]) -> str:
-    return page(f"{model.name}: seatrial report", found)
+def _title(model: Model) -> str:
+    return f"{model.name}: seatrial report"

@@ -12,9 +12,8 @@ from seatrial.report.comparison import errors, models, prediction
 from seatrial.report.comparison.two_models import model_pair
 from seatrial.report.figures.png import check
 from seatrial.report.html import page
-from seatrial.report.papers import write_figures, write_tables
-from seatrial.report.sections.base import Section, store_of
-from seatrial.util.files import write_text
+from seatrial.report.papers import write_page
+from seatrial.report.sections.base import Section
 
 
 def comparison_report(
@@ -48,12 +47,8 @@ def write_comparison(
     if raster:
         check()
     sections = _sections(a, b, recordings, found, horizon)
-    write_text(Path(path), page(_title(a, b), sections))
-    if figures is not None:
-        names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
-        write_figures(sections, names, Path(figures), raster=raster)
-    if tables is not None:
-        write_tables(sections, Path(tables))
+    names = [recording.name for recording in recordings]
+    write_page(_title(a, b), sections, path, names, figures=figures, raster=raster, tables=tables)
 
 
 def _sections(

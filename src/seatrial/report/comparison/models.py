@@ -13,9 +13,10 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import share, verdict_text
+from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
 from seatrial.report.sections.provenance import facts_of
 from seatrial.report.text import prose
-from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, between
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit
 from seatrial.report.text.cells import known as number_or_dash
 from seatrial.report.text.equations import equations
 from seatrial.report.text.markup import listing
@@ -91,7 +92,7 @@ def parameters(pair: ModelPair) -> Section:
         label = "differences in standard errors"
         drawn = plot(ALL, "differences", label, "tall", rows=len(tested))
     html = f"""<section id="model"><h2>What changed</h2>
-<p class="note">{prose.AXES} {prose.DIFFERENCES}</p>
+<p class="note">{prose.AXES_NOTE} {prose.DIFFERENCES}</p>
 {drawn}{table.html()}
 <h3>Equations with numbers</h3>{numbers}</section>"""
     return Section("model", "What changed", html, {ALL: figures}, (table,))
@@ -151,30 +152,22 @@ def actuators(pair: ModelPair) -> Section:
 
 def boat(pair: ModelPair) -> Section:
     """Physics that both imply."""
-    units = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
     axes = [
         one.axis
         for one in pair.physics[0].axes
         if one.axis in {o.axis for o in pair.physics[1].axes}
     ]
-    head = ("axis", "model", "command", "top speed", "95 % interval", "unit", "time to 63 % [s]",
-            "95 % interval [s]", "coasting", "95 % interval of coasting", "unit of coasting")  # fmt: skip
     rows: list[list[Cell]] = []
     figures: dict[str, Figure] = {}
     for axis in axes:
         own = [next(o for o in side.axes if o.axis == axis) for side in pair.physics]
-        for letter, one in zip(LETTERS, own, strict=True):
-            f = one.found
-            rows.append(
-                [
-                    Text(AXES[axis]), Text(letter), Number(f.command, 2), Number(f.top_speed, 3),
-                    between(one.top_speed), Text(units[axis][0]), Number(f.rise_time, 3),
-                    between(one.rise_time), Number(f.coast, 3), between(one.coast), Text(units[axis][1]),
-                ]
-            )  # fmt: skip
+        rows += [
+            [Text(AXES[axis]), Text(letter), *physics_cells(one)]
+            for letter, one in zip(LETTERS, own, strict=True)
+        ]
         until = min(60.0, 6.0 * max(2.0 / 6.0, *(one.found.rise_time for one in own)))
         figures[f"start-{SYMBOLS[axis]}"] = draw.start_and_stop(pair.models, axis, until)
-    table = Table("boat", "Physics of both models", head, rows)
+    table = Table("boat", "Physics of both models", ("axis", "model", *PHYSICS_HEAD), rows)
     drawn = "".join(plot(ALL, name, "start and stop", "middle") for name in figures)
     html = f"""<section id="physics"><h2>The boat</h2>
 <div class="three">{drawn}</div>

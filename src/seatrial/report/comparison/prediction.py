@@ -19,7 +19,7 @@ from seatrial.report.sections.base import (
 from seatrial.report.sections.prediction import linked, sizes
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Number, Text, between
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -65,7 +65,7 @@ def ahead_table(found: list[PredictionRow]) -> Table:
         more = f" (seen by {' and '.join(seen)})" if seen else ""
         rows.append([Text(f"{row.recording}, {row.horizon:g} s{more}")])
         for axis, symbol in enumerate(SYMBOLS):
-            (unit, scale), one = UNITS[axis], row.axes[symbol]
+            (unit, scale), one = ERROR_UNITS[axis], row.axes[symbol]
             rows.append(
                 [
                     Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Number(one.a, 3, scale),

@@ -13,9 +13,9 @@ from seatrial.report.evidence.physics import Physics, physics
 from seatrial.report.figures.base import BLUE, RED
 
 LETTERS = ("A", "B")
-COLOURS = (BLUE, RED)
-SIGNS = ("circle", "square")
-DASHES = ("solid", "dash")
+MODEL_COLOURS = (BLUE, RED)
+MODEL_SIGNS = ("circle", "square")
+MODEL_DASHES = ("solid", "dash")
 
 
 @dataclass(frozen=True)

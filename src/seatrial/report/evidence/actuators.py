@@ -10,8 +10,8 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.util.frames import Array
 
-BAND_DRAWS = 200  # of the constants
-BAND_SEED = 7
+CHAIN_DRAWS = 200  # of the constants
+CHAIN_SEED = 7
 CURVE_POINTS = 241
 BEFORE_STEP, AFTER_STEP = 0.5, 3.0  # [s] that a step response shows at least
 
@@ -106,7 +106,7 @@ def _drawn(model: Model) -> Array:
         return np.array(own)
     spectrum, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
-    normal = np.random.default_rng(BAND_SEED).normal(size=(BAND_DRAWS, len(spectrum)))
+    normal = np.random.default_rng(CHAIN_SEED).normal(size=(CHAIN_DRAWS, len(spectrum)))
     moved = own + normal @ root.T
     kinds = [name.partition(".")[0] for name in model.vehicle.constants.names]
     low = np.array(

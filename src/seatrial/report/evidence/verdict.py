@@ -14,7 +14,7 @@ from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
     AT_FLOOR,
-    UNITS,
+    ERROR_UNITS,
     expected_rms,
     floors,
     minutes,
@@ -25,7 +25,7 @@ from seatrial.report.text.numbers import (
 from seatrial.util.format import joined, shortened
 from seatrial.util.frames import AXES, Array
 
-ALL_WELL = "use it within the speeds and commands of its identification data."
+USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identification data."
 
 
 def verdict(evidence: Evidence) -> list[str]:
@@ -75,7 +75,7 @@ def predicted(evidence: Evidence) -> str:
     for axis, share in zip(AXES, ratio.tolist(), strict=True):
         groups.setdefault(ratio_word(share), []).append(axis)
     verdicts = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
-    sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), UNITS, strict=True)]
+    sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), ERROR_UNITS, strict=True)]
     shares = [number(share, 2) for share in ratio.tolist()]
     kind = "that it has not seen" if runs[0].unseen else "that it was identified from"
     failed = len(evidence.runs) - len(evidence.tested)
@@ -92,7 +92,9 @@ def predicted(evidence: Evidence) -> str:
 def _at_floor(runs: Sequence[Run], rms: Array) -> str:
     """The noise floor."""
     noise = floors(runs)
-    sizes = [f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), UNITS, strict=True)]
+    sizes = [
+        f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
+    ]
     at_floor = bool(np.all(rms < AT_FLOOR * noise))
     more = ", not exceeded" if at_floor else ""
     return f"; the noise floor is {joined(sizes)}{more}{_over_expected(runs, rms)}"
@@ -111,7 +113,7 @@ def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
     odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     found = [*odd, *advice(evidence)]
-    first = found[0] if found else ALL_WELL
+    first = found[0] if found else USE_WITHIN_ENVELOPE
     start = first[0].lower() if first[1:2].islower() else first[0]
     return f"Next: {start}{first[1:]}"
 

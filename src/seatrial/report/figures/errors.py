@@ -26,7 +26,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.text.names import plotly_symbol
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS
 from seatrial.util.statistics import NORMAL_95, autocorrelation, moving_average_band, white_band
 
@@ -39,7 +39,7 @@ FEWEST_INDEPENDENT = 3  # predictions without overlap in a mean
 
 def histogram(run: Run, axis: int) -> Figure:
     """Errors over the whole run beside a normal curve of the same mean and spread."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     errors = run.prediction.errors[:, axis] * scale
     spread, mean = float(np.std(errors)), float(np.mean(errors))
     titles = f"error in {SYMBOLS[axis]} [{name}]", "share of errors [%]"
@@ -58,7 +58,7 @@ def histogram(run: Run, axis: int) -> Figure:
 
 def outline(run: Run, axis: int) -> Figure:
     """Errors over the whole run as a line, for two models in one plot."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     errors = run.prediction.errors[:, axis] * scale
     reach = BIN_RANGE * float(np.sqrt(np.mean(errors**2)))
     share, edges = np.histogram(errors, np.linspace(-reach, reach, BINS + 1) if reach > 0 else BINS)
@@ -121,7 +121,7 @@ def against_command(model: Model, run: Run, axis: int) -> Figure:
 
     Overlapping predictions count as one per horizon.
     """
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     found = run.prediction
     errors = scale * found.errors[:, axis]
     traces = []

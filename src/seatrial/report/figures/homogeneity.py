@@ -22,22 +22,22 @@ from seatrial.report.figures.base import (
 from seatrial.report.text.names import plotly_symbol
 from seatrial.util.frames import AXES, SYMBOLS
 
-LETTERS = 48  # that fit below a plot
-ROOM = 0.7  # of a row that its marks take
-COLOURS = (0, 1, 2)  # of surge, sway and yaw
+LABEL_LETTERS = 48  # that fit below a plot
+ROW_SHARE = 0.7  # of a row that its marks take
+AXIS_COLOURS = (0, 1, 2)  # of surge, sway and yaw
 
 
 def scores(runs: Sequence[Run]) -> Figure:
     """RMS error over that of constant velocity, by recording and axis, with 95 % intervals."""
     tested = [run for run in runs if run.tested]
-    most = max(16, LETTERS // max(1, len(tested)))
+    most = max(16, LABEL_LETTERS // max(1, len(tested)))
     traces = []
     for axis, symbol in enumerate(SYMBOLS):
         found = [run.score.scores[symbol] for run in tested]
         y = np.array([s.ratio for s in found])
         ends = [s.ratio_interval or (s.ratio, s.ratio) for s in found]
         x = np.arange(len(tested)) + 0.2 * (axis - 1)
-        colour, _ = colour_of(COLOURS[axis])
+        colour, _ = colour_of(AXIS_COLOURS[axis])
         low, high = np.array(ends).reshape(-1, 2).T
         trace = marks(AXES[axis], np.column_stack([x, y]), colour, SIGNS[axis], size=9)
         traces.append(trace | {"opacity": 1.0, "error_y": whiskers(y, low, high, colour)})
@@ -61,7 +61,7 @@ def parameters(found: Homogeneity) -> Figure:
         shown = np.array([r for r in rows if np.isfinite(r[2])]).reshape(-1, 3)
         if not len(shown):
             continue
-        offset = ROOM * ((i + 0.5) / count - 0.5)
+        offset = ROW_SHARE * ((i + 0.5) / count - 0.5)
         colour, _ = colour_of(i)
         y, x, half = -shown[:, 0] - offset, 100.0 * shown[:, 1], 196.0 * shown[:, 2]
         trace = marks(recording, np.column_stack([x, y]), colour, SIGNS[i % len(SIGNS)], size=7)

@@ -32,13 +32,13 @@ LOOKS = {  # of a verdict
     ParameterVerdict.ZERO: (PURPLE, "cross"),
     ParameterVerdict.LOST: (RED, "x-thin-open"),
 }
-LEAST_SHOWN, MOST_SHOWN = 0.01, 1000.0  # [%] of relative errors
+LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN = 0.01, 1000.0  # [%] of relative errors
 
 
 def errors(found: Identifiability) -> Figure:
     """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
     rows = [f for f in found.findings if f.verdict.estimated]
-    share = np.clip([100.0 * f.relative for f in rows], LEAST_SHOWN, MOST_SHOWN)
+    share = np.clip([100.0 * f.relative for f in rows], LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN)
     place = -np.arange(len(rows), dtype=float)
     traces = []
     for verdict, (colour, sign) in LOOKS.items():
@@ -61,4 +61,6 @@ def reach(share: Array) -> tuple[float, float]:
     if not len(share):
         return 1.0, 100.0
     low, high = float(share.min()), float(share.max())
-    return max(LEAST_SHOWN, 0.5 * min(low, 100 * SHARP_ERROR)), max(200 * USABLE_ERROR, 1.6 * high)
+    return max(LEAST_ERROR_SHOWN, 0.5 * min(low, 100 * SHARP_ERROR)), max(
+        200 * USABLE_ERROR, 1.6 * high
+    )

@@ -24,10 +24,10 @@ from seatrial.report.figures.base import (
     speed,
     whiskers,
 )
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS
 
-STARTS = (
+START_KINDS = (
     ("stencil", "measured start", BLUE, "square"),
     ("filter", "filter start", RED, "circle"),
 )
@@ -60,9 +60,9 @@ def above_commands(
 
 def horizons(rows: Sequence[Scored], axis: int) -> Figure:
     """RMS error against the horizon with 95 % intervals, noise floor, expected RMS, constant velocity."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     traces = []
-    for start, label, colour, sign in STARTS:
+    for start, label, colour, sign in START_KINDS:
         own = [row for row in rows if row.start == start]
         if not own:
             continue
@@ -80,12 +80,12 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
         floor = scale * np.array([s.floor for s in scores])
         traces.append(
             line("noise floor", x, floor, colour, dash="dot")
-            | {"showlegend": start == STARTS[0][0]}
+            | {"showlegend": start == START_KINDS[0][0]}
         )
         expected = [s.foreseen for s in scores if s.foreseen is not None]
         if len(expected) == len(scores):
             trace = line("expected RMS", x, scale * np.array(expected), colour, dash="dashdot")
-            traces.append(trace | {"showlegend": start == STARTS[0][0]})
+            traces.append(trace | {"showlegend": start == START_KINDS[0][0]})
     stencil = [row for row in rows if row.start == "stencil"]
     if stencil:
         values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in stencil])

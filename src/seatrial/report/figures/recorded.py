@@ -35,7 +35,7 @@ SCATTER = 1000  # points of a scatter at most
 SHORTEST_GAP = 150.0
 MARGIN = 0.05  # of the tracks, left and right of them
 TRACKS = 6000  # points of all tracks together
-CELLS = 12  # of the coverage, each way
+COVERAGE_CELLS = 12  # of the coverage, each way
 LARGEST, SMALLEST = 17.0, 3.5  # [px] mark of the cell with most and with least time
 MARK_POWER = 0.3  # of the time, so that marks of short times stay visible
 MISSING = (  # kinds of missing data, and their colours
@@ -131,7 +131,7 @@ def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
     if not len(every):
         return figure([], COMMAND, speed(axis), **layout)
     reach = np.maximum(np.abs(every).max(axis=0), 1e-9)
-    edges = [np.linspace(-r, r, CELLS + 1) for r in reach]
+    edges = [np.linspace(-r, r, COVERAGE_CELLS + 1) for r in reach]
     counts = [_seconds(points, run, edges) for points, run in zip(own, runs, strict=True)]
     most = float(np.sum(counts, axis=0).max())
     middle = [0.5 * (e[1:] + e[:-1]) for e in edges]

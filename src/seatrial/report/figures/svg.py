@@ -12,9 +12,9 @@ from seatrial.report.figures.svg_axes import Axis, axis_of
 from seatrial.report.figures.svg_marks import DASH, bars, fmt, line_path, symbols, whiskers
 from seatrial.util.frames import Array
 
-WIDTH, HEIGHT, ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
+WIDTH, HEIGHT, PLOT_ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
 LEFT, RIGHT, TOP, BOTTOM = 66.0, 12.0, 12.0, 46.0  # [px] around the plot
-LEGEND, LETTER = 18.0, 6.3  # [px] a row of the legend, a letter
+LEGEND_ROW, LETTER_WIDTH = 18.0, 6.3  # [px] a row of the legend, a letter
 TEXT, GRID = "#1a1d21", "#dfe3e7"
 
 
@@ -23,9 +23,9 @@ def svg(figure: Figure) -> str:
     layout = figure["layout"]
     traces = [t for t in figure["data"] if len(np.atleast_1d(np.asarray(t["x"])))]
     entries, rows = _legend(traces, layout)
-    top = TOP + LEGEND * rows
-    wide = _longest(layout.get("yaxis", {})) * LETTER
-    height = max(HEIGHT, top + BOTTOM + ROW * len(layout.get("yaxis", {}).get("ticktext", [])))
+    top = TOP + LEGEND_ROW * rows
+    wide = _longest(layout.get("yaxis", {})) * LETTER_WIDTH
+    height = max(HEIGHT, top + BOTTOM + PLOT_ROW * len(layout.get("yaxis", {}).get("ticktext", [])))
     box = (max(LEFT, wide + 20.0), top, WIDTH - RIGHT, height - BOTTOM)
     x, panels = _axes(traces, layout, box)
     parts = [_frame(x, y, title) for y, title in panels.values()]
@@ -165,10 +165,10 @@ def _legend(traces: Sequence[Figure], layout: Figure) -> tuple[str, int]:
         return "", 0
     parts, at, row = [], LEFT, 0
     for trace in named:
-        width = 34.0 + LETTER * len(unescape(_plain(trace["name"])))
+        width = 34.0 + LETTER_WIDTH * len(unescape(_plain(trace["name"])))
         if at + width > WIDTH - RIGHT and at > LEFT:
             at, row = LEFT, row + 1
-        y = TOP + LEGEND * row + 4
+        y = TOP + LEGEND_ROW * row + 4
         parts.append(_key(trace, at, y))
         parts.append(f'<text x="{fmt(at + 24)}" y="{fmt(y + 4)}">{_words(trace["name"])}</text>')
         at += width

@@ -10,7 +10,7 @@ from seatrial.report.figures.base import Figure
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
-HEAD, ROW = 130, 21  # [px] of a plot with rows: around them, and each
+ROWS_HEAD, ROW_HEIGHT = 130, 21  # [px] of a plot with rows: around them, and each
 ALL = "all"  # the store of plots of all recordings together
 
 
@@ -38,7 +38,7 @@ def plot(
     `rows`: their number, where it determines the height.
     """
     above = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
-    high = f' style="height:{HEAD + ROW * rows}px"' if rows else ""
+    high = f' style="height:{ROWS_HEAD + ROW_HEIGHT * rows}px"' if rows else ""
     return (
         f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
         f'role="img" aria-label="{escape(label)}"></div></figure>'

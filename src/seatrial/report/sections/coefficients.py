@@ -26,7 +26,7 @@ def section(evidence: Evidence) -> Section:
         tables.append(steps(model))
         found = f"<h3>Estimation steps</h3>{tables[-1].html()}"
     html = f"""<section id="model"><h2>Coefficients and equations</h2>
-<p class="note">{prose.AXES}{other} {prose.SIGNIFICANCE.format(SIGNIFICANT)}</p>
+<p class="note">{prose.AXES_NOTE}{other} {prose.SIGNIFICANCE_NOTE.format(SIGNIFICANT)}</p>
 {tables[0].html()}
 <h3>Equations</h3>
 {equations(structure)}

@@ -16,7 +16,7 @@ from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number
 from seatrial.report.text.names import names_in, sentence
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -82,7 +82,7 @@ def _one(run: Run, place: int, names: Sequence[str], *, opened: bool) -> str:
 
 
 def _axis(run: Run, place: int, axis: int) -> str:
-    sign, (name, scale), store = SYMBOLS[axis], UNITS[axis], store_of(place)
+    sign, (name, scale), store = SYMBOLS[axis], ERROR_UNITS[axis], store_of(place)
     found = run.score.scores[sign]
     summary = (
         f"RMS {number(found.rms * scale, 2)} {name}, mean {number(found.bias * scale, 2)} {name}, "

@@ -19,7 +19,7 @@ from seatrial.report.sections import (
 )
 from seatrial.report.sections.base import Section
 
-ORDER = (
+SECTION_ORDER = (
     verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
     homogeneity, physics, advice, provenance,
 )  # fmt: skip
@@ -27,4 +27,4 @@ ORDER = (
 
 def all_sections(evidence: Evidence) -> list[Section]:
     """Every section with content."""
-    return [found for one in ORDER if (found := one.section(evidence)) is not None]
+    return [found for one in SECTION_ORDER if (found := one.section(evidence)) is not None]

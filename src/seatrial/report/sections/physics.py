@@ -5,6 +5,7 @@ from html import escape
 
 from seatrial.boat.physics import physics_line
 from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.evidence.physics import Spread
 from seatrial.report.figures import physics as draw
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.text import prose
@@ -12,7 +13,11 @@ from seatrial.report.text.cells import Cell, Number, Text, between
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
-UNITS = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
+MOTION_UNITS = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))  # of speed and of coasting
+PHYSICS_HEAD = (
+    "command", "top speed", "95 % interval", "unit", "time to 63 % [s]", "95 % interval [s]",
+    "coasting", "95 % interval of coasting", "unit of coasting",
+)  # fmt: skip
 MANY_UNSTABLE = 0.02  # share of unstable draws above which a warning is given
 
 
@@ -52,17 +57,16 @@ def section(evidence: Evidence) -> Section:
 
 def boat(evidence: Evidence) -> Table:
     """A row for each driven axis."""
-    head = ("axis", "command", "top speed", "95 % interval", "unit", "time to 63 % [s]", "95 % interval [s]",
-            "coasting", "95 % interval of coasting", "unit of coasting")  # fmt: skip
-    rows: list[list[Cell]] = []
-    for one in evidence.physics.axes:
-        speed, distance = UNITS[one.axis]
-        found = one.found
-        rows.append(
-            [
-                Text(AXES[one.axis]), Number(found.command, 2), Number(found.top_speed, 3),
-                between(one.top_speed), Text(speed), Number(found.rise_time, 3),
-                between(one.rise_time), Number(found.coast, 3), between(one.coast), Text(distance),
-            ]
-        )  # fmt: skip
-    return Table("boat", "Physics of the model", head, rows)
+    rows = [[Text(AXES[one.axis]), *physics_cells(one)] for one in evidence.physics.axes]
+    return Table("boat", "Physics of the model", ("axis", *PHYSICS_HEAD), rows)
+
+
+def physics_cells(one: Spread) -> list[Cell]:
+    """The columns of `PHYSICS_HEAD` for one axis of a model."""
+    speed, distance = MOTION_UNITS[one.axis]
+    found = one.found
+    return [
+        Number(found.command, 2), Number(found.top_speed, 3), between(one.top_speed), Text(speed),
+        Number(found.rise_time, 3), between(one.rise_time), Number(found.coast, 3),
+        between(one.coast), Text(distance),
+    ]  # fmt: skip

@@ -5,17 +5,17 @@ from html import escape
 from string import Template
 
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.runs import WINDOW, Run
+from seatrial.report.evidence.runs import PLOT_WINDOW, Run
 from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
 from seatrial.report.text import prose
 from seatrial.report.text.markup import number
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import AXES, SYMBOLS
 
 BUTTONS = (
     ("whole", "whole run"),
-    ("window", f"{WINDOW:g} s"),
+    ("window", f"{PLOT_WINDOW:g} s"),
     ("earlier", "‹ earlier"),
     ("later", "later ›"),
 )
@@ -25,7 +25,7 @@ def section(evidence: Evidence) -> Section:
     """Each recording, foldable."""
     runs, horizon = evidence.runs, f"{evidence.horizon:g}"
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
-    note = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{WINDOW:g}")
+    note = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{PLOT_WINDOW:g}")
     html = f"""<section id="prediction"><h2>Measured and predicted, {horizon}&nbsp;s ahead</h2>
 <p class="note">{note}</p>
 {parts}</section>"""
@@ -45,7 +45,7 @@ def sizes(run: Run) -> str:
         return f"{kind}; no prediction"
     found = [
         f"{sign} {number(run.score.scores[sign].rms * scale, 2)} {name}"
-        for sign, (name, scale) in zip(SYMBOLS, UNITS, strict=True)
+        for sign, (name, scale) in zip(SYMBOLS, ERROR_UNITS, strict=True)
     ]
     return f"{kind}; RMS error {', '.join(found)}"
 

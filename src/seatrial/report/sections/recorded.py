@@ -30,7 +30,7 @@ def section(evidence: Evidence) -> Section:
     """All recordings together, then each."""
     model, runs = evidence.model, evidence.runs
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
-    note = Template(prose.RECORDED).substitute(scatter=draw.SCATTER)
+    note = Template(prose.RECORDED_NOTE).substitute(scatter=draw.SCATTER)
     html = f"""<section id="recorded"><h2>Recordings</h2>
 <p class="note">{note}</p>
 <div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}

@@ -7,7 +7,7 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Text, between, known
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -36,7 +36,7 @@ def scores(evidence: Evidence) -> Table:
     for run in evidence.tested:
         rows.append([Text(run.name + ("" if run.unseen else " (seen)"))])
         for axis, sign in enumerate(SYMBOLS):
-            found, (name, scale) = run.score.scores[sign], UNITS[axis]
+            found, (name, scale) = run.score.scores[sign], ERROR_UNITS[axis]
             marked |= {len(rows)} if run.score.excited == AXES[axis] else set()
             rows.append(
                 [

@@ -13,7 +13,8 @@ from seatrial.util.frames import Array
 
 GOOD_RATIO = 0.8  # RMS over constant velocity's: above it an axis gets advice
 AT_FLOOR = 1.1  # times the floor: a smaller RMS does not measure the model
-UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))  # of errors, and the factor from SI
+# of errors, and the factor from SI
+ERROR_UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))
 _RATIO_WORDS = (
     (0.2, "very well"),
     (0.5, "well"),

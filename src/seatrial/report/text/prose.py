@@ -3,13 +3,13 @@
 
 ALL_WELL = "<p>No open issue: use the model within its envelope.</p>"
 
-AXES = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
+AXES_NOTE = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
 left)."""
 
 OTHER_AXES = """ The vehicle file and model.yaml are in forward-right-down axes, where some signs are
 opposite (last column)."""
 
-SIGNIFICANCE = (
+SIGNIFICANCE_NOTE = (
     "A coefficient is significant when it is at least {:g} standard errors away from zero."
 )
 
@@ -32,12 +32,12 @@ ACTUATORS = """From command to thrust: a static curve, flat within the dead zone
 latency and a first-order lag. The latency is transport delay plus clock offset, which the data do not
 separate; it may be negative. Shaded: 95 % interval from the standard errors."""
 
-RECORDED = """Excluded poses are not used anywhere. No velocity spans a gap or a jump, and no prediction spans
+RECORDED_NOTE = """Excluded poses are not used anywhere. No velocity spans a gap or a jump, and no prediction spans
 an interval without commands. A larger mark means more time at that speed and command. The model is
 identified there and extrapolates elsewhere. The scatter plots of a recording are a sample of at most
 $scatter instants."""
 
-HORIZONS = """RMS error with 95 % intervals (block bootstrap), from two kinds of start: the velocity from five
+HORIZONS_NOTE = """RMS error with 95 % intervals (block bootstrap), from two kinds of start: the velocity from five
 poses, and the state of the model's own filter, as on board. Dotted: noise floor of the poses. Dash-dotted:
 expected RMS of the model. Dashed: constant velocity, the baseline without a model."""
 
