@@ -19,7 +19,7 @@ from seatrial.util.frames import AXES, Array
 
 GAINS_FORMAT: Final = "gains 1"
 Three = tuple[float, float, float]  # surge, sway, yaw
-NODE: Final = "seatrial_tracking"
+TRACKING_NODE: Final = "seatrial_tracking"
 MIX_ROUNDING = 1e-12  # [-] a smaller share of an axis command is 0
 
 
@@ -109,7 +109,9 @@ def ros_parameters(tuning: Tuning) -> dict[str, Any]:
 def save_ros(tuning: Tuning, path: str | Path, *, ros2: bool = False) -> None:
     """Write ROS parameters: for `rosparam load FILE`, or for `--params-file FILE` of ROS 2."""
     found = ros_parameters(tuning)
-    write_text(Path(path), dump_yaml({NODE: {"ros__parameters": found} if ros2 else found}))
+    write_text(
+        Path(path), dump_yaml({TRACKING_NODE: {"ros__parameters": found} if ros2 else found})
+    )
 
 
 def _allocation_parameters(given: ThrusterAllocation | None) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from seatrial.util.frames import Array, Mask, frozen_array
 
 PLAIN = "moore-penrose, plain"  # thrusts sent as commands, the curve left out
 RECORDED = "as recorded"
-ORDER = (
+SCHEME_ORDER = (
     AllocatorScheme.MP, AllocatorScheme.AF, AllocatorScheme.NULL_SPACE,
     AllocatorScheme.SIGN_PATTERN, AllocatorScheme.AUTO,
 )  # fmt: skip
@@ -117,7 +117,7 @@ def compare_schemes(
     plain = Allocator(own, "moore-penrose", invert=False, **options)
     rows.append(_row(PLAIN, plain, chosen, recordings))
     # Every scheme that the geometry allows; the reason where it does not
-    for one in ORDER:
+    for one in SCHEME_ORDER:
         if one is AllocatorScheme.AUTO and Allocator(own, "auto", **options).scheme is not one:
             continue  # auto chose one of the others
         try:

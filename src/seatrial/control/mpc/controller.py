@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
-from seatrial.control.mpc.problem import MOTION, POSE, Grid, Weights
+from seatrial.control.mpc.problem import MOTION_SIZE, POSE_SIZE, Grid, Weights
 from seatrial.control.mpc.step import Layout, step_function
 from seatrial.control.mpc.thrusters import by_thrusters, thrusters_of
 from seatrial.export.casadi import casadi_module
@@ -89,8 +89,8 @@ class Nmpc:
         motion = np.concatenate([np.asarray(eta, float), np.asarray(nu, float)])
         wanted, force = np.array(reference, dtype=float), np.asarray(disturbance, dtype=float)
         if (
-            motion.shape != (MOTION,)
-            or wanted.shape != (self.grid.stages, MOTION)
+            motion.shape != (MOTION_SIZE,)
+            or wanted.shape != (self.grid.stages, MOTION_SIZE)
             or force.shape != (3,)
         ):
             raise ControlError(
@@ -101,7 +101,7 @@ class Nmpc:
             np.isfinite(motion).all() and np.isfinite(wanted).all() and np.isfinite(force).all()
         ):
             raise ControlError("pose, velocity, reference or disturbance is not a number")
-        wanted[:, 2] = np.unwrap(np.concatenate([motion[2:POSE], wanted[:, 2]]))[1:]
+        wanted[:, 2] = np.unwrap(np.concatenate([motion[2:POSE_SIZE], wanted[:, 2]]))[1:]
         wanted[:, :2] = np.clip(wanted[:, :2], -self.reach, self.reach)
         self._advance(t)
         z = np.concatenate([motion, self._level])
@@ -159,7 +159,9 @@ class Nmpc:
         """Poses (stages + 1, 3) of the last plan. Raises ControlError before the first command."""
         if self._plan is None:
             raise ControlError("no plan yet: give a command first")
-        blocks = [self._plan[k * self.layout.block :][:POSE] for k in range(self.grid.stages + 1)]
+        blocks = [
+            self._plan[k * self.layout.block :][:POSE_SIZE] for k in range(self.grid.stages + 1)
+        ]
         return frozen_array(np.array(blocks))
 
     def generate(self, folder: str | Path) -> Path:

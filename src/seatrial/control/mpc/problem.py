@@ -22,7 +22,7 @@ from seatrial.util.frames import Array
 if TYPE_CHECKING:
     import casadi
 
-POSE, MOTION = 3, 6  # eta; eta and nu
+POSE_SIZE, MOTION_SIZE = 3, 6  # eta; eta and nu
 LARGEST_ERROR = 3.0  # [m] largest lasting position error, for the penalty's weight
 # [-] on the Hessian's diagonal: keeps the quadratic programme strictly convex
 HESSIAN_REGULARISATION = 1e-6
@@ -73,7 +73,7 @@ def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
     """
     ca = casadi_module()
     n = len(thrusters.lag)
-    z, g, d = ca.SX.sym("z", MOTION + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
+    z, g, d = ca.SX.sym("z", MOTION_SIZE + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
     dynamics = casadi_dynamics(model)
     mix = ca.DM(model.vehicle.mix)
 
@@ -83,7 +83,7 @@ def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
         return dynamics(x, mix @ level) + force
 
     h = grid.length / grid.substeps
-    x, level = z[:MOTION], z[MOTION:]
+    x, level = z[:MOTION_SIZE], z[MOTION_SIZE:]
     half, whole = (ca.DM(thrusters.decay(share * h)) for share in (0.5, 1.0))
     for _ in range(grid.substeps):
         middle, end = g + (level - g) * half, g + (level - g) * whole

@@ -8,7 +8,14 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.control.mpc.interior_point import minimum
-from seatrial.control.mpc.problem import HESSIAN_REGULARISATION, MOTION, POSE, Grid, Weights, stage
+from seatrial.control.mpc.problem import (
+    HESSIAN_REGULARISATION,
+    MOTION_SIZE,
+    POSE_SIZE,
+    Grid,
+    Weights,
+    stage,
+)
 from seatrial.control.mpc.thrusters import Thrusters
 from seatrial.export.casadi import Symbol, casadi_module
 from seatrial.util.frames import Array
@@ -30,21 +37,21 @@ class Layout:
     @property
     def block(self) -> int:
         """Of one stage."""
-        return MOTION + 2 * self.n + 1
+        return MOTION_SIZE + 2 * self.n + 1
 
     @property
     def size(self) -> int:
         """Of w."""
-        return self.stages * self.block + MOTION + self.n
+        return self.stages * self.block + MOTION_SIZE + self.n
 
     @property
     def rows(self) -> int:
         """Of the constraints: first z, the dynamics, the walls."""
-        return (self.stages + 1) * (MOTION + self.n) + self.stages * WALLS
+        return (self.stages + 1) * (MOTION_SIZE + self.n) + self.stages * WALLS
 
     def thrust(self, stage: int) -> slice:
         """g of a stage."""
-        begin = stage * self.block + MOTION + self.n
+        begin = stage * self.block + MOTION_SIZE + self.n
         return slice(begin, begin + self.n)
 
     def bounds(self, thrusters: Thrusters) -> tuple[Array, Array]:
@@ -71,8 +78,8 @@ def step_function(
     n = layout.n
     sizes: dict[str, tuple[int, ...]] = {
         "w": (layout.size,),
-        "z": (MOTION + n,),
-        "reference": (MOTION, grid.stages),
+        "z": (MOTION_SIZE + n,),
+        "reference": (MOTION_SIZE, grid.stages),
         "last": (n,),
         "disturbance": (3,),
     }
@@ -109,11 +116,15 @@ def _linearised(
     """Hessian, gradient, Jacobian and value of the rows at w."""
     ca = casadi_module()
     n, forward = layout.n, stage(model, thrusters, grid)
-    z = [ca.SX.sym(f"z{k}", MOTION + n) for k in range(grid.stages + 1)]
+    z = [ca.SX.sym(f"z{k}", MOTION_SIZE + n) for k in range(grid.stages + 1)]
     g = [ca.SX.sym(f"g{k}", n) for k in range(grid.stages)]
     s = [ca.SX.sym(f"s{k}") for k in range(grid.stages)]
-    now, last, disturbance = ca.SX.sym("now", MOTION + n), ca.SX.sym("last", n), ca.SX.sym("d", 3)
-    reference = ca.SX.sym("reference", MOTION, grid.stages)
+    now, last, disturbance = (
+        ca.SX.sym("now", MOTION_SIZE + n),
+        ca.SX.sym("last", n),
+        ca.SX.sym("d", 3),
+    )
+    reference = ca.SX.sym("reference", MOTION_SIZE, grid.stages)
 
     dynamics, walls, errors = [z[0] - now], [], []
     for k in range(grid.stages):
@@ -143,6 +154,6 @@ def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
     return [
         weights.position * (z[:2] - reference[:2]),
         weights.heading * (z[2] - reference[2]),
-        weights.velocity * (z[POSE : POSE + 2] - reference[POSE : POSE + 2]),
-        weights.yaw_rate * (z[POSE + 2] - reference[POSE + 2]),
+        weights.velocity * (z[POSE_SIZE : POSE_SIZE + 2] - reference[POSE_SIZE : POSE_SIZE + 2]),
+        weights.yaw_rate * (z[POSE_SIZE + 2] - reference[POSE_SIZE + 2]),
     ]

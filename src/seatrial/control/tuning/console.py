@@ -9,7 +9,7 @@ from seatrial.control.tuning.loops import Margins
 from seatrial.util.format import table
 from seatrial.util.frames import AXES
 
-UNITS = ("m", "m", "rad")
+POSE_UNITS = ("m", "m", "rad")
 
 
 def tuning_text(tuning: Tuning) -> str:
@@ -43,7 +43,7 @@ def gains_table(tuning: Tuning) -> str:
     rows = [
         (f"{axis} [1/{unit}]", *(f"{x:.4g}" for x in row), f"{full:.3g} {unit}/s^2", f"{delay:.3g}")
         for axis, unit, row, full, delay in zip(
-            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
         )
     ]
     head = ("axis", "proportional", "integral [1/s]", "derivative [s]", "full command", "delay [s]")
@@ -68,13 +68,13 @@ def margins_table(found: Margins) -> str:
 def remarks(tuning: Tuning) -> list[str]:
     """Error at full command, and error within the dead zone."""
     p = tuning.table()[:, 0]
-    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, UNITS, strict=True))
+    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, POSE_UNITS, strict=True))
     found = [f"A single error of {reach} (surge, sway, yaw) results in full command."]
     dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)
     if not dead.any():
         return found
     size = ", ".join(f"{x:.2g}" for x in dead)
-    error = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, UNITS, strict=True))
+    error = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, POSE_UNITS, strict=True))
     effect = (
         f"station keeping is a slow limit cycle of about {error}"
         if tuning.action == "pid"

@@ -18,7 +18,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array
 
 Action = Literal["pid", "pd"]
 KNOB = 1.0  # [s]
-RATE = 50.0  # [Hz] of the controller
+CONTROLLER_RATE = 50.0  # [Hz] of the controller
 # largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
 SENSITIVITY_LIMIT = 2.0
 LARGEST_KNOB = 100.0  # [s] a larger one is refused
@@ -64,7 +64,7 @@ def tune(
     knob: float = KNOB,
     *,
     action: Action = "pid",
-    rate: float = RATE,
+    rate: float = CONTROLLER_RATE,
     extra: float = 0.0,
     draws: int = MARGIN_DRAWS,
     seed: int = MARGIN_SEED,

@@ -12,12 +12,12 @@ from seatrial.control.tuning.loops import Feedback, frequencies, open_loop
 from seatrial.control.tuning.robustness import draws_of
 from seatrial.util.frames import Array, frozen_array
 
-BAND_DRAWS = 40  # draws in a band
+RESPONSE_DRAWS = 40  # draws in a band
 BODE_FREQUENCIES = 160  # frequencies of a Bode plot
 STEP_DURATION = 12.0  # [knobs] of a step response
 STEP_TIMES = 240  # of a step response
 FREQUENCY_STEP = 0.05  # [1/knob] resolution of a step response; finer has no visible effect
-HIGHEST_FREQUENCY = 10.0  # [1/knob] or over the delay: highest frequency of a step response
+STEP_BANDWIDTH = 10.0  # [1/knob] or over the delay: highest frequency of a step response
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Responses:
 
 
 def responses(tuning: Tuning) -> Responses:
-    """All curves. A band is that of the first `BAND_DRAWS` draws."""
+    """All curves. A band is that of the first `RESPONSE_DRAWS` draws."""
     omega = frequencies(tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES)
     omega = omega[
         (omega > 0.05 / tuning.knob) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
     ]
-    draws = min(BAND_DRAWS, tuning.draws)
+    draws = min(RESPONSE_DRAWS, tuning.draws)
     boats = [_at_rest(boat) for boat in draws_of(tuning.boat, tuning.model, draws, tuning.seed)]
     loops = np.array(list(_single_loops(tuning, boats, omega)))  # (draws, 3, n)
     phase = np.degrees(np.unwrap(np.angle(loops), axis=-1))
@@ -69,7 +69,7 @@ def steps_of(tuning: Tuning, boats: list[LinearBoat], t: Array) -> Array:
 
     y(t) = 2 / pi times the integral of Re T(i w) sin(w t) / w over w from 0 on: T is stable.
     """
-    most = HIGHEST_FREQUENCY / min(tuning.knob, float(tuning.delay.min()))
+    most = STEP_BANDWIDTH / min(tuning.knob, float(tuning.delay.min()))
     width = FREQUENCY_STEP / tuning.knob
     midpoints = np.arange(0.5, most * tuning.knob / FREQUENCY_STEP)
     omega = midpoints * FREQUENCY_STEP / tuning.knob

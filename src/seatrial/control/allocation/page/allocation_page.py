@@ -7,9 +7,8 @@ from seatrial.control.allocation import AllocationComparison
 from seatrial.control.allocation.page import sections
 from seatrial.report.figures.png import check
 from seatrial.report.html import page
-from seatrial.report.papers import write_figures, write_tables
-from seatrial.report.sections.base import Section, store_of
-from seatrial.util.files import write_text
+from seatrial.report.papers import write_page
+from seatrial.report.sections.base import Section
 
 
 def allocation_report(found: AllocationComparison) -> str:
@@ -28,14 +27,12 @@ def write_allocation(
     """Write `allocation_report` to a file; `figures`, `raster` and `tables` as in `write_report`."""
     if raster:
         check()
-    found_sections = _sections(found)
-    write_text(Path(path), page(_title(found), found_sections))
-    if figures is not None:
-        drives = max((row.drives for row in found.rows), key=len, default=())
-        names = {store_of(i): drive.recording for i, drive in enumerate(drives)}
-        write_figures(found_sections, names, Path(figures), raster=raster)
-    if tables is not None:
-        write_tables(found_sections, Path(tables))
+    names = [
+        drive.recording for drive in max((row.drives for row in found.rows), key=len, default=())
+    ]
+    write_page(
+        _title(found), _sections(found), path, names, figures=figures, raster=raster, tables=tables
+    )
 
 
 def _sections(found: AllocationComparison) -> list[Section]:

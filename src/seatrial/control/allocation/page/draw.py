@@ -8,7 +8,7 @@ from seatrial.control.allocation.schemes import PLAIN, Drive
 from seatrial.report.figures.base import ORANGE, Figure, colour_of, figure, level, line
 from seatrial.util.frames import AXES, Array
 
-DIRECTIONS = 241  # of an attainable set's outline
+OUTLINE_POINTS = 241  # of an attainable set's outline
 COMMANDS_WINDOW = 30.0  # [s] of commands that are drawn
 MOST_COMMANDS = 1500  # drawn of a curve of commands
 
@@ -35,8 +35,8 @@ def slices(found: AllocationComparison, first: int, second: int) -> Figure:
 
 def outline(allocator: Allocator, first: int, second: int) -> tuple[Array, Array]:
     """The largest attainable wrench in every direction of a plane through zero."""
-    angle = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS)
-    directions = np.zeros((DIRECTIONS, 3))
+    angle = np.linspace(0.0, 2.0 * np.pi, OUTLINE_POINTS)
+    directions = np.zeros((OUTLINE_POINTS, 3))
     directions[:, first], directions[:, second] = np.cos(angle), np.sin(angle)
     ends = allocator.reach(directions)[:, None] * directions
     return ends[:, first], ends[:, second]

@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from seatrial.control import Tuning
-from seatrial.control.tuning.console import UNITS, remarks
+from seatrial.control.tuning.console import POSE_UNITS, remarks
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.control.tuning.loops import Margins
 from seatrial.control.tuning.page import draw
@@ -37,7 +37,7 @@ def gains(tuning: Tuning) -> Section:
             Number(float(full), 3), Text(f"{unit}/s²"), Number(float(delay), 3),
         ]
         for axis, unit, row, full, delay in zip(
-            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
         )
     ]  # fmt: skip
     head = ("axis", "P", "I", "D", "unit", "full command", "", "delay [s]")
