@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_command,
 )
-from seatrial.io.bags.write import FORMATS
+from seatrial.io.bags.write import BAG_FORMATS
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def add(verbs: "Verbs") -> None:
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
     simulate.add_argument(
-        "--format", choices=("csv", *FORMATS), default="csv",
+        "--format", choices=("csv", *BAG_FORMATS), default="csv",
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")

@@ -17,7 +17,7 @@ from seatrial.util.frames import Array
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
-LATEST_STAMP = 9e18  # [ns] below the largest 64-bit integer
+MOST_NANOSECONDS = 9e18  # [ns] below the largest 64-bit integer
 
 
 class Table:
@@ -143,7 +143,7 @@ def nanoseconds(
         stamps = (
             column.sign * (raw - column.offset) / column.scale * TO_NANOSECONDS[column.unit or "s"]
         )
-    if np.abs(stamps).max() > LATEST_STAMP:
+    if np.abs(stamps).max() > MOST_NANOSECONDS:
         raise RecordingError(
             f"{path}: stamp column '{column.column}' reaches {raw.max():g} {column.unit or 's'}; "
             "is its unit ms, us or ns? Name it in the vehicle file"

@@ -11,7 +11,7 @@ from seatrial.io.bags.wire import WireError
 from seatrial.util.errors import RecordingError
 
 INSPECTED_MESSAGES = 50  # arrays have one length in nearly all logs
-MOST_CHANNELS = 32
+MOST_FIELDS = 32
 NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
 
 
@@ -32,7 +32,7 @@ def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]
             continue
         plain = re.sub(r"\[\d+\]", "[]", name) in single
         found += [name] if plain else [f"{name}[{i}]" for i in range(leaf.count)]
-    return found[:MOST_CHANNELS]
+    return found[:MOST_FIELDS]
 
 
 def tf_frames(path: Path, topic: str, *, salvage: bool = False) -> list[tuple[str, str, bool]]:

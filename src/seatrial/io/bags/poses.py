@@ -11,14 +11,13 @@ from seatrial.boat.schema import Clock as ClockChoice
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Collector, Samples
-from seatrial.io.bags.tf import is_tf, tf_pose, yaw
+from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose, yaw
 from seatrial.io.bags.wire import Wire, WireError, plain
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
 from seatrial.recording.timing import Clock, Stream, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps, earth_offset
 
-FRAMES = ("header.frame_id", "child_frame_id")
 LARGEST_POSE = 1e9  # [m], [rad] a larger value is not a pose
 SECOND_FRAME = 0.01  # share of messages above which a second frame is an error
 QUATERNION = ("x", "y", "z", "w")
@@ -74,7 +73,7 @@ def pose_fields(bag: Bag, vehicle: Vehicle) -> PoseFields | None:
     x, y, *heading = found or ("", "", "")
     return PoseFields(
         topic, given[0] or x, given[1] or y, (given[2],) if given[2] else tuple(heading),
-        tuple(f for f in FRAMES if wire.has_text(f)),
+        tuple(f for f in FRAME_FIELDS if wire.has_text(f)),
     )  # fmt: skip
 
 
@@ -172,7 +171,9 @@ def chosen_stamps(samples: Samples, choice: ClockChoice) -> tuple[Stamps, Clock]
 def _of_one_frame(samples: Samples, spec: PoseSource, source: str) -> Mask:
     """Messages of the requested frames. Raises RecordingError where several are mixed."""
     keep = np.ones(len(samples.arrival), dtype=bool)
-    for path, key, name in zip(FRAMES, ("parent", "child"), (spec.parent, spec.child), strict=True):
+    for path, key, name in zip(
+        FRAME_FIELDS, ("parent", "child"), (spec.parent, spec.child), strict=True
+    ):
         if path not in samples.texts:
             continue
         frames = [text.lstrip("/") for text in samples.texts[path]]

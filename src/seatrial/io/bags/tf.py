@@ -20,8 +20,8 @@ NUMBERS = (
     "rotation.x", "rotation.y", "rotation.z", "rotation.w",
 )  # fmt: skip
 STAMP = ("header.stamp.sec", "header.stamp.nanosec")
-FRAMES = ("header.frame_id", "child_frame_id")
-MOST_LISTED = 30  # edges in a message
+FRAME_FIELDS = ("header.frame_id", "child_frame_id")
+MOST_EDGES = 30  # edges in a message
 SMALL_ANGLE = 1e-4  # [rad] between two rotations: below it linear interpolation is exact enough
 Edge = tuple[str, str]  # parent, child
 
@@ -94,7 +94,7 @@ def _check_definition(bag: Bag, topic: Topic) -> None:
             topic.wire.require(f"transforms[0].{path}", where)
     except WireError as error:
         raise RecordingError(f"{where}: {error}") from None
-    if not all(topic.wire.has_text(f"transforms.{frame}") for frame in FRAMES):
+    if not all(topic.wire.has_text(f"transforms.{frame}") for frame in FRAME_FIELDS):
         raise RecordingError(f"{where}: its transforms do not name their frames")
 
 
@@ -161,10 +161,10 @@ def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edg
                     reached[end] = (edge, forward, frame)
                     waiting.append(end)
     if child not in reached:
-        listed = ", ".join(f"{plain(p)} -> {plain(c)}" for p, c in sorted(edges)[:MOST_LISTED])
+        listed = ", ".join(f"{plain(p)} -> {plain(c)}" for p, c in sorted(edges)[:MOST_EDGES])
         listed = listed or "none"
-        if len(edges) > MOST_LISTED:
-            listed += f" and {len(edges) - MOST_LISTED} more"
+        if len(edges) > MOST_EDGES:
+            listed += f" and {len(edges) - MOST_EDGES} more"
         raise RecordingError(
             f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}"
         )

@@ -37,7 +37,7 @@ BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
     "builtin_interfaces/msg/Duration": ([], _STAMP),
 }
 MOST_ELEMENTS = 4096  # of a sequence of messages; a longer one is not a pose or a command
-MOST_DEPTH = 20  # of messages within messages
+MOST_NESTING = 20  # of messages within messages
 PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
 
 
@@ -234,7 +234,7 @@ def _numbers(kind: Kind, seen: str, definitions: "Typesdict", depth: int) -> lis
         return [seen] if detail in PRIMITIVES else []
     if tag == "many":
         return _numbers(detail[0], f"{seen}[]", definitions, depth)
-    if depth > MOST_DEPTH or detail not in definitions:
+    if depth > MOST_NESTING or detail not in definitions:
         return []
     return [
         path
@@ -269,7 +269,7 @@ class _Walk:
         return self.found
 
     def _message(self, name: str, path: str, depth: int) -> None:
-        if name not in self.wire.definitions or depth > MOST_DEPTH:
+        if name not in self.wire.definitions or depth > MOST_NESTING:
             raise WireError(f"uses {name}, which is not defined")
         for field, kind in self.wire.definitions[name][1]:
             self._field(kind, f"{path}.{field}" if path else field, depth)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys.store import Typestore
 
-FORMATS = ("bag", "mcap", "db3")
+BAG_FORMATS = ("bag", "mcap", "db3")
 CLASSES = {  # the message of a command's field, by the first name of its path
     "axes": "sensor_msgs/msg/Joy",
     "data": "std_msgs/msg/Float64MultiArray",
@@ -54,7 +54,7 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
     """A .bag, .mcap or .db3 with these topics. Raises FileError."""
     path = path.resolve()
     kind = path.suffix[1:]
-    if kind not in FORMATS:
+    if kind not in BAG_FORMATS:
         raise FileError(f"{path}: expected a file name ending in .bag, .mcap or .db3")
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give a file name")
