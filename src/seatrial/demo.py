@@ -27,7 +27,7 @@ from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
 
 PAPER = "equation-error"
-METHODS = (PAPER, DEFAULT_METHOD)
+DEMO_METHODS = (PAPER, DEFAULT_METHOD)
 TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
 TESTED_ON = "CSE1_data_run1"
 SHIPS = (  # vehicle file, method, label
@@ -40,7 +40,7 @@ TABLE_III = {
     "-MP": {"S4": "2.3", "S5": "3.5", "S6": "0.10"},
     "-AF": {"S4": "1.8", "S5": "2.2", "S6": "0.07"},
 }
-LEGEND = """\
+DEMO_LEGEND = """\
   constant: RMS error of a constant velocity; in brackets: error over that;
   floor: noise floor, the error of a perfect model from pose noise"""
 Say = Callable[[str], None]
@@ -53,7 +53,7 @@ def demo(out: Path, say: Say, note: Say) -> None:
     """
     _ship(out / "cse1", say, note)
     _trials(out / "mallard", say, note)
-    say(LEGEND)
+    say(DEMO_LEGEND)
 
 
 def bundled_data() -> Path:
@@ -121,7 +121,7 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         recordings = [read(folder, known) for folder in folders]
         models: dict[str, Model] = {}
         found: dict[str, Scores] = {}
-        for method in METHODS:
+        for method in DEMO_METHODS:
             note(f"identifying {vehicle.name}{suffix}, {method}")
             models[method] = identify(recordings[:3], known, method=method)
             found[method] = validate(models[method], recordings[3:])

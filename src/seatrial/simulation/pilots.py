@@ -13,7 +13,7 @@ BRAKING = 0.12  # [m/s^2] deceleration by full reverse that the operator expects
 LOOK_AHEAD = 0.5  # [s]
 CUSHION = 0.10  # [m] in addition to the margin
 SMALLEST_AREA = 0.05  # [m] half-size of the area in which the boat may stop, at least
-LARGEST_HEADING_ERROR = 0.5  # [rad] above it a pulse is corrected, too
+OFF_COURSE_HEADING = 0.5  # [rad] above it a pulse is corrected, too
 HEADING_DEADBAND = 0.15  # [rad] a smaller error is not corrected
 POSITION_DEADBAND = 0.2  # [m] a smaller offset is not corrected
 TURN_BACK = 0.4  # of the free half-length: beyond it a pulse is towards the middle
@@ -74,7 +74,7 @@ class PulseOperator(Operator):
         if t >= self.until:
             self._next(t, x)
         sticks = self.sticks.copy() if self.pulsing else np.zeros(3)
-        off_course = abs(_wrapped(x[2] - self.start_heading())) > LARGEST_HEADING_ERROR
+        off_course = abs(_wrapped(x[2] - self.start_heading())) > OFF_COURSE_HEADING
         if not self.pulsing or (off_course and self.axis != 2):
             sticks += self._correction(x)
         return sticks

@@ -16,7 +16,7 @@ from seatrial.util.errors import LiveError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes
 
 Kind = Literal["pose", "truth", "imu", "scan", "command"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
+LINE_KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 class Line(Strict, frozen=True):

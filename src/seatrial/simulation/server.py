@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from seatrial.onboard.live.endpoints import Source
-from seatrial.simulation.protocol import KINDS, Kind, Writer, read_line
+from seatrial.simulation.protocol import LINE_KINDS, Kind, Writer, read_line
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading
 from seatrial.simulation.world import World
 from seatrial.util.errors import LiveError, SimulatorError
@@ -37,8 +37,8 @@ class Settings:
             raise LiveError(f"speed {self.speed:g}: expected up to 1000; 0: the lines set the time")
         if self.duration is not None and not 0.0 < self.duration < math.inf:
             raise LiveError(f"duration {self.duration:g}: expected seconds, more than 0")
-        if odd := [kind for kind in self.kinds if kind not in KINDS]:
-            raise LiveError(f"lines {', '.join(odd)}: expected some of {', '.join(KINDS)}")
+        if odd := [kind for kind in self.kinds if kind not in LINE_KINDS]:
+            raise LiveError(f"lines {', '.join(odd)}: expected some of {', '.join(LINE_KINDS)}")
 
 
 class Stream:

@@ -23,7 +23,7 @@ from seatrial.util.frames import Array, Mask, Stamps, body_velocity
 SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
 TRANSPORT = 0.002  # [s] from the stamp of a message to its arrival at the recorder
 LEAD = 0.5  # [s] of joypad before the first pose and after the last
-OVERSHOOT = 0.3  # [m] beyond the wall: the trial is refused
+OUTSIDE_POOL = 0.3  # [m] beyond the wall: the trial is refused
 DISTURBANCE_STEP = 0.01  # [s] of the disturbance force
 
 
@@ -145,7 +145,7 @@ def _drive(
     sticks = np.zeros((len(looks), 3))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
-    wall_x, wall_y = plan.pool.length / 2 + OVERSHOOT, plan.pool.width / 2 + OVERSHOOT
+    wall_x, wall_y = plan.pool.length / 2 + OUTSIDE_POOL, plan.pool.width / 2 + OUTSIDE_POOL
     due, j = [*poses.tolist(), np.inf], 0
     for i, t in enumerate(looks.tolist()):
         while due[j] < t:
