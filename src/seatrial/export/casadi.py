@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import casadi
 
 Symbol = Any  # casadi has no types: an SX
-STATES = 6
+STATE_SIZE = 6
 SERIES_LIMIT = 1e-2  # step over lag below which a series avoids cancellation
 
 
@@ -89,12 +89,12 @@ class Functions:
 
     def rate(self) -> "casadi.Function":
         """See `casadi_dynamics`."""
-        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        x, force = self._symbol("x", STATE_SIZE), self._symbol("F", len(self.content.forces))
         return self._function("rate", {"x": x, "F": force}, {"x_dot": self._rate(x, force)})
 
     def step(self) -> "casadi.Function":
         """See `casadi_step`."""
-        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        x, force = self._symbol("x", STATE_SIZE), self._symbol("F", len(self.content.forces))
         dt = self._symbol("dt", 1)
         after = self._runge_kutta(x, [force] * 3, dt)
         return self._function("step", {"x": x, "F": force, "dt": dt}, {"x_next": after})
@@ -115,7 +115,7 @@ class Functions:
         """See `casadi_drive`."""
         n = len(self.content.actuators)
         x, level, target = (
-            self._symbol("x", STATES),
+            self._symbol("x", STATE_SIZE),
             self._symbol("level", n),
             self._symbol("target", n),
         )

@@ -18,8 +18,13 @@ from seatrial.export.template import fill, template
 from seatrial.export.terms import number
 from seatrial.util.errors import ExportError
 
-STATES = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
-UNITS = {"m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}}
+STATE_UNITS = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
+BASE_UNITS = {
+    "m": {"m": 1},
+    "rad": {"rad": 1},
+    "m/s": {"m": 1, "s": -1},
+    "rad/s": {"rad": 1, "s": -1},
+}
 PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "arm64"): ("darwin64", ".dylib"),
              ("Darwin", "x86_64"): ("darwin64", ".dylib")}  # fmt: skip
 ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # of the archive's files: makes its bytes reproducible
@@ -104,7 +109,7 @@ def description(content: Content, name: str, guid: str) -> bytes:
     )  # fmt: skip
     Xml.SubElement(Xml.SubElement(unit, "SourceFiles"), "File", name="fmu.c")
     units = Xml.SubElement(root, "UnitDefinitions")
-    for text, powers in UNITS.items():
+    for text, powers in BASE_UNITS.items():
         base = {key: str(power) for key, power in powers.items()}
         Xml.SubElement(Xml.SubElement(units, "Unit", name=text), "BaseUnit", base)
     step = number(content.longest_step)
@@ -136,7 +141,7 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
         add(name, "command, holds until the next one", {"start": "0.0"}, **held)
     for name, reference in content.scales.items():
         add(name, "known signal that scales thrust", {"start": number(reference)}, **held)
-    for name, measure in STATES:
+    for name, measure in STATE_UNITS:
         real = {"unit": measure, "start": "0.0"}
         add(
             f"{name}_start",
@@ -147,7 +152,7 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
             initial="exact",
         )
     seen = {"causality": "output", "variability": "continuous", "initial": "calculated"}
-    for name, measure in STATES:
+    for name, measure in STATE_UNITS:
         add(name, "of the boat", {"unit": measure}, **seen)
     for name in content.forces:
         add(f"{name}_given", "generalised force, in command units", {}, **seen)

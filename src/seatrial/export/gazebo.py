@@ -19,7 +19,7 @@ from seatrial.export.hull import Hull
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-LETTERS = "xyn"  # of the plugin's parameters: surge, sway, yaw
+PLUGIN_AXES = "xyn"  # of the plugin's parameters: surge, sway, yaw
 NEGLIGIBLE = 1e-9  # of mass: a smaller term is rounding error
 
 
@@ -49,10 +49,10 @@ class Gazebo:
         """Parameters of the plugin by name, in N and N m per velocities and accelerations."""
         found = {"xVR": -self.hull.mass, "yUR": self.hull.mass}  # the engine adds these itself
         for axis, added in enumerate(self.hull.added):
-            found[f"{LETTERS[axis]}Dot{SYMBOLS[axis].upper()}"] = -added
+            found[f"{PLUGIN_AXES[axis]}Dot{SYMBOLS[axis].upper()}"] = -added
         for term in self.content.structure.terms:
             if self._force_of(term) is None:
-                name = f"{LETTERS[term.axis]}{self._factors(term)}"
+                name = f"{PLUGIN_AXES[term.axis]}{self._factors(term)}"
                 found[name] = found.get(name, 0.0) + self._dimensional(term)
         return {
             name: value for name, value in found.items() if abs(value) > NEGLIGIBLE * self.hull.mass
@@ -62,7 +62,9 @@ class Gazebo:
     def delayed(self) -> Array:
         """Forces (3, 3) per acceleration, which the plugin applies one step late."""
         own = self.hydrodynamics
-        return np.array([[own.get(f"{a}Dot{s.upper()}", 0.0) for s in SYMBOLS] for a in LETTERS])
+        return np.array(
+            [[own.get(f"{a}Dot{s.upper()}", 0.0) for s in SYMBOLS] for a in PLUGIN_AXES]
+        )
 
     def check_stable(self) -> None:
         """Raise ExportError where the delayed accelerations diverge.

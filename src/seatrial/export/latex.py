@@ -9,7 +9,7 @@ from seatrial.report.text.latex import latex_text
 from seatrial.report.text.table import Table
 from seatrial.util.statistics import NORMAL_95
 
-HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
+TABLE_HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
 
 
 def text(content: Content) -> str:
@@ -37,4 +37,4 @@ def table(content: Content) -> Table:
             Unit(content.units[name]),
             Text(found[name].verdict.value),
         ])  # fmt: skip
-    return Table("coefficients", f"Coefficients of {content.vehicle_name}", HEAD, rows)
+    return Table("coefficients", f"Coefficients of {content.vehicle_name}", TABLE_HEAD, rows)

@@ -8,10 +8,10 @@ from seatrial.export.content import Content
 from seatrial.util.errors import ExportError
 from seatrial.util.files import dump_yaml
 
-NODE = "seatrial_odometry"
+ODOMETRY_NODE = "seatrial_odometry"
 USAGE = {
-    1: f"rosparam load FILE, then rosrun {NODE} odometry __name:={NODE}",
-    2: f"ros2 run {NODE} odometry --ros-args -r __node:={NODE} --params-file FILE",
+    1: f"rosparam load FILE, then rosrun {ODOMETRY_NODE} odometry __name:={ODOMETRY_NODE}",
+    2: f"ros2 run {ODOMETRY_NODE} odometry --ros-args -r __node:={ODOMETRY_NODE} --params-file FILE",
 }
 
 
@@ -20,7 +20,7 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
     if model_path is None:
         raise ExportError("the node reads model.yaml: give its path (model_path)")
     parameters: dict[str, Any] = {"model": str(model_path.resolve()), "boat": _boat(content)}
-    file = {NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
+    file = {ODOMETRY_NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
     head = f"# ROS {ros} parameters of {content.vehicle_name} by {content.source}: {USAGE[ros]}\n"
     units = (
         "# boat: axes as stated, SI; coefficients per unit mass and inertia; matrices row by row\n"
