@@ -34,7 +34,7 @@ def verdict(pair: ModelPair) -> Section:
         + (f", {minutes(side.length)})" if side.recordings else ")")
         for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
     )
-    lines = [f"{sides}.", " ".join(map(_opened, changes_text(found))).replace(" (*)", "")]
+    lines = [f"{sides}.", " ".join(map(_opened, changes_text(found)))]
     if found.better:
         lines += [f"{name} s ahead, {prediction_text(found, name)}." for name in found.better]
     else:
