@@ -22,7 +22,7 @@ from seatrial.identification.estimator import fit
 from seatrial.recording.recording import Recording, make_recording
 from seatrial.simulation import trials
 from seatrial.simulation.plan import DisturbanceForce
-from seatrial.simulation.trials import PUSH
+from seatrial.simulation.trials import DISTURBANCE_STEP
 from seatrial.util.errors import IdentificationError
 from tests.boats.scenes import Scene, scenes, true_parameters, vehicle_of
 
@@ -45,11 +45,11 @@ class BumpedPlant(trials.DisturbedPlant):
 
     def advance_to(self, t: float) -> bool:
         """On to t [s]."""
-        for moment in AT + np.arange(0.0, LASTS, PUSH):
+        for moment in AT + np.arange(0.0, LASTS, DISTURBANCE_STEP):
             if self.time < moment <= t:
                 super().advance_to(moment)
                 state = self.state
-                state[3:] -= PUSH * self.push
+                state[3:] -= DISTURBANCE_STEP * self.push
                 self.state = state
         return super().advance_to(t) if t > self.time else True
 
