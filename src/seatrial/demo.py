@@ -170,7 +170,7 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
 def _show_model(model: Model, out: Path, say: Say) -> None:
     """Findings, concerns and physics of a model."""
     findings = map(finding_text, model.estimator.findings)
-    for sentence in [*findings, *(f"check: {concern}" for concern in model_concerns(model))]:
+    for sentence in [*findings, *(f"doubt: {concern}" for concern in model_concerns(model))]:
         say(f"  {sentence}")
     say(f"  {physics_line(model)}")
     say(f"  -> {out / 'report.html'}\n")
