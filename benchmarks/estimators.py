@@ -42,7 +42,7 @@ def prepare(folder: Path, plan_name: str) -> None:
     import seatrial
     from seatrial.boat.schema import NoiseEntry, ProcessEntry
     from seatrial.identification.regression.equation_error import equation_error
-    from seatrial.io.write import write_setting, write_trial
+    from seatrial.io.trial_files import write_setting, write_trial
     from seatrial.simulation.plan import DropOuts, Jumps, load_plan
     from seatrial.simulation.trials import plant_model, simulate
 

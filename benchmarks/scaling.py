@@ -34,7 +34,7 @@ def drive(folder: Path, seconds: float, kind: str = "csv") -> None:
     import msgspec
 
     import seatrial
-    from seatrial.io.write import write_setting, write_trial
+    from seatrial.io.trial_files import write_setting, write_trial
     from seatrial.simulation.plan import TrialEntry, load_plan
     from seatrial.simulation.trials import plant_model, simulate
 

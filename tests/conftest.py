@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, settings
 import seatrial
 from seatrial.boat.model import save
 from seatrial.commands.cli import main
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
 

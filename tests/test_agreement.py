@@ -11,15 +11,15 @@ from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Signal
-from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
-PUSH = Unmodelled(0.04, 2.0)
+PUSH = DisturbanceForce(0.04, 2.0)
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
 
 
-def plan_of(preset: str, seed: int, force: Unmodelled | None = None) -> PlanFile:
+def plan_of(preset: str, seed: int, force: DisturbanceForce | None = None) -> PlanFile:
     plan = with_seed(load_plan(preset), seed)
     return msgspec.structs.replace(
         plan, plant=msgspec.structs.replace(plan.plant, unmodelled=force)

@@ -14,7 +14,7 @@ import seatrial
 from seatrial.boat.schema import AllocationEntry, ChainGroup, DeadZone, ThrusterEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.control.allocation import AllocatorScheme, effectiveness
-from seatrial.control.allocation.allocator import MARGIN
+from seatrial.control.allocation.allocator import IDLE_MARGIN
 from seatrial.util.errors import AllocationError, VehicleError
 
 SCHEMES = [s.value for s in AllocatorScheme]
@@ -137,7 +137,7 @@ def test_the_bias_is_the_qps_with_every_thruster_past_its_idle_command(vehicle, 
     T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
     side, (low, high) = allocator.sides, chain.bounds
     n = len(side)
-    idle_at = np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN
+    idle_at = np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * IDLE_MARGIN
     floor = chain.of(idle_at)
     low, high = np.where(side > 0, floor, low), np.where(side > 0, high, floor)
     at_rest = chain.of(allocator.idle)
@@ -179,7 +179,7 @@ def test_idling_takes_the_least_power_of_all_sides(vehicle):
     for code in range(2**n):
         side = np.array([1 if code >> k & 1 else -1 for k in range(n)])
         floor = chain.of(
-            np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN
+            np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * IDLE_MARGIN
         )
         ends = np.where(side > 0, floor, low), np.where(side > 0, high, floor)
         authority = depth(T, *ends, np.zeros(3))
@@ -228,7 +228,9 @@ def test_saturation_takes_as_much_as_the_lp_says_yaw_first(vehicle, seed, scheme
     T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
     low, high = chain.bounds
     side = allocator.sides
-    floor = chain.of(np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN)
+    floor = chain.of(
+        np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * IDLE_MARGIN
+    )
     low, high = np.where(side > 0, floor, low), np.where(side < 0, floor, high)
 
     def most(first, yaw, rest):
@@ -298,7 +300,9 @@ def kept(allocator, chain, side):
     """Bounds of thrust on the sides of now."""
     low, high = chain.bounds
     switches = allocator.sides == 0
-    at = np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * MARGIN * ~switches
+    at = (
+        np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * IDLE_MARGIN * ~switches
+    )
     floor = np.where(switches, 0.0, chain.of(at))
     low, high = np.where(side > 0, floor, low), np.where(side > 0, high, floor)
     return low - 1e-9, high + 1e-9
@@ -335,7 +339,9 @@ def test_three_thrusters_switch_and_say_so():
     assert "hysteresis" in allocator.why
     with pytest.raises(AllocationError, match=r"null space .* use auto, or sign-pattern"):
         seatrial.Allocator(tri, "null-space")
-    with pytest.raises(AllocationError, match="always-forward needs thrusters whose pushes cancel"):
+    with pytest.raises(
+        AllocationError, match="always-forward needs thrusters whose wrenches cancel"
+    ):
         seatrial.Allocator(tri, "always-forward")
 
 

@@ -93,7 +93,7 @@ def test_plain_moore_penrose_loses_what_the_dead_zone_takes(compared):
     assert np.all(alpha == 1.0)
     given = np.sign(f) * np.maximum(0.0, np.abs(f) - ZONE) / (1 - ZONE) @ vehicle.mix.T
     np.testing.assert_allclose(drive.error, np.sqrt(np.mean((given - F) ** 2, axis=0)), rtol=1e-9)
-    np.testing.assert_allclose(drive.asked, np.sqrt(np.mean(F**2, axis=0)), rtol=1e-9)
+    np.testing.assert_allclose(drive.requested, np.sqrt(np.mean(F**2, axis=0)), rtol=1e-9)
     thrust = np.maximum(0.0, np.abs(f) - ZONE) / (1 - ZONE)
     assert drive.power == pytest.approx(np.mean(np.sum(thrust**1.5, axis=1)), rel=1e-9)
     recorded = found.row(RECORDED).drives[0]
@@ -137,11 +137,11 @@ def test_a_recorded_wrench_is_that_of_recorded_thruster_commands(cse1, cse1_vehi
     model = make_model(cse1_vehicle, values)
     own = effectiveness(model)
     recording = cse1["run1"]
-    asked = own.asked(recording)
+    asked = own.requested_wrench(recording)
     np.testing.assert_allclose(asked, recording.commands.values @ own.T.T, atol=1e-12)
     found = compare_schemes(model, [recording])
     assert found.row(RECORDED).drives[0].error_share < 1e-12
-    assert np.array_equal(own.sent(recording), recording.commands.values)
+    assert np.array_equal(own.sent_commands(recording), recording.commands.values)
 
 
 def test_the_command_prints_writes_and_draws(place, capsys):
@@ -194,7 +194,7 @@ def test_the_command_gives_the_commands_for_one_wrench(place, capsys):
     [
         (["mallard-mp", "--wrench", "5", "0", "0"], "wrench 5, 0, 0: auto reaches"),
         (["mallard-mp", "--priority", "yaw"], "priority 'yaw': name surge, sway and yaw once each"),
-        (["mallard-mp", "--margin", "2"], "leave no room under the limit 1"),
+        (["mallard-mp", "--margin", "2"], "leave no room below the limit 1"),
         (["nowhere.yaml"], "nowhere.yaml: no such file"),
         (["mallard-mp", "--vehicle", "mallard-af"], "is a vehicle itself"),
         (["mallard-mp", "--figures", "x"], "--figures and --tables belong to the HTML file"),

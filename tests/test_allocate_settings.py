@@ -18,10 +18,10 @@ from seatrial.util.errors import AllocationError, VehicleError
     [
         ({"scheme": "best"}, "no scheme 'best'; there are moore-penrose"),
         ({"priority": "yaw, surge"}, "priority 'yaw, surge': name surge, sway and yaw once each"),
-        ({"limits": 0.03}, "leave no room under the limit 0.03; raise the limit"),
+        ({"limits": 0.03}, "leave no room below the limit 0.03; raise the limit"),
         ({"limits": {"T_9": 1.0}}, "limits names T_9; the thrusters are F_1"),
         ({"limits": -1.0}, "each must be a number above 0"),
-        ({"margin": 1.5}, "leave no room under the limit 1"),
+        ({"margin": 1.5}, "leave no room below the limit 1"),
         ({"margin": float("nan")}, "margin nan: must be a number not below 0"),
         ({"hysteresis": -0.1}, "hysteresis -0.1: must be a number not below 0"),
     ],

@@ -18,7 +18,7 @@ from seatrial.identification.likelihood.noise_structures import (
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.start_noise import gauss_markov_for_white, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
-from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
 from tests.boats.drives import CORRELATED, LASTS, SCENES, trials
@@ -127,7 +127,9 @@ def solved_on(
     plan = replace(
         plan,
         plant=replace(
-            plan.plant, coefficients=coefficients, unmodelled=Unmodelled(SCENES[PUSHED], LASTS)
+            plan.plant,
+            coefficients=coefficients,
+            unmodelled=DisturbanceForce(SCENES[PUSHED], LASTS),
         ),
         pose=replace(plan.pose, noise_correlation=CORRELATION),
         trials={name: replace(plan.trials[name], duration=150.0) for name in TRAINING},

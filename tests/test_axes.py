@@ -21,7 +21,7 @@ from seatrial.evaluation.comparison.prediction import with_signals
 from seatrial.identification.methods import DEFAULT_METHOD, METHODS
 from seatrial.identification.prior import check_prior
 from seatrial.identification.regression.equation_error import equation_error
-from seatrial.io.write import write_trial
+from seatrial.io.trial_files import write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import VehicleError

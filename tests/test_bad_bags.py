@@ -66,7 +66,7 @@ def test_a_field_or_an_element_that_is_not_there_says_what_is(tmp_path, sent, ki
     )
     refused(path, r"'axes' is not a number; numbers there: axes\[\]", asked("axes"))
     refused(
-        path, r"'axes\[4\]' was asked for, but axes has 4 values in 300 messages; count from 0",
+        path, r"'axes\[4\]' is not in every message: axes has 4 values in 300 messages; count from 0",
         asked("axes", index=4),
     )  # fmt: skip
     boat = vehicle(pose={"topic": "/rosout"})
@@ -113,7 +113,7 @@ def test_a_type_that_nobody_knows_says_how_to_record_it(tmp_path, sent):
     path = old_db3(tmp_path, odd, qos=True)
     inputs = {"F_u": "id", "F_v": "id", "F_r": "id"}
     refused(
-        path, "brings no definition of boat_msgs/Motors, and it is not a common type; record it as",
+        path, "has no definition of boat_msgs/Motors, and it is not a common type; record it as",
         vehicle(commands={"inputs": inputs}),
     )  # fmt: skip
 
@@ -158,7 +158,7 @@ def test_a_folder_with_metadata_only_and_a_missing_part_are_told(tmp_path, sent)
     folder = ros2(tmp_path / "run", sent)
     (folder / "run.mcap").unlink()
     refused(folder, r"the bag is damaged \(Some database files are missing")
-    refused(folder, r"metadata.yaml is there, but no .mcap or .db3 beside it", salvage=True)
+    refused(folder, r"metadata.yaml exists, but no .mcap or .db3 next to it", salvage=True)
     split = split2(tmp_path / "split", sent, "mcap")
     (split / "split_5.mcap").unlink()
     refused(split, "missing")
@@ -259,7 +259,8 @@ def test_two_robots_on_one_topic_are_refused_until_one_is_named(tmp_path, kind):
     path = made(tmp_path, kind, ours + theirs + joy_sent(LENGTH))
     line = refused(path, "mixes poses of several frames, header.frame_id 'map' ")
     assert (
-        "'map' (45), 'robot2/map' (45): two robots, or two sources; write the one you mean" in line
+        "'map' (45), 'robot2/map' (45): two robots, or two sources; select one with pose: parent"
+        in line
     )
     one = seatrial.read(path, vehicle(pose={"parent": "map"}))
     two = seatrial.read(path, vehicle(pose={"parent": "robot2/map"}))

@@ -32,7 +32,7 @@ from rosbags.highlevel import AnyReader
 import seatrial
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.write import BagTopic, write_bag
-from seatrial.io.write import EPOCH, write_trial
+from seatrial.io.trial_files import BAG_EPOCH, write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import SeatrialError
@@ -167,7 +167,7 @@ def test_a_simulated_trial_as_a_bag_is_the_trial(tmp_path, clean_mp, suffix, axe
     np.testing.assert_allclose(
         record.commands.values, wanted.commands.values, atol=0.5 / 400 + 1e-9
     )
-    np.testing.assert_array_equal(record.commands.stamps, trial.command_stamps + EPOCH)
+    np.testing.assert_array_equal(record.commands.stamps, trial.command_stamps + BAG_EPOCH)
 
 
 def test_what_can_not_be_written_is_refused_and_leaves_nothing(tmp_path):
@@ -179,8 +179,8 @@ def test_what_can_not_be_written_is_refused_and_leaves_nothing(tmp_path):
     for name, topics, words in (
         ("run.txt", [], "expected a file name ending in .bag, .mcap or .db3"),
         ("run.bag", topic("mavros_msgs/msg/RCOut", {"channels[0]": -1.0}),
-         r"topic /cmd: 'channels\[0\]' would hold -1 to -1; it can hold 0 to 65535"),
-        ("run.mcap", topic("mavros_msgs/msg/RCOut", {"channels[0]": np.nan}), "would hold nan"),
+         r"topic /cmd: 'channels\[0\]' gets -1 to -1; its range is 0 to 65535"),
+        ("run.mcap", topic("mavros_msgs/msg/RCOut", {"channels[0]": np.nan}), "gets nan"),
         ("run.db3", topic(JOY, {"axis[0]": 1.0}), r"has no 'axis'; did you mean 'axes'"),
         ("run.bag", topic(JOY, {"axes[0]": 1.0, "channels[1]": 1.0}), "has no 'channels'"),
     ):  # fmt: skip

@@ -13,7 +13,7 @@ from conftest import at_length
 
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.identification.estimator import fit
-from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 
 QUICK = {
@@ -32,7 +32,7 @@ class Scene:
 
     coefficients: dict[str, float]
     chain: ChainGroup
-    force: Unmodelled
+    force: DisturbanceForce
     rate: float  # [Hz]
     noise: float  # [m]
     memory: float  # [s]
@@ -64,10 +64,10 @@ class Scene:
 QUICK_CHAIN = ChainGroup(lag=0.2, dead_zone=DeadZone(0.05, 0.12))
 SLOW_CHAIN = ChainGroup(lag=0.3, dead_zone=DeadZone(0.12, 0.12))
 SCENES = {
-    "let go in position alone": (Scene(QUICK, QUICK_CHAIN, Unmodelled(0.03, 1.0), 10.0, 0.01, 0.2, 60.0), 4),
-    "let go while far off": (Scene(SLOW, SLOW_CHAIN, Unmodelled(0.03, 1.5), 10.0, 0.004, 0.3, 70.0), 502),
-    "as long as may be": (Scene(SLOW, SLOW_CHAIN, Unmodelled(0.06, 1.5), 50.0, 0.002, 0.5, 60.0), 8),
-    "diverging": (Scene(SLOW, SLOW_CHAIN, Unmodelled(0.06, 1.5), 50.0, 0.002, 0.5, 60.0), 6),
+    "let go in position alone": (Scene(QUICK, QUICK_CHAIN, DisturbanceForce(0.03, 1.0), 10.0, 0.01, 0.2, 60.0), 4),
+    "let go while far off": (Scene(SLOW, SLOW_CHAIN, DisturbanceForce(0.03, 1.5), 10.0, 0.004, 0.3, 70.0), 502),
+    "as long as may be": (Scene(SLOW, SLOW_CHAIN, DisturbanceForce(0.06, 1.5), 50.0, 0.002, 0.5, 60.0), 8),
+    "diverging": (Scene(SLOW, SLOW_CHAIN, DisturbanceForce(0.06, 1.5), 50.0, 0.002, 0.5, 60.0), 6),
 }  # fmt: skip
 
 

@@ -63,8 +63,8 @@ def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
     code, out, err = run(capsys, "inspect", pool / "S1-AF", CSE1 / "csv" / "CSE1_data_run1.csv")
     assert (code, err) == (0, "")
     assert "poses.csv: 3000 rows" in out
-    assert "rises all the way: stamps in s? 15 Hz" in out
-    assert "rises all the way: stamps in s? 20 Hz" in out
+    assert "monotonic: stamps in s? 15 Hz" in out
+    assert "monotonic: stamps in s? 20 Hz" in out
     assert "vsp_speed   0 to 0.3" in out
     code, _, err = run(capsys, "inspect", tmp_path)
     assert (code, err.count("\n")) == (1, 1)

@@ -21,7 +21,7 @@ from seatrial.evaluation.comparison.console import _factor as factor_text
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import Factor, Joint, factors, joint, pairs, views
 from seatrial.evaluation.comparison.prediction import rms_difference
-from seatrial.io.write import write_trial
+from seatrial.io.trial_files import write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError

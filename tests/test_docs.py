@@ -13,7 +13,7 @@ from conftest import at_length
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.io.bags.write import BagTopic, write_bag
-from seatrial.io.write import EPOCH
+from seatrial.io.trial_files import BAG_EPOCH
 from seatrial.simulation.plan import PlanFile, _merged, load_plan
 from seatrial.util.files import read_yaml
 
@@ -62,7 +62,7 @@ def test_the_documented_vehicle_file_for_bags_reads_a_bag(tmp_path):
     content = load(blocks(ROOT / "docs" / "vehicle.md", "yaml")[1], tmp_path)
     vehicle = vehicle_from(content, "vehicle.md")
     n = 200
-    stamps = np.arange(n) * 50_000_000 + EPOCH
+    stamps = np.arange(n) * 50_000_000 + BAG_EPOCH
     wave = np.sin(np.arange(n) / 20)
     write_bag(
         tmp_path / "a.bag",

@@ -116,7 +116,7 @@ def test_ros_parameters_are_those_that_the_node_knows(tmp_path):
         assert parameters["model"] == str(tmp_path / "model.yaml")
         assert parameters["boat"]["coefficients"]["X_uu"] == -0.5
         assert parameters["boat"]["constants"]["latency_surge"] == 0.21
-    with pytest.raises(ExportError, match="say where it is"):
+    with pytest.raises(ExportError, match="give its path"):
         export(boat("ship"), "ros", tmp_path / "ros.yaml")
 
 

@@ -16,15 +16,15 @@ from seatrial.evaluation.expected_error import parameter_variance, process_noise
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.unexpected_error import unforeseen
 from seatrial.evaluation.validation import validate
-from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 
-FORCE = Unmodelled(share=0.04, correlation=2.0)
+FORCE = DisturbanceForce(share=0.04, correlation=2.0)
 
 BEYOND = FindingKind.EXCEEDS_EXPECTED_ERROR
 
 
-def plan_of(force: Unmodelled | None = FORCE, trial: str = "S7", seed: int = 5) -> PlanFile:
+def plan_of(force: DisturbanceForce | None = FORCE, trial: str = "S7", seed: int = 5) -> PlanFile:
     plan = with_seed(load_plan("paper-like"), seed)
     pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
     return msgspec.structs.replace(
@@ -130,7 +130,7 @@ def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
 @pytest.mark.system
 def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
     """Swinging by 4 mm within a second: far ahead that is drowned in what a strong force makes."""
-    plan = plan_of(Unmodelled(share=0.15, correlation=2.0))
+    plan = plan_of(DisturbanceForce(share=0.15, correlation=2.0))
     (trial,) = simulate(plan, af)
     model = believing(plant_model(plan, af), plan, true_process(plan))
     recording = trial.recording.cut(0.0, 200.0)

@@ -11,10 +11,10 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
 from seatrial.io.bags.poses import in_vehicle_terms
-from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
-PUSH = Unmodelled(0.04, 2.0)
+PUSH = DisturbanceForce(0.04, 2.0)
 CHAIN = {"latency": 0.1, "lag": 0.1}
 
 

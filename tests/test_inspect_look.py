@@ -61,16 +61,16 @@ def test_clocks_of_a_bag_are_seen_without_a_vehicle_file(look, tmp_path):
 def test_a_bag_without_poses_or_without_anything(look, tmp_path):
     log = drive()
     text, _ = look(write_bag(tmp_path / "joy.bag", log.topics()[1:]))
-    assert said(text) == ["nothing here looks like poses; see docs/recording.md for what to record"]
+    assert said(text) == ["no topic looks like poses; see docs/recording.md for what to record"]
     for kind in ("bag", "mcap", "db3"):
         text, found = look(write_bag(tmp_path / f"empty.{kind}", []))
         assert found["recordings"][0]["topics"] == []
         assert len(said(text)) == 2
-        assert "nothing here looks like commands" in text
+        assert "no topic looks like commands" in text
 
 
 def test_types_that_are_not_known_are_listed(look, tmp_path):
-    """A .db3 brings no definitions: a type of one's own is a name, and no more."""
+    """A .db3 has no definitions: of a custom type only the name is known."""
     import sqlite3
 
     path = drive().write(tmp_path / "log.db3")
@@ -80,7 +80,7 @@ def test_types_that_are_not_known_are_listed(look, tmp_path):
     topics = {x["source"]: x for x in found["recordings"][0]["topics"]}
     assert (topics[JOY]["kind"], topics[JOY]["role"]) == ("boat_msgs/Motors", None)
     assert "boat_msgs/Motors" in text
-    assert "nothing here looks like commands" in text
+    assert "no topic looks like commands" in text
 
 
 def test_the_columns_of_tables(look, tmp_path):
@@ -109,7 +109,7 @@ def test_the_columns_of_tables(look, tmp_path):
     assert columns["x"]["most"] == pytest.approx(log.pose[:, 0].max(), rel=1e-6)
     assert (columns["ok"]["changes"], columns["x"]["changes"]) == (False, True)
     assert {c["name"]: c["least"] for c in sticks["columns"]}["mode"] is None
-    assert "ok     0 to 0; never changes" in text
+    assert "ok     0 to 0; constant" in text
     assert "mode  no numbers" in text
     assert {c["name"]: c["empty"] for c in sticks["columns"]} == {"t": 0, "mode": 4500, "F_u": 1}
     assert re.search(r"F_u +-0.9\d+ to 0.9\d+, 1 without a number", text)

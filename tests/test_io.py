@@ -92,7 +92,7 @@ def text(rows: str) -> str:
         (text("0,1,2,3\n1,2\n"), None, "line 3: 2 cells, expected 4; is the file cut off"),
         ("t,x,y,yaw\n0,1,2,3\n", None, r"no column 'psi'\. It has: t, x, y, yaw"),
         ("t,x,y,psy\n0,1,2,3\n", None, "did you mean 'psy'"),
-        ("t,x,x,psi\n0,1,2,3\n", None, "column 'x' stands twice|no column 'y'"),
+        ("t,x,x,psi\n0,1,2,3\n", None, "column 'x' is twice|no column 'y'"),
         (text("0,1,2,3\n"), None, "1 poses"),
         (text("nan,1,2,3\n1,1,2,3\n"), None, "line 2: column 't' has no stamp"),
         (

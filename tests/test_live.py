@@ -306,7 +306,7 @@ def test_as_a_process_by_udp_and_the_systems_clock(path):
 
 
 def test_along_a_recording(path, recording, tmp_path, capsys):
-    from seatrial.io.write import write_trial
+    from seatrial.io.trial_files import write_trial
 
     folder = write_trial(trials(SCENE, SEED, TRAINING)["S1"], tmp_path)
     for name in ("out.csv", "out.jsonl"):

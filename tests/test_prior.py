@@ -24,8 +24,8 @@ from seatrial.identification.prior import (
     widened,
 )
 from seatrial.identification.provenance import recording_entry
-from seatrial.io.write import write_trial
-from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.io.trial_files import write_trial
+from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError
 from tests.boats.hulls import MIDDLE, driven
@@ -58,7 +58,7 @@ def after(mp):
     values = {name: value / MORE for name, value in plan.plant.coefficients.items()}
     values["N_ud"] += 0.1
     plant = msgspec.structs.replace(
-        plan.plant, coefficients=values, unmodelled=Unmodelled(0.04, 2.0)
+        plan.plant, coefficients=values, unmodelled=DisturbanceForce(0.04, 2.0)
     )
     trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
     plan = msgspec.structs.replace(plan, plant=plant, trials=trials)

@@ -9,7 +9,7 @@ from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
-from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
@@ -25,7 +25,7 @@ def misfit(model):
 @pytest.mark.parametrize("seed", [0, on_request(1), on_request(2)])
 def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
     """Random walks of the velocity stood for both: errors two times too large, and a structure called wrong."""
-    push = Unmodelled(0.04, 1.2)
+    push = DisturbanceForce(0.04, 1.2)
     chain = {"latency": 0.06, "lag": 0.08, "dead_zone": {"forward": 0.03, "reverse": 0.03}}
     vehicle, recordings = driven(
         SMALL, chain, seed=seed, push=push, white=1e-3, lasting=(3e-3, 0.4), rate=30.0, drives=3
@@ -44,7 +44,7 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
 @pytest.mark.parametrize("seed", [0, at_length(1), on_request(2)])
 def test_whether_a_push_turns_with_the_boat_is_found(earth, seed):
     """Taken for one that turns, wind made right structures look wrong, and lags vanish."""
-    push = Unmodelled(0.05, 3.0, earth_fixed=earth)
+    push = DisturbanceForce(0.05, 3.0, earth_fixed=earth)
     vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
     model = output_error(recordings, vehicle)
     assert model.noise.process.earth_fixed == earth
@@ -55,7 +55,7 @@ def test_whether_a_push_turns_with_the_boat_is_found(earth, seed):
 @pytest.mark.parametrize("seed", [0, on_request(1)])
 def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
     """It was asked only as the likelihood has it, where coefficients follow what the structure lacks."""
-    push = Unmodelled(0.05, 3.0, earth_fixed=True)
+    push = DisturbanceForce(0.05, 3.0, earth_fixed=True)
     whole, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
     linear = {
         "surge": ["v * r", "X_u * u", "X_F * F_u"],
@@ -74,7 +74,7 @@ def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
 )
 def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
     """Edges that were twice too large stood for it, 4 to 17 standard errors away; or it was believed loosely."""
-    push = Unmodelled(share, 2.0) if share else None
+    push = DisturbanceForce(share, 2.0) if share else None
     vehicle, recordings = driven(MIDDLE, CURVED, seed=seed, push=push, white=4e-3)
     model = output_error(recordings, vehicle)
     assert misfit(model) == ()
@@ -85,7 +85,7 @@ def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
 
 @pytest.mark.parametrize("seed", [10, at_length(11), *map(on_request, range(12, 16))])
 def test_a_linear_thruster_gets_no_curve(seed):
-    push = Unmodelled(0.05, 2.0)
+    push = DisturbanceForce(0.05, 2.0)
     vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
     found = output_error(recordings, vehicle).estimator.findings
     assert of_kinds(found, *STAGES_SELECTED) == (), found

@@ -23,7 +23,7 @@ from seatrial.recording.excitation import excitation
 from seatrial.report import report, write_report
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import collect
-from seatrial.report.evidence.runs import WINDOW, busy_window, gather, time_base
+from seatrial.report.evidence.runs import PLOT_WINDOW, busy_window, gather, time_base
 from seatrial.report.evidence.verdict import verdict
 from seatrial.report.figures.embed import decode, pack
 from seatrial.report.figures.errors import correlation, histogram
@@ -103,7 +103,7 @@ def test_scores_are_those_of_validate(tables, model, cse1):
         for (told, values), field in zip(cells, SCORE_FIELDS, strict=True):
             exact = getattr(score, field)
             assert values == ([] if exact is None else [exact])
-            if exact is None:  # a model without process noise foresees nothing
+            if exact is None:  # a model without process noise has no expected RMS
                 assert field == "foreseen"
                 continue
             factor = 1.0 if field in ("ratio", "kurtosis") else scale
@@ -114,19 +114,19 @@ def test_scores_are_those_of_validate(tables, model, cse1):
         assert tuple(row[11][1]) == score.ratio_interval
 
 
-def test_what_the_model_foresees_is_in_table_and_verdict(model, cse1):
+def test_the_expected_rms_is_in_table_and_verdict(model, cse1):
     runs = list(cse1.values())[:1]
     pushed = ProcessEntry(0.0, 0.0, 0.05, 0.05, 2.0)
     sure = replace(model, noise=NoiseEntry(7e-5, 3e-4, pushed))
     text = report(sure, runs)
     (rows,) = Tables(text).found["scores"]
     score = validate(sure, runs).recordings[0].scores
-    assert rows[0][6][0] == "foreseen"
+    assert rows[0][6][0] == "expected"
     for row, symbol in zip((r for r in rows[1:] if len(r) > 1), "uvr", strict=True):
         assert row[6][1] == [score[symbol].foreseen]
         assert score[symbol].foreseen > score[symbol].floor
     said = ", ".join(f"{score[s].rms / score[s].foreseen:.2f}" for s in "uv")
-    assert f"the error is {said} and " in text.partition("times what the model foresees")[0][-60:]
+    assert f"the error is {said} and " in text.partition("times the expected RMS")[0][-60:]
 
 
 def test_coefficients_are_the_models_and_those_of_its_file(tables, model, tmp_path):
@@ -259,7 +259,7 @@ def test_window_is_the_busiest_stretch_that_can_be_predicted():
     t = np.arange(0.0, 200.0, 0.1)
     forces = np.where((t > 100) & (t < 130), 1.0, 0.1)[:, None]
     begin, end = busy_window(t, np.ones(len(t), dtype=bool), forces)
-    assert end - begin == WINDOW
+    assert end - begin == PLOT_WINDOW
     assert begin <= 100.0
     assert end >= 130.0
     begin, _ = busy_window(t, (t < 60), forces)
@@ -302,16 +302,16 @@ def test_without_an_unseen_recording_the_report_asks_for_one(evidence):
     assert sum("Validate on a recording" in line for line in advice(seen)) == 1
 
 
-def test_poor_axes_and_one_sided_commands_are_told(af, mallard, clean_af):
+def test_poor_axes_and_one_sided_commands_get_advice(af, mallard, clean_af):
     recording = clean_af["S4"].recording
     bad = boat(af, X_F=-0.14)
     told = advice(collect(bad, [recording], 1.0))
     assert any("surge prediction is worse" in line for line in told)
     commands = replace(recording.commands, values=np.abs(recording.commands.values))
     sided = advice(collect(mallard, [replace(recording, commands=commands)], 1.0))
-    assert any("surge commands go almost only to one side" in line for line in sided)
+    assert any("surge commands have almost only one sign" in line for line in sided)
     good = advice(collect(mallard, [recording], 1.0))
-    assert not any("surge prediction" in line or "only to one side" in line for line in good)
+    assert not any("surge prediction" in line or "only one sign" in line for line in good)
 
 
 def test_warnings_and_the_sanity_line_are_shown(model, cse1):

@@ -26,7 +26,7 @@ from seatrial.report.figures.base import (
 from seatrial.report.figures.recorded import timeline
 from seatrial.report.figures.svg import svg
 from seatrial.report.figures.svg_axes import Axis
-from seatrial.report.text.cells import Interval, Name, Number, Said, Text, Unit, between, known
+from seatrial.report.text.cells import Interval, Name, Number, Text, Unit, Worded, between, known
 from seatrial.report.text.table import Table
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -197,7 +197,7 @@ def test_cells_say_the_same_three_times():
     assert Name("edge_forward").latex() == r"edge\_forward"
     assert Unit("rad/m^2").latex() == "rad/m$^{2}$"
     assert Text("50 % of A&B_1").latex() == r"50 \% of A\&B\_1"
-    assert Said(120.0, "2 min").plain() == "120"
+    assert Worded(120.0, "2 min").plain() == "120"
     assert known(None).plain() == known(float("nan")).plain() == between(None).plain() == ""
     assert known(float("nan")).html() == "–"
 

@@ -14,7 +14,7 @@ from seatrial.evaluation.assessment import assess, pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report.evidence import homogeneity as agreement
-from seatrial.report.evidence.actuators import answers, curves
+from seatrial.report.evidence.actuators import curves, step_responses
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.evidence.physics import physics
 from seatrial.report.evidence.runs import gather, judged, thinned
@@ -93,7 +93,7 @@ def test_the_answer_to_a_step_has_its_latency_and_its_lag(mp):
     names = chain.vehicle.constants.names
     lag = chain.constants[names.index("lag")]
     latency = chain.constants[names.index("latency")] if "latency" in names else 0.0
-    (found,) = answers(chain)
+    (found,) = step_responses(chain)
     assert found.names == ("F_u", "F_v", "F_r")
     expected = np.where(found.x > latency, 1.0 - np.exp(-(found.x - latency) / lag), 0.0)
     expected = np.clip(expected, 0.0, 1.0)
@@ -118,16 +118,16 @@ def test_recordings_that_agree_are_not_told_apart_and_others_are():
 
 
 def test_recordings_of_one_boat_agree_and_one_of_another_does_not(evidence, model, trials, mp):
-    found = agreement.repeat(evidence)
+    found = agreement.homogeneity(evidence)
     assert found.recordings == ("S1-MP", "S2-MP", "S3-MP", "S7-MP")
-    assert not found.unlike
+    assert not found.inhomogeneous
     plan = load_plan("paper-like")
     plant = plant_model(plan, mp)
     heavy = replace(plant, coefficients=plant.coefficients / 1.2)
     other = next(iter(simulate(plan, mp, heavy))).recording
     odd = collect(model, [trials["S1"], replace(other, name="heavier")], 1.0)
-    assert "X_F" in agreement.repeat(odd).unlike
-    row = next(r for r in agreement.repeat(odd).rows if r.name == "X_F")
+    assert "X_F" in agreement.homogeneity(odd).inhomogeneous
+    row = next(r for r in agreement.homogeneity(odd).rows if r.name == "X_F")
     assert row.shifts[1] == pytest.approx(1 / 1.2 - 1, abs=0.01)
     assert abs(row.shifts[0]) < 0.01
 
@@ -151,7 +151,7 @@ def test_how_often_drawn_coefficients_make_no_boat_is_told(mp):
     model = make_model(mp, TABLE_II["MP"], step=1 / 12)
     wide = np.diag(np.where(np.array(model.structure.coefficients) == "X_uu", 3.0, 1e-9) ** 2)
     found = physics(replace(model, covariance=wide))
-    assert 0.1 < found.lost < 0.45  # X_uu = -1.67 +- 3 is positive in 29 %
+    assert 0.1 < found.unstable_share < 0.45  # X_uu = -1.67 +- 3 is positive in 29 %
     assert not found.unstable
 
 
@@ -211,7 +211,7 @@ def test_a_recording_that_is_too_short_is_kept_with_the_reason(model, trials):
     short = trials["S1"].cut(0.0, 0.8)
     runs = gather(model, assess(model, [trials["S7"], short], 1.0))
     assert [run.tested for run in runs] == [True, False]
-    assert "no two usable velocities 1 s apart" in runs[1].lost
+    assert "no two usable velocities 1 s apart" in runs[1].failure
     rows = summary(collect(model, [trials["S7"], short], 1.0)).rows
     assert len(rows) == 2
 

@@ -15,7 +15,7 @@ from ros1_tools import DRIVE, JOY_CHANGES, PARTS, RATE, Ros1, circle, read_by_ro
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.io.write import EPOCH, write_trial
+from seatrial.io.trial_files import BAG_EPOCH, write_trial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.simulation.plan import TrialEntry, load_plan
@@ -109,7 +109,7 @@ def test_what_rosbag_plays_and_records_comes_back_exactly(recorded, ours, mp, na
 
 def test_the_original_is_the_trial_to_the_bit_of_what_a_bag_holds(ours, trial, mp):
     original = seatrial.read(ours, mp)
-    kept = np.isin(trial.pose_stamps + EPOCH, original.stamps)
+    kept = np.isin(trial.pose_stamps + BAG_EPOCH, original.stamps)
     assert kept.sum() == len(original.stamps) == len(trial.pose_stamps)
     np.testing.assert_array_equal(original.raw[:, :2], trial.pose[:, :2])
     turn = original.raw[:, 2] - trial.pose[:, 2]
@@ -124,8 +124,8 @@ def test_rosbags_own_reader_finds_in_our_bag_what_we_wrote(ros, ours, trial):
         ("/slam/pose", trial.pose_arrival, trial.pose_stamps),
         ("/joy", trial.command_arrival, trial.command_stamps),
     ):
-        assert [row[0] for row in found[topic]] == (arrival + EPOCH).tolist()
-        assert [row[1] for row in found[topic]] == (stamps + EPOCH).tolist()
+        assert [row[0] for row in found[topic]] == (arrival + BAG_EPOCH).tolist()
+        assert [row[1] for row in found[topic]] == (stamps + BAG_EPOCH).tolist()
     poses = np.array([row[2] for row in found["/slam/pose"]])
     np.testing.assert_array_equal(poses[:, :2], trial.pose[:, :2])
     np.testing.assert_array_equal(poses[:, [2, 3, 4]], 0.0)

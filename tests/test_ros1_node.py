@@ -24,7 +24,7 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 
 import seatrial
-from seatrial.io.write import EPOCH, write_trial
+from seatrial.io.trial_files import BAG_EPOCH, write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
 from tests.boats.drives import model
@@ -112,11 +112,11 @@ def recorded(ros, played, known, tmp_path_factory):
 
 
 def compared(stamps):
-    return (stamps > EPOCH + SETTLED * 1e9) & (stamps < EPOCH + OVER * 1e9)
+    return (stamps > BAG_EPOCH + SETTLED * 1e9) & (stamps < BAG_EPOCH + OVER * 1e9)
 
 
 def truth_at(trial, stamps):
-    t = (stamps - EPOCH) * 1e-9
+    t = (stamps - BAG_EPOCH) * 1e-9
     return np.column_stack([np.interp(t, trial.truth_t, column) for column in trial.truth.T])
 
 

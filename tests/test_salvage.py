@@ -89,7 +89,7 @@ def test_a_salvaged_recording_is_the_begin_of_the_whole_one(tmp_path, sent):
     assert 20 < n < 45
     np.testing.assert_array_equal(part.eta, whole.eta[:n])
     np.testing.assert_array_equal(part.commands.values, whole.commands.values[:m])
-    said = r"salvaged \(the bag is not whole \(.*\)\): \d+ messages, 1 damaged stretches left out"
+    said = r"salvaged \(the bag is not whole \(.*\)\): \d+ messages, 1 damaged parts left out"
     assert re.fullmatch(said, part.remarks[0])
 
 
@@ -211,7 +211,7 @@ def test_an_mcap_with_a_bad_checksum_loses_that_chunk_only(tmp_path, sent, compr
     first = 50 * (which % len(chunks))
     assert found == whole[:first] + whole[first + 50 :]
     record = seatrial.read(path, vehicle(), salvage=True)
-    assert record.remarks == (f"salvaged: {len(found)} messages, 1 damaged stretches left out",)
+    assert record.remarks == (f"salvaged: {len(found)} messages, 1 damaged parts left out",)
 
 
 @pytest.mark.parametrize("compression", ["", "zstd"])
@@ -259,7 +259,7 @@ def test_a_database_with_zeroed_pages_gives_every_row_on_the_others(tmp_path, wh
     assert found == [m for m, page in zip(whole, home, strict=True) if page not in bad]
     assert 0 < len(found) < len(whole)
     record = seatrial.read(path, vehicle(), salvage=True)
-    assert "damaged stretches left out" in record.remarks[0]
+    assert "damaged parts left out" in record.remarks[0]
 
 
 @pytest.mark.parametrize("share", [0.5, 0.8, 0.95])

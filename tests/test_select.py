@@ -41,7 +41,7 @@ from seatrial.identification.selection.terms.significance import (
     t_chance,
 )
 from seatrial.identification.selection.terms.stepwise import TermSearch, candidate_information
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError

@@ -23,7 +23,7 @@ from seatrial.identification.selection.terms.decisions import (
 from seatrial.identification.selection.terms.held_out import PredictionChange
 from seatrial.identification.selection.terms.significance import Estimate, Repeats
 from seatrial.identification.selection.terms.stepwise import TermSearch
-from seatrial.simulation.plan import PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 
 FIRST, SECOND = ("S1", "S2", "S3"), ("S4", "S5", "S6")
@@ -42,7 +42,7 @@ def plan_of(preset: str, seed: int, length: float, **coefficients: float) -> Pla
 
 
 def pushed(plan: PlanFile) -> PlanFile:
-    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.04, 2.0))
+    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.04, 2.0))
     return msgspec.structs.replace(plan, plant=plant)
 
 

@@ -338,7 +338,7 @@ def test_a_bad_command_or_time_is_said(boat):
     for bad in ([1.0], [1.0, np.nan, 0.0]):
         with pytest.raises(SeatrialError, match="expected"):
             simulator.command(bad)
-    with pytest.raises(SimulatorError, match="time only goes on"):
+    with pytest.raises(SimulatorError, match="times must increase"):
         simulator.advance(-1.0)
     simulator.advance(0.1)
     with pytest.raises(SimulatorError, match="before the first step"):

@@ -185,7 +185,7 @@ def test_what_can_not_be_used_is_said_and_left_out(path):
     for words in (
         "line 1: command: expected 3 numbers: F_u, F_v, F_r; got 2", "line 2: expected command or at",
         "line 3:", "line 4: expected command or at", "line 5: boat: got q; expected one of mallard",
-        "line 7: t 1: it is 2 s already", "line 8: command: expected F_u, F_v, F_r; got F_u",
+        "line 7: t 1: before the simulated time 2 s", "line 8: command: expected F_u, F_v, F_r; got F_u",
         "7 of 8 lines could not be used",
     ):  # fmt: skip
         assert words in said

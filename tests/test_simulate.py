@@ -10,9 +10,9 @@ from conftest import TABLE_II, make_model, trials
 
 import seatrial
 from seatrial import _core
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.pose_faults import FaultKind
-from seatrial.simulation.plan import TrialEntry, Unmodelled, load_plan
+from seatrial.simulation.plan import DisturbanceForce, TrialEntry, load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError, VehicleError
 
@@ -111,7 +111,7 @@ def test_correlated_pose_noise_has_the_variance_and_the_memory_it_is_asked_for(m
 def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
     """What the true model misses from pose to pose is the force's acceleration times the period."""
     plan = load_plan("clean")
-    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.04, 2.0))
+    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.04, 2.0))
     truth, missed = plant_model(plan, mp), []
     for trial in simulate(msgspec.structs.replace(plan, plant=plant), mp):
         ahead = seatrial.predict(truth, trial.recording, 1 / 15, velocities=trial.true_motion)
@@ -126,7 +126,7 @@ def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
 
 def test_without_unmodelled_force_there_is_none(mp):
     plan = msgspec.structs.replace(load_plan("clean"), trials={"S1": TrialEntry("surge", 20.0)})
-    plant = msgspec.structs.replace(plan.plant, unmodelled=Unmodelled(0.0, 2.0))
+    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.0, 2.0))
     none, zero = (
         next(iter(simulate(p, mp))) for p in (plan, msgspec.structs.replace(plan, plant=plant))
     )

@@ -175,7 +175,10 @@ def test_ros_parameters_are_the_files_numbers(tunings):
         ({"scheme": "best"}, "scheme 'best'; expected one of moore-penrose, "),
         ({"limits": [1.0]}, "limits has 1 rows; expected one for each of the thrusters F_1, F_2"),
         ({"effectiveness": [(0.5, 0.5, 0.5)] * 4}, "is for other thrusters than those of"),
-        ({"idle_forward": [2.0] * 4}, "thrusters can't be allocated to so; tune it"),
+        (
+            {"idle_forward": [2.0] * 4},
+            "allocation auto: not possible with the thrusters of mallard; tune it",
+        ),
     ],
 )
 def test_a_damaged_allocation_is_one_line(boat, tunings, changes, words):

@@ -59,7 +59,7 @@ def test_the_command_writes_what_the_library_finds(model_file, tmp_path, capsys)
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--knob", "0.05"], "the smallest that is: --knob"),
+        (["--knob", "0.05"], "the smallest robust one: --knob"),
         (["--knob", "-1"], "knob -1 s: expected a time constant above 0 s, up to 100 s"),
         (["--rate", "0"], "rate 0 Hz: expected 0.1 to 10000 Hz"),
         (["--delay", "nan"], "delay nan s: expected 0 to 100 s"),
@@ -181,5 +181,5 @@ def test_the_page_of_a_boat_with_markup_in_its_name_is_text(tuning):
 
 def test_what_the_dead_zone_leaves_is_said(tuning):
     text = tuning_text(tuning)
-    assert "Dead zone: commands up to 0.16, 0.16, 0.16 do not push" in text
+    assert "Dead zone: commands up to 0.16, 0.16, 0.16 give no thrust" in text
     assert "Dead zone" not in tuning_text(tune(mallard("AF"), 0.8, draws=1))

@@ -12,10 +12,10 @@ from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.terms.candidates import with_terms
 from seatrial.recording.recording import Recording, Signal
-from seatrial.simulation.plan import Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 
-PUSH = Unmodelled(0.04, 2.0)
+PUSH = DisturbanceForce(0.04, 2.0)
 
 
 def fading(recording: Recording, begin: float, end: float) -> Recording:

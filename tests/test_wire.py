@@ -195,12 +195,12 @@ def test_a_path_that_leads_to_no_number_is_refused_with_those_that_do(path, word
 @pytest.mark.parametrize(
     ("text", "raw", "words"),
     [
-        ("uint8[-5] a\nuint8 b", bytes(40), "is said to have -5 elements in 'a'"),
+        ("uint8[-5] a\nuint8 b", bytes(40), "states -5 elements in 'a'"),
         ("test_msgs/Gone a", bytes(40), "uses test_msgs/msg/Gone, which is not defined"),
         ("test_msgs/Root a", bytes(40), "uses test_msgs/msg/Root, which is not defined"),  # itself
         ("wstring a", bytes(40), "not defined|not read"),
         ("float64[4000000000] a", bytes(40), "ends inside 'a'"),
-        ("string[] a", (9**9).to_bytes(4, "little") + bytes(36), f"claims {9**9} elements in 'a'"),
+        ("string[] a", (9**9).to_bytes(4, "little") + bytes(36), f"states {9**9} elements in 'a'"),
         ("uint8 a", bytes(40), "has 39 bytes more than its definition"),
     ],
 )

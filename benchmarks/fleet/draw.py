@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Recording
-from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import CORNERS, CROSS, TUG, Hull, driven
 
 LENGTH = (0.3, 2.0)  # [m]
@@ -42,7 +42,7 @@ class Drawn:
     seed: int
     hull: Hull
     chain: dict[str, object]
-    push: Unmodelled | None
+    push: DisturbanceForce | None
     white: float  # [m, rad]
     lasting: Range | None  # [m, rad], [s]
     rate: float  # [Hz]
@@ -88,7 +88,9 @@ def draw(seed: int) -> Drawn:
             chain[stage] = uniform(span)
     push = None
     if rng.random() < 0.5:
-        push = Unmodelled(uniform(PUSHES), uniform(LASTS), earth_fixed=bool(rng.random() < 0.5))
+        push = DisturbanceForce(
+            uniform(PUSHES), uniform(LASTS), earth_fixed=bool(rng.random() < 0.5)
+        )
     white = any_size(WHITE)
     lasting = (white * uniform(LASTING), uniform(MEMORY)) if rng.random() < 0.3 else None
     rate, seconds = float(rng.choice(RATES)), float(rng.choice(SECONDS))

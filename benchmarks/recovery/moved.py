@@ -21,8 +21,8 @@ from seatrial.evaluation.disturbed_intervals import clearest_interval, squared_i
 from seatrial.identification.estimator import fit
 from seatrial.recording.recording import Recording, make_recording
 from seatrial.simulation import trials
-from seatrial.simulation.plan import Unmodelled
-from seatrial.simulation.trials import PUSH
+from seatrial.simulation.plan import DisturbanceForce
+from seatrial.simulation.trials import DISTURBANCE_STEP
 from seatrial.util.errors import IdentificationError
 from tests.boats.scenes import Scene, scenes, true_parameters, vehicle_of
 
@@ -34,27 +34,29 @@ HELD = 12.0  # [s] at the end
 Row = dict[str, Any]  # of one fit: standard errors, largest error in these, advice, gain
 
 
-class BumpedPlant(trials.PushedPlant):
+class BumpedPlant(trials.DisturbedPlant):
     """The plant with a push from outside."""
 
-    def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
+    def __init__(
+        self, model: Model, force: DisturbanceForce | None, rng: np.random.Generator
+    ) -> None:
         super().__init__(model, force, rng)
         self.push = BUMP * np.asarray(linearise(model).authority)
 
     def advance_to(self, t: float) -> bool:
         """On to t [s]."""
-        for moment in AT + np.arange(0.0, LASTS, PUSH):
+        for moment in AT + np.arange(0.0, LASTS, DISTURBANCE_STEP):
             if self.time < moment <= t:
                 super().advance_to(moment)
                 state = self.state
-                state[3:] -= PUSH * self.push
+                state[3:] -= DISTURBANCE_STEP * self.push
                 self.state = state
         return super().advance_to(t) if t > self.time else True
 
 
 def bumped(scene: Scene, seed: int, name: str) -> Recording:
     """One of the scene's recordings with a bump."""
-    with patch.object(trials, "PushedPlant", BumpedPlant):
+    with patch.object(trials, "DisturbedPlant", BumpedPlant):
         (trial,) = scene.trials(seed, [name]).values()
     return trial.recording
 

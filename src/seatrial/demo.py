@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The whole line on the bundled recordings and on simulated trials."""
+"""The whole workflow on the bundled recordings and on simulated trials."""
 
 from collections.abc import Callable, Mapping
 from importlib import resources
@@ -17,7 +17,7 @@ from seatrial.inspection.overview import inspect
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
-from seatrial.io.write import write_setting, write_trial
+from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.recording import Recording
 from seatrial.report import write_report
 from seatrial.simulation.plan import load_plan
@@ -27,10 +27,10 @@ from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
 
 PAPER = "equation-error"
-METHODS = (PAPER, DEFAULT_METHOD)
+DEMO_METHODS = (PAPER, DEFAULT_METHOD)
 TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
 TESTED_ON = "CSE1_data_run1"
-SHIPS = (  # vehicle file, method, what it is called
+SHIPS = (  # vehicle file, method, label
     ("vehicle.yaml", PAPER, "the paper's method"),
     ("vehicle.yaml", DEFAULT_METHOD, DEFAULT_METHOD),
     ("pair.yaml", DEFAULT_METHOD, "propellers as pairs"),
@@ -40,24 +40,24 @@ TABLE_III = {
     "-MP": {"S4": "2.3", "S5": "3.5", "S6": "0.10"},
     "-AF": {"S4": "1.8", "S5": "2.2", "S6": "0.07"},
 }
-LEGEND = """\
-  constant: RMS error if the velocity stays as it is; in brackets: error over that;
-  floor: what pose noise alone makes of a perfect model's error"""
+DEMO_LEGEND = """\
+  constant: RMS error of a constant velocity; in brackets: error over that;
+  floor: noise floor, the error of a perfect model from pose noise"""
 Say = Callable[[str], None]
 
 
 def demo(out: Path, say: Say, note: Say) -> None:
     """Identify, validate and report: a real model ship, then the paper's trials.
 
-    `say` gets lines for the user, `note` what is being done.
+    `say` gets lines for the user, `note` the current step.
     """
     _ship(out / "cse1", say, note)
     _trials(out / "mallard", say, note)
-    say(LEGEND)
+    say(DEMO_LEGEND)
 
 
 def bundled_data() -> Path:
-    """Where the recordings that come with seatrial are."""
+    """The folder of the bundled recordings."""
     installed = Path(str(resources.files("seatrial"))) / "data"
     for folder in (installed, Path(__file__).resolve().parents[2] / "data"):
         if (folder / "cse1").is_dir():
@@ -70,7 +70,7 @@ def _ship(out: Path, say: Say, note: Say) -> None:
     data = bundled_data() / "cse1"
     say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
     bags = {n: data / "mcap" / f"{n}.mcap" for n in (*TRAINED_ON, TESTED_ON)}
-    _look(bags, load_vehicle(data / "vehicle.yaml"), out, say, note)
+    _inspect_and_init(bags, load_vehicle(data / "vehicle.yaml"), out, say, note)
     found: dict[str, Scores] = {}
     for file, method, label in SHIPS:
         note(f"CSE1, {label}")
@@ -81,26 +81,28 @@ def _ship(out: Path, say: Say, note: Say) -> None:
         seen = [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)]
         name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
         _store(out / name, model, found[label], seen)
-    say(_ahead(found))
+    say(_scores_table(found))
     (row,) = found[label].recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
-    _told(model, out / name, say)
+    _show_model(model, out / name, say)
 
 
-def _look(bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Say) -> None:
-    """What `inspect` and `init` make of the bags."""
+def _inspect_and_init(
+    bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Say
+) -> None:
+    """`inspect` and `init` on the bags."""
     note("CSE1, inspect")
     found = inspect([read(bag, vehicle) for bag in bags.values()], vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")
-    wrong = [finding.text for finding in found.signs.findings]
-    for sentence in wrong or ["consistent with the vehicle file's units, signs and order"]:
+    findings = [finding.text for finding in found.signs.findings]
+    for sentence in findings or ["consistent with the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
     note("CSE1, init")
     proposal = init(
         *(bags[n] for n in TRAINED_ON), choices=Choices(name="cse1", axes="forward-right-down")
     )
     write_text(out / "proposed.yaml", proposal.text)
-    say(f" init: what the bags alone say of the ship  -> {out / 'proposed.yaml'}\n")
+    say(f" init: vehicle file proposed from the bags alone  -> {out / 'proposed.yaml'}\n")
 
 
 def _trials(out: Path, say: Say, note: Say) -> None:
@@ -119,7 +121,7 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         recordings = [read(folder, known) for folder in folders]
         models: dict[str, Model] = {}
         found: dict[str, Scores] = {}
-        for method in METHODS:
+        for method in DEMO_METHODS:
             note(f"identifying {vehicle.name}{suffix}, {method}")
             models[method] = identify(recordings[:3], known, method=method)
             found[method] = validate(models[method], recordings[3:])
@@ -127,16 +129,15 @@ def _trials(out: Path, say: Say, note: Say) -> None:
         best = out / f"result{suffix}"
         _store(best, models[DEFAULT_METHOD], found[DEFAULT_METHOD], recordings[3:])
         say(f" allocation{suffix.replace('-', ' ')}")
-        say(_beside_truth(models, plan.plant.coefficients))
-        say(_ahead(found, TABLE_III[suffix]))
-        _told(models[DEFAULT_METHOD], best, say)
+        say(_coefficients_table(models, plan.plant.coefficients))
+        say(_scores_table(found, TABLE_III[suffix]))
+        _show_model(models[DEFAULT_METHOD], best, say)
 
 
-def _ahead(found: Mapping[str, Scores], boat: Mapping[str, str] | None = None) -> str:
-    """RMS errors of several models, and over those of "stays constant".
+def _scores_table(found: Mapping[str, Scores], boat: Mapping[str, str] | None = None) -> str:
+    """RMS errors of several models, and their ratios to constant velocity.
 
-    `boat`: what the paper's Table III has for a trial; of the trials in its pairing that velocity
-    alone is shown.
+    `boat`: the paper's Table III by trial. Of the trials in its pairing only that velocity is shown.
     """
     head = ["RMS error 1 s ahead", "constant", "floor", *found]
     rows = []
@@ -152,8 +153,8 @@ def _ahead(found: Mapping[str, Scores], boat: Mapping[str, str] | None = None) -
     return table([*head, *([] if boat is None else ["the paper's boat"])], rows)
 
 
-def _beside_truth(models: Mapping[str, Model], truth: Mapping[str, float]) -> str:
-    """Coefficients found, and the plant's."""
+def _coefficients_table(models: Mapping[str, Model], truth: Mapping[str, float]) -> str:
+    """Identified coefficients, and the plant's."""
     values = {"true": truth, **{name: m.values for name, m in models.items()}}
     names = list(next(iter(models.values())).values)
     rows = [[label, *(f"{own[n]:.2f}" for n in names)] for label, own in values.items()]
@@ -166,10 +167,10 @@ def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording])
     write_report(model, recordings, out / "report.html")
 
 
-def _told(model: Model, out: Path, say: Say) -> None:
-    """What is to be said of a model."""
+def _show_model(model: Model, out: Path, say: Say) -> None:
+    """Findings, concerns and physics of a model."""
     findings = map(finding_text, model.estimator.findings)
-    for sentence in [*findings, *(f"doubt: {doubt}" for doubt in model_concerns(model))]:
+    for sentence in [*findings, *(f"doubt: {concern}" for concern in model_concerns(model))]:
         say(f"  {sentence}")
     say(f"  {physics_line(model)}")
     say(f"  -> {out / 'report.html'}\n")

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 import seatrial
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
-from seatrial.simulation.plan import Unmodelled
+from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import Trial
 from seatrial.util.frames import Array
 from tests.boats.scenes import CORRELATION, TRAINING, driven, pushed
@@ -88,7 +88,7 @@ def of_trial(trial: Trial) -> Drive:
 @cache
 def trials(scene: str, seed: int, names: tuple[str, ...]) -> dict[str, Trial]:
     """Trials by name. The preset's false matches are left out: `matches` has its own."""
-    plan = pushed("hard", Unmodelled(PUSHES[scene], LASTS) if PUSHES[scene] else None)
+    plan = pushed("hard", DisturbanceForce(PUSHES[scene], LASTS) if PUSHES[scene] else None)
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
     correlation = CORRELATION if scene in CORRELATED.values() else 0.0
     pose = msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=correlation)

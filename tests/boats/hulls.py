@@ -9,8 +9,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.recording import Recording, Signal, make_recording
-from seatrial.simulation.plan import Unmodelled
-from seatrial.simulation.trials import PushedPlant
+from seatrial.simulation.plan import DisturbanceForce
+from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.frames import Array
 
 FREE = {  # added mass of its own along and across
@@ -98,7 +98,7 @@ def driven(
     chain: dict[str, object] | list[dict[str, object]],
     *,
     seed: int,
-    push: Unmodelled | None = None,
+    push: DisturbanceForce | None = None,
     white: float,
     lasting: tuple[float, float] | None = None,
     rate: float = 12.0,
@@ -118,7 +118,7 @@ def driven(
     for k in range(drives):
         rng = np.random.default_rng([seed, k])
         command = sticks(rng, seconds)
-        plant = PushedPlant(boat, push, np.random.default_rng([seed, k, 1]))
+        plant = DisturbedPlant(boat, push, np.random.default_rng([seed, k, 1]))
         plant.state = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0])
         states = np.zeros((len(command), 6))
         for i, row in enumerate(command):

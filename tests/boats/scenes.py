@@ -11,7 +11,14 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.recording import Recording, Signal
-from seatrial.simulation.plan import DropOuts, Jumps, PlanFile, Unmodelled, load_plan, with_seed
+from seatrial.simulation.plan import (
+    DisturbanceForce,
+    DropOuts,
+    Jumps,
+    PlanFile,
+    load_plan,
+    with_seed,
+)
 from seatrial.simulation.trials import Trial, simulate
 from seatrial.util.frames import Array
 
@@ -19,7 +26,7 @@ PRESETS = ("paper-like", "hard")
 ALLOCATIONS = ("MP", "AF")
 TRAINING = ("S1", "S2", "S3")  # 3 x 200 s
 UNSEEN = "S7"
-FORCE = Unmodelled(share=0.04, correlation=2.0)
+FORCE = DisturbanceForce(share=0.04, correlation=2.0)
 NO_JUMPS, NO_DROP_OUTS = Jumps(per_minute=0.0), DropOuts(per_minute=0.0)
 # 18 of a minute's 900 poses are 2 %
 JUMPS = Jumps(per_minute=18.0, shortest=0.1, longest=1.0, samples=1)
@@ -59,7 +66,7 @@ def driven(
     return dict(zip(chosen, made, strict=True))
 
 
-def pushed(plan: str | PlanFile, force: Unmodelled | None = FORCE) -> PlanFile:
+def pushed(plan: str | PlanFile, force: DisturbanceForce | None = FORCE) -> PlanFile:
     """The plan with an unmodelled force, or without one."""
     plan = load_plan(plan) if isinstance(plan, str) else plan
     plant = msgspec.structs.replace(plan.plant, unmodelled=force)

@@ -11,8 +11,8 @@ from benchmarks.studies.slam.scene import POOL, pool_scene
 from benchmarks.studies.slam.se2 import turned
 from seatrial.boat.vehicle import WRENCH
 from seatrial.simulation.pilots import Operator
-from seatrial.simulation.plan import OperatorEntry, Pool, Unmodelled, load_plan, with_seed
-from seatrial.simulation.trials import PushedPlant, plant_model
+from seatrial.simulation.plan import DisturbanceForce, OperatorEntry, Pool, load_plan, with_seed
+from seatrial.simulation.trials import DisturbedPlant, plant_model
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array, body_velocity
 from tests.boats.drives import LASTS, SCENES
@@ -94,7 +94,7 @@ def drive(driving: str, seed: int) -> Drive:
     sizes = dict.fromkeys(plan.operator.amplitude, STICKS[driving])
     entry = msgspec.structs.replace(plan.operator, amplitude=sizes)
     operator = CircuitOperator(entry, POOL, rng)
-    plant = PushedPlant(model, Unmodelled(SCENES[PUSHED], LASTS), rng)
+    plant = DisturbedPlant(model, DisturbanceForce(SCENES[PUSHED], LASTS), rng)
     plant.state = np.concatenate([operator.start(), np.zeros(3)])
     order = [WRENCH.index(name) for name in vehicle.inputs]
 

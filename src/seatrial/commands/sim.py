@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
-from seatrial.simulation.protocol import KINDS
+from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
 from seatrial.util.progress import Progress
 
@@ -44,8 +44,8 @@ def add(verbs: "Verbs") -> None:
     )  # fmt: skip
     sim.add_argument("--duration", type=float, metavar="S", help="duration [s]")
     sim.add_argument(
-        "--lines", default=",".join(Settings.kinds), metavar="KINDS",
-        help=f"kinds of output lines, some of {', '.join(KINDS)} (default: %(default)s)",
+        "--lines", default=",".join(Settings.kinds), metavar="LINE_KINDS",
+        help=f"kinds of output lines, some of {', '.join(LINE_KINDS)} (default: %(default)s)",
     )  # fmt: skip
     sim.add_argument(
         "--udp",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_command,
 )
-from seatrial.io.bags.write import FORMATS
+from seatrial.io.bags.write import BAG_FORMATS
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def add(verbs: "Verbs") -> None:
     simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
     simulate.add_argument(
-        "--format", choices=("csv", *FORMATS), default="csv",
+        "--format", choices=("csv", *BAG_FORMATS), default="csv",
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     from seatrial.boat.model import load
     from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.io.write import guard_trials, write_setting, write_trial
+    from seatrial.io.trial_files import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
     from seatrial.simulation.trials import plant_model, simulate
 

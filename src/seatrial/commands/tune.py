@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command, guard
-from seatrial.control import ALLOCATIONS, KNOB, RATE, VEHICLE
+from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ def add(verbs: "Verbs") -> None:
         "--action", choices=("pid", "pd"), default="pid", help="with or without integral (default: pid)"
     )  # fmt: skip
     tune.add_argument(
-        "--rate", type=float, default=RATE, metavar="HZ", help="rate of the controller [Hz] (default: %(default)g)"
+        "--rate", type=float, default=CONTROLLER_RATE, metavar="HZ",
+        help="rate of the controller [Hz] (default: %(default)g)",
     )  # fmt: skip
     tune.add_argument(
         "--delay", type=float, default=0.0, metavar="S",

@@ -14,12 +14,12 @@ from seatrial.control.tracking.courses import Circle, Course, Eight, Shape, Squa
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tracking.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
 from seatrial.control.tuning.console import tuning_text
-from seatrial.control.tuning.design import KNOB, RATE, Tuning, tune
+from seatrial.control.tuning.design import CONTROLLER_RATE, KNOB, Tuning, tune
 
 __all__ = [
     "ALLOCATIONS",
+    "CONTROLLER_RATE",
     "KNOB",
-    "RATE",
     "VEHICLE",
     "Circle",
     "Course",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The gains as files: for the controller and for people, and as ROS parameters."""
+"""Gains as a file for the controller, and as ROS parameters."""
 
 from importlib.metadata import version
 from pathlib import Path
@@ -19,20 +19,21 @@ from seatrial.util.frames import AXES, Array
 
 GAINS_FORMAT: Final = "gains 1"
 Three = tuple[float, float, float]  # surge, sway, yaw
-NODE: Final = "seatrial_tracking"
+TRACKING_NODE: Final = "seatrial_tracking"
+MIX_ROUNDING = 1e-12  # [-] a smaller share of an axis command is 0
 
 
 class AxisMargins(Strict, frozen=True):
-    """Of one axis' loop with the others closed."""
+    """Margins of one axis' loop with the others closed."""
 
-    gain: float | None  # factor by which thrust may be stronger; none: any
+    gain: float | None  # factor by which thrust may exceed the model's; none: any
     phase_deg: float
-    delay: float  # [s] that may come on top
+    delay: float  # [s] additional delay that keeps the loop stable
     sensitivity: float
 
 
 class GainsFile(Strict, frozen=True):
-    """What a controller is told; a command of an axis is in command units: 1 is some input's full."""
+    """The controller's parameters. Axis commands are in command units: at 1 the largest input is full."""
 
     model: str  # the boat's name
     axes: Literal["forward-left-up"]
@@ -41,14 +42,14 @@ class GainsFile(Strict, frozen=True):
     action: Literal["pid", "pd"]
     rate: Positive  # [Hz]
     proportional: Three  # command units per m, m, rad
-    integral: Three  # per m s, m s, rad s; of an error that is fixed to the earth
+    integral: Three  # per m s, m s, rad s; of the earth-fixed error
     derivative: Three  # per m/s, m/s, rad/s
     authority: Three  # [m/s^2, m/s^2, rad/s^2] of an axis command of 1
-    mix: list[Three]  # an input each: share of the axis commands
+    mix: list[Three]  # by input: share of the axis commands
     lead: Annotated[float, msgspec.Meta(ge=0)]  # [s] by which the feed-forward looks ahead
     limit: Annotated[float, msgspec.Meta(gt=0)] = 1.0  # of each input
     delay: Three = (0.0, 0.0, 0.0)  # [s] of each loop, lag included
-    dead_zone: Three = (0.0, 0.0, 0.0)  # axis commands that do not push
+    dead_zone: Three = (0.0, 0.0, 0.0)  # axis commands without thrust
     margins: dict[str, AxisMargins] = msgspec.field(default_factory=dict)  # of the model
     worst: dict[str, AxisMargins] = msgspec.field(
         default_factory=dict
@@ -61,7 +62,7 @@ class GainsFile(Strict, frozen=True):
 
 
 def gains_of(tuning: Tuning) -> GainsFile:
-    """A tuning as its file has it."""
+    """The content of a tuning's gains file."""
     model, boat, table = tuning.model, tuning.boat, tuning.table()
     limit = model.vehicle.file.allocation.limit
     return GainsFile(
@@ -77,7 +78,7 @@ def gains_of(tuning: Tuning) -> GainsFile:
 
 
 def save_gains(tuning: Tuning, path: str | Path) -> None:
-    """Write `gains.yaml`, whole or not at all."""
+    """Write `gains.yaml` atomically."""
     content: dict[str, Any] = msgspec.to_builtins(gains_of(tuning))
     write_text(Path(path), dump_yaml({"seatrial": GAINS_FORMAT, **content}))
 
@@ -94,7 +95,7 @@ def load_gains(path: str | Path) -> GainsFile:
 
 
 def ros_parameters(tuning: Tuning) -> dict[str, Any]:
-    """What the tracking node is told, by parameter; lists are surge, sway, yaw."""
+    """Parameters of the tracking node by name; lists are surge, sway, yaw."""
     g = gains_of(tuning)
     return {
         **_allocation_parameters(g.allocation),
@@ -108,7 +109,9 @@ def ros_parameters(tuning: Tuning) -> dict[str, Any]:
 def save_ros(tuning: Tuning, path: str | Path, *, ros2: bool = False) -> None:
     """Write ROS parameters: for `rosparam load FILE`, or for `--params-file FILE` of ROS 2."""
     found = ros_parameters(tuning)
-    write_text(Path(path), dump_yaml({NODE: {"ros__parameters": found} if ros2 else found}))
+    write_text(
+        Path(path), dump_yaml({TRACKING_NODE: {"ros__parameters": found} if ros2 else found})
+    )
 
 
 def _allocation_parameters(given: ThrusterAllocation | None) -> dict[str, Any]:
@@ -142,5 +145,5 @@ def _three(values: Array) -> Three:
 
 
 def _clean(mix: Array) -> Array:
-    """Without what rounding left."""
-    return np.asarray(np.where(np.abs(mix) < 1e-12, 0.0, mix))
+    """Rounding errors set to 0."""
+    return np.asarray(np.where(np.abs(mix) < MIX_ROUNDING, 0.0, mix))

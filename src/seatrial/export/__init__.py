@@ -1,38 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Models for other programs: C, MATLAB, FMI, Gazebo, CasADi, ROS, LaTeX, JSON."""
 
-from pathlib import Path
-
-from seatrial.boat.model import Model
-from seatrial.boat.physics import axis_physics
-from seatrial.export.content import Content
-from seatrial.export.formats import FORMATS, Request, format_of
+from seatrial.export.formats import FORMATS, format_of
 from seatrial.export.hull import Hull
-from seatrial.util.errors import ExportError
-from seatrial.util.files import write_bytes
+from seatrial.export.write_export import export
 
 __all__ = ["FORMATS", "Hull", "export", "format_of"]
-
-
-def export(
-    model: Model,
-    to: str,
-    out: str | Path,
-    *,
-    model_path: str | Path | None = None,
-    hull: Hull | None = None,
-    ros: int = 2,
-) -> None:
-    """Write a model for another program, in the axes of its vehicle file, whole or not at all.
-
-    `to`: one of FORMATS; programs and functions in the file are named after it. `hull`: mass and size,
-    for sdf. `model_path`: of the model's file, for ros. Raises ExportError for what a format can't
-    say, and ModelError for a model that runs away.
-    """
-    chosen, path = format_of(to), Path(out)
-    if path.suffix != chosen.suffix:
-        raise ExportError(f"{path}: expected a name that ends in {chosen.suffix}: {chosen.about}")
-    if chosen.runs:
-        axis_physics(model)
-    source = None if model_path is None else Path(model_path)
-    write_bytes(path, chosen.write(Request(Content(model), path, source, hull, ros)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A C99 header: reset, command, step. What runs is the core's model, written out for one boat."""
+"""A C99 header: reset, command, step: the core's model, written out for one boat."""
 
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.structure import ACCELERATIONS
@@ -8,17 +8,17 @@ from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product, signed_sum
 from seatrial.util.frames import AXES, SYMBOLS
 
-FASTEST = 1000.0  # [Hz] commands for which the queue of those under way has room
-MOST_PENDING = 1 << 16
+HIGHEST_COMMAND_RATE = 1000.0  # [Hz] for which the queue of delayed commands has room
+MOST_PENDING = 1 << 16  # commands in the queue
 
 
 def header(content: Content, name: str) -> str:
-    """The header's text; every name in it begins with `name`."""
+    """The header's text; every name in it starts with `name`."""
     return fill(template("boat.h"), words(content, name))
 
 
 def words(content: Content, name: str) -> dict[str, str]:
-    """What is filled into `boat.h`."""
+    """The substitutions of `boat.h`."""
     late = any(content.latency(a) > 0.0 for a in content.actuators)
     common = {
         "name": name,
@@ -63,9 +63,9 @@ def words(content: Content, name: str) -> dict[str, str]:
 
 
 def _functions(content: Content) -> set[str]:
-    """The helpers that this boat's chain and structure call."""
+    """Helpers of this boat's chain and structure."""
     actuators = content.actuators
-    asked = {
+    needs = {
         "curve": any(a.curved for a in actuators),
         "pair": any(a.partner is not None for a in actuators),
         "table": any(a.tabulated for a in actuators),
@@ -73,11 +73,11 @@ def _functions(content: Content) -> set[str]:
         "multiplier": any(a.scale is not None for a in actuators),
         "solve": any(t.acceleration is not None for t in content.structure.terms),
     }
-    return {key for key, needed in asked.items() if needed}
+    return {key for key, needed in needs.items() if needed}
 
 
 def _macro(name: str, parameter: str) -> str:
-    """A coefficient or constant as the header names it."""
+    """The header's name of a coefficient or constant."""
     return f"{name.upper()}_{parameter.replace('.', '_')}"
 
 
@@ -106,13 +106,13 @@ def _constants(content: Content, name: str) -> str:
 
 
 def _pending(content: Content) -> int:
-    """Room for commands under way: a power of two, so that a counter may go round."""
+    """Size of the queue of delayed commands: a power of two, so that a counter may overflow."""
     longest = max(map(content.latency, content.actuators))
-    return min(MOST_PENDING, 1 << int(longest * FASTEST + 1).bit_length())
+    return min(MOST_PENDING, 1 << int(longest * HIGHEST_COMMAND_RATE + 1).bit_length())
 
 
 def _latencies(content: Content, name: str) -> list[str]:
-    """The latency of every actuator, in words."""
+    """The latency of every actuator, as source code."""
     return [
         _macro(name, a.constants["latency"]) if content.latency(a) > 0.0 else "0.0"
         for a in content.actuators
@@ -123,7 +123,7 @@ def _sizes(content: Content, name: str) -> str:
     upper, room = name.upper(), _pending(content)
     return (
         f"enum {{ {upper}_LATENCIES = {len(set(_latencies(content, name)))}, "
-        f"{upper}_PENDING = {room} /* commands under way at once */ }};\n"
+        f"{upper}_PENDING = {room} /* delayed commands at once */ }};\n"
     )
 
 
@@ -174,7 +174,7 @@ def _allocation(content: Content) -> list[str]:
         shares = [
             signed_sum((w, f"command[{j}]") for j, w in enumerate(row)) for row in content.inverse
         ]
-    else:  # Table I and Eq. (11): what would push astern is left to the thruster opposite
+    else:  # Table I and Eq. (11): a share astern is left to the opposite thruster
         shares = [
             " + ".join(
                 f"fmax({signed_sum([(2.0 * w, f'command[{j}]')])}, 0.0)"
@@ -195,7 +195,7 @@ def _limited(content: Content, limit: str | None) -> list[str]:
     room = number(max(0.0, (content.limit or 0.0) - content.offset))
     scaled = "alpha * f[k]" if not content.offset else f"{offset} + alpha * f[k]"
     return [
-        "double alpha = 1.0; /* share of the wrench that is given: limits scale all of it */",
+        "double alpha = 1.0; /* share of the wrench within the limits */",
         "int k;",
         f"for (k = 0; k < {n}; ++k) {{",
         f"  if (alpha * fabs(f[k]) > {room}) alpha = {room} / fabs(f[k]);",
@@ -298,12 +298,12 @@ def acceleration(content: Content, name: str) -> list[str]:
 
 
 def _prepare(content: Content, name: str) -> str:
-    """What is the same in every step of an advance: fades and multipliers."""
+    """Constants of all steps of an advance: fades and multipliers."""
     lines = []
     n = len(content.actuators)
     if "fade" in _functions(content):
         lines.append(
-            f"double begin[{n}], middle[{n}], end[{n}]; /* what the lag leaves of the distance to the target */"
+            f"double begin[{n}], middle[{n}], end[{n}]; /* decay of the distance to the target by the lag */"
         )
     if content.scales:
         lines.append(f"double gain[{n}]; /* of the known signals */")

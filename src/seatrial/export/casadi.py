@@ -2,7 +2,7 @@
 """The model as CasADi functions, for optimal control: same coefficients, exact derivatives by CasADi.
 
 States x are [x, y, psi, u, v, r] (m, m, rad, m/s, m/s, rad/s), forces F and commands in command units.
-In the library all is forward-left-up; in a file the axes are the vehicle file's.
+In the library the axes are forward-left-up; in a file they are the vehicle file's.
 """
 
 import math
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     import casadi
 
 Symbol = Any  # casadi has no types: an SX
-STATES = 6
-SERIES = 1e-2  # step over lag below which differences of nearly equal numbers are a series
+STATE_SIZE = 6
+SERIES_LIMIT = 1e-2  # step over lag below which a series avoids cancellation
 
 
 def casadi_dynamics(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
     """rate(x, F) -> x_dot: Eqs. (1) and (12), forward-left-up.
 
-    x (6,), F (forces,). `smooth` [m/s and rad/s]: |a| is sqrt(a^2 + smooth^2), for solvers that want
-    second derivatives everywhere; it moves a drag term by at most smooth times its other factors.
+    x (6,), F (forces,). `smooth` [m/s and rad/s]: |a| is sqrt(a^2 + smooth^2), for solvers with
+    second derivatives; it changes a drag term by at most smooth times its other factors.
     Raises ExportError without casadi.
     """
     return Functions(Content(model, Axes.FLU), smooth).rate()
@@ -41,7 +41,7 @@ def casadi_step(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
 
 
 def casadi_targets(model: Model) -> "casadi.Function":
-    """targets(command) -> thrust that each actuator tends to: allocation, then its curve."""
+    """targets(command) -> steady thrust of each actuator: allocation, then its curve."""
     return Functions(Content(model, Axes.FLU)).targets()
 
 
@@ -53,14 +53,14 @@ def casadi_mix(model: Model) -> "casadi.Function":
 def casadi_drive(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
     """drive(x, level, target, scale, dt) -> (x_next, level_next): boat and lagging thrusters.
 
-    Targets are held over dt [s]; the lag is exact, as in the core. Latency is not in it: give the
-    targets of the command of that time ago.
+    Targets are held over dt [s]; the lag is exact, as in the core. Latency is not included: give the
+    targets of the delayed command.
     """
     return Functions(Content(model, Axes.FLU), smooth).drive()
 
 
 def write(content: Content) -> bytes:
-    """All functions serialized, `rate` first: Function.load finds that, a FileDeserializer all."""
+    """All functions serialized, `rate` first: Function.load reads that one, a FileDeserializer all."""
     ca = casadi_module()
     functions = Functions(content)
     with tempfile.TemporaryDirectory() as folder:
@@ -89,12 +89,12 @@ class Functions:
 
     def rate(self) -> "casadi.Function":
         """See `casadi_dynamics`."""
-        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        x, force = self._symbol("x", STATE_SIZE), self._symbol("F", len(self.content.forces))
         return self._function("rate", {"x": x, "F": force}, {"x_dot": self._rate(x, force)})
 
     def step(self) -> "casadi.Function":
         """See `casadi_step`."""
-        x, force = self._symbol("x", STATES), self._symbol("F", len(self.content.forces))
+        x, force = self._symbol("x", STATE_SIZE), self._symbol("F", len(self.content.forces))
         dt = self._symbol("dt", 1)
         after = self._runge_kutta(x, [force] * 3, dt)
         return self._function("step", {"x": x, "F": force, "dt": dt}, {"x_next": after})
@@ -115,12 +115,12 @@ class Functions:
         """See `casadi_drive`."""
         n = len(self.content.actuators)
         x, level, target = (
-            self._symbol("x", STATES),
+            self._symbol("x", STATE_SIZE),
             self._symbol("level", n),
             self._symbol("target", n),
         )
         scale, dt = self._scale(), self._symbol("dt", 1)
-        levels = [target + left * (level - target) for left in self._fades(dt)]
+        levels = [target + decay * (level - target) for decay in self._fades(dt)]
         after = self._runge_kutta(x, [self._mix(f, scale) for f in levels], dt)
         given = {"x": x, "level": level, "target": target, "scale": scale, "dt": dt}
         return self._function("drive", given, {"x_next": after, "level_next": levels[2]})
@@ -134,10 +134,10 @@ class Functions:
     def _function(
         self, name: str, given: dict[str, Symbol], found: dict[str, Symbol]
     ) -> "casadi.Function":
-        made: casadi.Function = self.ca.Function(
+        function: casadi.Function = self.ca.Function(
             name, list(given.values()), list(found.values()), list(given), list(found)
         )
-        return made
+        return function
 
     def _abs(self, value: Symbol) -> Symbol:
         return self.ca.sqrt(value**2 + self.smooth**2) if self.smooth > 0 else self.ca.fabs(value)
@@ -245,15 +245,15 @@ class Functions:
         return ca.mtimes(ca.DM(self.content.mix), ca.vertcat(*given))
 
     def _fades(self, h: Symbol) -> tuple[Symbol, Symbol, Symbol]:
-        """What the lags leave of the distance to the targets, at begin, middle and end of h as the core has it."""
+        """Decay of the distance to the targets by the lags, at begin, middle and end of h, as in the core."""
         ca, found = self.ca, []
         for a in self.content.actuators:
             if not self.content.lagged(a):
                 found.append((ca.SX(0.0),) * 3)
                 continue
             x = h / self.content.values[a.constants["lag"]]
-            mean = ca.if_else(x < SERIES, _series(x, 1), -ca.expm1(-x) / x)
-            moment = ca.if_else(x < SERIES, _series(x, 2), (1.0 - mean) / x)
+            mean = ca.if_else(x < SERIES_LIMIT, _series(x, 1), -ca.expm1(-x) / x)
+            moment = ca.if_else(x < SERIES_LIMIT, _series(x, 2), (1.0 - mean) / x)
             end = ca.exp(-x)
             middle = 3.0 * mean - 0.5 * end - 3.0 * moment
             found.append((12.0 * moment - 6.0 * mean + end, middle, end))
@@ -267,7 +267,7 @@ def _series(x: Symbol, first: int) -> Symbol:
 
 
 def casadi_module() -> ModuleType:
-    """CasADi itself, which is slow to import. Raises ExportError where it is not installed."""
+    """CasADi, imported late because the import is slow. Raises ExportError where it is not installed."""
     try:
         import casadi  # noqa: PLC0415
     except ImportError:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""What every export says: a model as plain numbers and names, in its vehicle's own axes.
+"""The content of every export: a model as plain numbers and names, in its vehicle's axes.
 
-Inside seatrial all is forward-left-up; whoever uses an export has the axes of the vehicle file.
+Inside seatrial all is forward-left-up; an export is in the axes of the vehicle file.
 """
 
 import re
@@ -18,7 +18,7 @@ from seatrial.boat.structure import Structure
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import Array, Axes
 
-TIDY = 14  # decimals of matrices whose entries are about 1
+MATRIX_DECIMALS = 14  # of matrices with entries of about 1
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class Actuator:
     tabulated: bool
     partner: int | None  # the pair's other actuator
     across: bool  # the pair's second component
-    mirrored: bool  # its command counts with the other sign in the pair's vector
+    mirrored: bool  # its command has the opposite sign in the pair's vector
 
     @property
     def curved(self) -> bool:
-        """Whether it has edges, a power or another thrust astern."""
+        """Whether it has edges, a power or a different thrust astern."""
         return bool(
             {"edge_forward", "edge_reverse", "reverse_ratio", "power"} & set(self.constants)
         )
@@ -55,7 +55,7 @@ class Content:
 
     @property
     def axes(self) -> Axes:
-        """Of states, commands and forces here."""
+        """Axes of states, commands and forces."""
         return self.model.vehicle.axes if self.other_axes is None else self.other_axes
 
     @cached_property
@@ -111,18 +111,18 @@ class Content:
         """T+ (actuators, inputs) from commands in these axes to actuator commands."""
         vehicle = self.model.vehicle
         turned = self.axes is Axes.FRD
-        return _tidy(vehicle.inverse * (vehicle.input_signs if turned else 1.0))
+        return _rounded(vehicle.inverse * (vehicle.input_signs if turned else 1.0))
 
     @cached_property
     def mix(self) -> Array:
         """T (forces, actuators): F = T f in these axes."""
         flips = self.axes is Axes.FRD
         signs = [-1.0 if flips and f.axis > 0 else 1.0 for f in self.structure.forces]
-        return _tidy(self.model.vehicle.mix * np.array(signs)[:, None])
+        return _rounded(self.model.vehicle.mix * np.array(signs)[:, None])
 
     @property
     def offset(self) -> float:
-        """F_os, that always-forward adds to every thruster; 0 by other schemes."""
+        """F_os, which always-forward adds to every thruster; 0 in other schemes."""
         return self.model.vehicle.file.allocation.F_os if self.scheme is Scheme.AF else 0.0
 
     @property
@@ -147,7 +147,7 @@ class Content:
         return tuple(found)
 
     def latency(self, actuator: Actuator) -> float:
-        """[s]; a clock offset may make it negative: such a command acts at once."""
+        """[s]; 0 where a clock offset makes it negative."""
         own = actuator.constants.get("latency")
         return 0.0 if own is None else max(0.0, self.values[own])
 
@@ -163,12 +163,12 @@ class Content:
 
     @property
     def longest_step(self) -> float:
-        """[s] of the Runge-Kutta integrator, as the simulator takes it."""
+        """[s] of the Runge-Kutta integrator, as in the simulator."""
         return self.model.integration.step
 
     @property
     def source(self) -> str:
-        """What made it, on one line."""
+        """Version and method, on one line."""
         method = self.model.estimator.method
         return f"seatrial {version('seatrial')}, {method}"
 
@@ -178,9 +178,9 @@ class Content:
         return np.array([-1.0 if name in flipped else 1.0 for name in self.model.parameters])
 
 
-def _tidy(matrix: Array) -> Array:
-    """Without what is but rounding, and without minus zero."""
-    return np.round(matrix, TIDY) + 0.0
+def _rounded(matrix: Array) -> Array:
+    """Without rounding errors and minus zero."""
+    return np.round(matrix, MATRIX_DECIMALS) + 0.0
 
 
 KEYWORDS = """
@@ -188,12 +188,12 @@ KEYWORDS = """
     extern false float for function global goto if inline int long new otherwise parfor persistent
     private public register restrict return short signed sizeof spmd static struct switch template
     this true try typedef union unsigned virtual void volatile while
-"""  # of C, C++ and MATLAB, as far as they are words
+"""  # of C, C++ and MATLAB
 
 
 def identifier(stem: str) -> str:
-    """A file's name as a name in C and MATLAB. Raises ExportError where nothing is left of it."""
+    """A file's name as a name in C and MATLAB. Raises ExportError where no letter is left."""
     name = re.sub(r"\W", "_", stem, flags=re.ASCII).strip("_")
     if not name:
-        raise ExportError(f"'{stem}' can't be a name in a program; call the file after the boat")
+        raise ExportError(f"'{stem}' can't be a name in a program; name the file after the boat")
     return name if name[0].isalpha() and name not in KEYWORDS.split() else f"boat_{name}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A Functional Mock-up Unit, FMI 2.0 for co-simulation: the C header inside, and a binary for this platform."""
+"""A Functional Mock-up Unit, FMI 2.0 for co-simulation: with the C header, and a binary for this platform."""
 
 import io
 import os
@@ -18,15 +18,20 @@ from seatrial.export.template import fill, template
 from seatrial.export.terms import number
 from seatrial.util.errors import ExportError
 
-STATES = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
-UNITS = {"m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}}
+STATE_UNITS = (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"))
+BASE_UNITS = {
+    "m": {"m": 1},
+    "rad": {"rad": 1},
+    "m/s": {"m": 1, "s": -1},
+    "rad/s": {"rad": 1, "s": -1},
+}
 PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "arm64"): ("darwin64", ".dylib"),
              ("Darwin", "x86_64"): ("darwin64", ".dylib")}  # fmt: skip
-STAMP = (1980, 1, 1, 0, 0, 0)  # of the archive's files: the same model, the same bytes
+ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # of the archive's files: makes its bytes reproducible
 
 
 def unit(content: Content, name: str) -> bytes:
-    """The archive's bytes. Without a C compiler there are sources only, which many programs compile."""
+    """The archive's bytes. Without a C compiler it has sources only."""
     header = c.header(content, name)
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, header)}}}"
     source = _source(content, name, guid)
@@ -39,7 +44,7 @@ def unit(content: Content, name: str) -> bytes:
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as zipped:
         for path, data in files.items():
-            zipped.writestr(zipfile.ZipInfo(path, STAMP), data, zipfile.ZIP_DEFLATED)
+            zipped.writestr(zipfile.ZipInfo(path, ARCHIVE_DATE), data, zipfile.ZIP_DEFLATED)
     return archive.getvalue()
 
 
@@ -104,7 +109,7 @@ def description(content: Content, name: str, guid: str) -> bytes:
     )  # fmt: skip
     Xml.SubElement(Xml.SubElement(unit, "SourceFiles"), "File", name="fmu.c")
     units = Xml.SubElement(root, "UnitDefinitions")
-    for text, powers in UNITS.items():
+    for text, powers in BASE_UNITS.items():
         base = {key: str(power) for key, power in powers.items()}
         Xml.SubElement(Xml.SubElement(units, "Unit", name=text), "BaseUnit", base)
     step = number(content.longest_step)
@@ -121,7 +126,7 @@ def description(content: Content, name: str, guid: str) -> bytes:
 
 
 def _variables(content: Content, into: Xml.Element) -> list[int]:
-    """Every variable in the order of its value reference; the places of the outputs, from 1."""
+    """Every variable in the order of its value reference; the indices of the outputs, from 1."""
     outputs = []
 
     def add(name: str, about: str, real: dict[str, str], **kind: str) -> None:
@@ -136,7 +141,7 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
         add(name, "command, holds until the next one", {"start": "0.0"}, **held)
     for name, reference in content.scales.items():
         add(name, "known signal that scales thrust", {"start": number(reference)}, **held)
-    for name, measure in STATES:
+    for name, measure in STATE_UNITS:
         real = {"unit": measure, "start": "0.0"}
         add(
             f"{name}_start",
@@ -147,7 +152,7 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
             initial="exact",
         )
     seen = {"causality": "output", "variability": "continuous", "initial": "calculated"}
-    for name, measure in STATES:
+    for name, measure in STATE_UNITS:
         add(name, "of the boat", {"unit": measure}, **seen)
     for name in content.forces:
         add(f"{name}_given", "generalised force, in command units", {}, **seen)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The formats that there are. A new one is a function here that calls its own small file."""
+"""The export formats. A new one is a function here that calls its own file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from seatrial.util.errors import ExportError
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be written, and what the user said besides."""
+    """A model to export, with the user's options."""
 
     content: Content
     out: Path
     model_path: Path | None = None  # of model.yaml, for programs that read it themselves
-    hull: Hull | None = None  # mass and size, for what is dimensional
+    hull: Hull | None = None  # mass and size, for dimensional formats
     ros: int = 2  # ROS 1 or ROS 2
 
     @property
@@ -33,8 +33,8 @@ class Format:
 
     about: str
     suffix: str  # of its files
-    begins: str  # what its files begin with, so that no other is written over
-    runs: bool  # it moves a boat: an unstable model is refused
+    begins: str  # first characters of its files, so that no other file is overwritten
+    runs: bool  # it simulates a boat: an unstable model is refused
     write: Callable[[Request], bytes]
 
 
@@ -82,7 +82,7 @@ FORMATS = {
     "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
     "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),
     "latex": Format("LaTeX equations and table", ".tex", "%", False, _latex),
-    "json": Format("JSON, all of it", ".json", "{", False, _json),
+    "json": Format("JSON, the whole model", ".json", "{", False, _json),
 }
 
 

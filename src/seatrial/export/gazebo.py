@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The model in Gazebo's words: what its hydrodynamics and thruster plugins are told.
+"""The model as parameters of Gazebo's hydrodynamics and thruster plugins.
 
 The engine moves a rigid body: m (u_dot - v r) = X, m (v_dot + u r) = Y, I r_dot = N. The plugin adds
 the sums of coefficient * velocity, * velocity * |velocity|, * velocity * velocity and * acceleration.
-A coefficient per unit of (mass + added mass) times just that is what it takes; whatever the added
-mass is said to be, the equations of motion come out the same.
+Its parameters are the coefficients times (mass + added mass). The equations of motion do not depend
+on the stated added mass.
 """
 
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ from seatrial.export.hull import Hull
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
-LETTERS = "xyn"  # of the plugin's parameters: surge, sway, yaw
-NEGLIGIBLE = 1e-9  # of mass: a term that only rounding has left
+PLUGIN_AXES = "xyn"  # of the plugin's parameters: surge, sway, yaw
+NEGLIGIBLE = 1e-9  # of mass: a smaller term is rounding error
 
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster whose push is that of an actuator: where it is, which way it pushes, how much."""
+    """A thruster with the force of an actuator: position, direction, thrust."""
 
     name: str
     x: float  # [m]
@@ -36,7 +36,10 @@ class Propeller:
 
 @dataclass(frozen=True)
 class Gazebo:
-    """A boat in forward-left-up axes with mass and size. Raises ExportError for what Gazebo has not."""
+    """A boat in forward-left-up axes with mass and size.
+
+    Raises ExportError for terms that Gazebo does not have.
+    """
 
     content: Content  # in forward-left-up axes
     hull: Hull
@@ -44,45 +47,48 @@ class Gazebo:
     @cached_property
     def hydrodynamics(self) -> dict[str, float]:
         """Parameters of the plugin by name, in N and N m per velocities and accelerations."""
-        found = {"xVR": -self.hull.mass, "yUR": self.hull.mass}  # the engine has these by itself
+        found = {"xVR": -self.hull.mass, "yUR": self.hull.mass}  # the engine adds these itself
         for axis, added in enumerate(self.hull.added):
-            found[f"{LETTERS[axis]}Dot{SYMBOLS[axis].upper()}"] = -added
+            found[f"{PLUGIN_AXES[axis]}Dot{SYMBOLS[axis].upper()}"] = -added
         for term in self.content.structure.terms:
             if self._force_of(term) is None:
-                name = f"{LETTERS[term.axis]}{self._factors(term)}"
+                name = f"{PLUGIN_AXES[term.axis]}{self._factors(term)}"
                 found[name] = found.get(name, 0.0) + self._dimensional(term)
         return {
             name: value for name, value in found.items() if abs(value) > NEGLIGIBLE * self.hull.mass
         }
 
     @cached_property
-    def late(self) -> Array:
-        """Forces (3, 3) per acceleration, which the plugin takes from the step before."""
+    def delayed(self) -> Array:
+        """Forces (3, 3) per acceleration, which the plugin applies one step late."""
         own = self.hydrodynamics
-        return np.array([[own.get(f"{a}Dot{s.upper()}", 0.0) for s in SYMBOLS] for a in LETTERS])
+        return np.array(
+            [[own.get(f"{a}Dot{s.upper()}", 0.0) for s in SYMBOLS] for a in PLUGIN_AXES]
+        )
 
     def check_stable(self) -> None:
-        """Accelerations of the step before must die away: raises ExportError where they grow.
+        """Raise ExportError where the delayed accelerations diverge.
 
-        a_k = M^-1 (F + late a_(k-1)) converges if and only if all eigenvalues of M^-1 late are below 1.
+        With D the delayed added mass, a_k = M^-1 (F + D a_(k-1)) converges if and only if all
+        eigenvalues of M^-1 D are below 1.
         """
-        growth = float(np.abs(np.linalg.eigvals(self.late / self.hull.rigid[:, None])).max())
+        growth = float(np.abs(np.linalg.eigvals(self.delayed / self.hull.rigid[:, None])).max())
         if growth >= 1.0:
             shares = (
                 f"{AXES[i]} {self.hull.added[i]:g} of {self.hull.rigid[i]:g}" for i in range(3)
             )
             raise ExportError(
-                f"added mass is too large for Gazebo's plugin ({', '.join(shares)}): it applies it a step "
-                f"late, and errors grow {growth:.2g} times a step; give less than the mass, or part of it "
-                "as mass"
+                f"added mass is too large for Gazebo's plugin ({', '.join(shares)}): it applies it one "
+                f"step late, and errors grow {growth:.2g} times per step; give less than the mass, or add part "
+                "of it to the mass"
             )
 
     @cached_property
     def propellers(self) -> list[Propeller]:
-        """One for each actuator that pushes: together they give exactly the model's surge, sway and yaw.
+        """One for each actuator; together they give exactly the model's wrench.
 
-        X_F, Y_F and N_F together fit no thrusters at the places that were measured. Direction and size
-        are therefore the model's, and the place is moved just far enough to give the model's moment.
+        The identified X_F, Y_F and N_F are inconsistent with the measured positions. Direction and thrust
+        are therefore the model's, and the position is shifted to give the model's moment.
         """
         wrench = np.zeros((3, len(self.content.actuators)))
         for term in self.content.structure.terms:
@@ -95,15 +101,15 @@ class Gazebo:
         name, size = self.content.actuators[k].name, float(np.hypot(surge, sway))
         if size <= NEGLIGIBLE * max(1.0, abs(yaw)):
             raise ExportError(
-                f"{name} gives a moment without a force, which no thruster of Gazebo does; describe the "
+                f"{name} gives a moment without a force, which is not a thruster in Gazebo; describe the "
                 "boat's thrusters in the vehicle file, or export to fmu or c"
             )
         along = np.array([surge, sway]) / size
         placed = {t.name: (t.x, t.y) for t in self._thrusters()}
         x, y = placed.get(name, (0.0, 0.0))
-        moved = yaw / size - (x * along[1] - y * along[0])
+        shift = yaw / size - (x * along[1] - y * along[0])
         return Propeller(
-            name, x + moved * along[1], y - moved * along[0], float(np.arctan2(sway, surge)), size
+            name, x + shift * along[1], y - shift * along[0], float(np.arctan2(sway, surge)), size
         )
 
     def _thrusters(self) -> tuple[Thruster, ...]:
@@ -115,7 +121,7 @@ class Gazebo:
         return float(self.hull.effective[term.axis] * term.number * value)
 
     def _force_of(self, term: Term) -> int | None:
-        """Number of the force, if the term is one that thrusters give."""
+        """Number of the force, if the term is a thruster force."""
         forces = [f for f in term.factors if f in self.content.forces]
         if not forces:
             return None
@@ -124,7 +130,7 @@ class Gazebo:
         return self.content.forces.index(forces[0])
 
     def _factors(self, term: Term) -> str:
-        """A term's factors as the plugin's parameters have them: U, UabsU, VR, DotU."""
+        """A term's factors as in the plugin's parameters: U, UabsU, VR, DotU."""
         plain = sorted((f for f in term.factors if "|" not in f), key=SYMBOLS.index)
         sizes = [f.strip("|") for f in term.factors if "|" in f]
         if term.acceleration is not None and not term.factors:
@@ -137,5 +143,5 @@ class Gazebo:
     def _refused(self, term: Term) -> ExportError:
         return ExportError(
             f"Gazebo's hydrodynamics has no term like '{term.text()}' in {AXES[term.axis]}: it has products "
-            "of a velocity with one more velocity or its size; take such terms only, or export to fmu or c"
+            "of a velocity with one more velocity or its size; use only such terms, or export to fmu or c"
         )

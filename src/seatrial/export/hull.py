@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Mass and size of a boat: what makes a model per unit mass dimensional."""
+"""Mass and size of a boat, for dimensional coefficients."""
 
 from dataclasses import dataclass
 
@@ -11,15 +11,15 @@ from seatrial.util.frames import Array
 
 @dataclass(frozen=True)
 class Hull:
-    """What the owner weighs and measures. Raises ExportError where a number is not positive.
+    """Measured mass and size. Raises ExportError where a number is not positive.
 
-    A model holds coefficients per unit mass, and can't tell mass from added mass: X_u is drag over
-    (mass + added mass), whatever these are. Both are therefore the owner's to give.
+    A model has coefficients per unit mass, X_u = drag / (mass + added mass). Mass and added mass are not
+    identifiable separately, so the user gives both.
     """
 
     mass: float  # [kg] of the boat itself
     inertia: float  # [kg m^2] about the vertical through the origin
-    size: tuple[float, float, float]  # [m] length, width, height of a box like the hull
+    size: tuple[float, float, float]  # [m] length, width, height of a box of the hull's size
     added: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [kg, kg, kg m^2] in surge, sway, yaw
 
     def __post_init__(self) -> None:
@@ -41,5 +41,5 @@ class Hull:
 
     @property
     def effective(self) -> Array:
-        """The same with added mass (3,): what the coefficients are per unit of."""
+        """The same with added mass (3,): the denominator of the coefficients."""
         return np.asarray(self.rigid + np.array(self.added))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All of a model as JSON: what a program needs to run it, and what is known of every number."""
+"""A whole model as JSON: parameters to run it, and the uncertainty of each."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ FORMAT = "boat 1"
 
 
 def text(content: Content) -> str:
-    """The file. All is in the axes that it states; null: no such number or stage."""
+    """The file. Values are in the axes that it states; null: no such number or stage."""
     model = content.model
     return dump_json({
         "seatrial": FORMAT,
@@ -45,7 +45,7 @@ def text(content: Content) -> str:
 
 
 def _parameter(content: Content, name: str) -> dict[str, Any]:
-    """Value, unit, standard error and 95 % interval; the last two are null where it was given."""
+    """Value, unit, standard error and 95 % interval; the last two are null for a given value."""
     value, error = content.values[name], content.errors[name]
     width = NORMAL_95 * error
     return {

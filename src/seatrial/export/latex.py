@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Equations and coefficients for a paper: LaTeX, by the report's own cells."""
+"""Equations and coefficients for a paper: LaTeX, by the cells of the report."""
 
 from seatrial.export.content import Content
 from seatrial.identification.uncertainty.identifiability import identifiability
@@ -9,7 +9,7 @@ from seatrial.report.text.latex import latex_text
 from seatrial.report.text.table import Table
 from seatrial.util.statistics import NORMAL_95
 
-HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
+TABLE_HEAD = ("parameter", "value", "standard error", "95 % interval", "unit", "verdict")
 
 
 def text(content: Content) -> str:
@@ -37,4 +37,4 @@ def table(content: Content) -> Table:
             Unit(content.units[name]),
             Text(found[name].verdict.value),
         ])  # fmt: skip
-    return Table("coefficients", f"Coefficients of {content.vehicle_name}", HEAD, rows)
+    return Table("coefficients", f"Coefficients of {content.vehicle_name}", TABLE_HEAD, rows)

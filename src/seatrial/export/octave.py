@@ -10,7 +10,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array
 
 
 def function(content: Content, name: str) -> str:
-    """The function's file; MATLAB asks that it be called `name`.m."""
+    """The function's file; MATLAB requires the file name `name`.m."""
     example = f"[{'; '.join(['0.5', *['0'] * (len(content.inputs) - 1)])}]"
     once, each = _latencies(content)
     words = {
@@ -46,17 +46,17 @@ def function(content: Content, name: str) -> str:
 
 
 def _helpers(content: Content) -> list[str]:
-    asked = {
+    needs = {
         "curve": any(a.curved for a in content.actuators),
         "pair": any(a.partner is not None for a in content.actuators),
         "table": any(a.tabulated for a in content.actuators),
         "multiplier": bool(content.scales),
     }
-    return [key for key, needed in asked.items() if needed]
+    return [key for key, needed in needs.items() if needed]
 
 
 def _field(name: str) -> str:
-    """A coefficient or constant as the function has it."""
+    """The function's name of a coefficient or constant."""
     return f"p.{name.replace('.', '_')}"
 
 
@@ -162,7 +162,7 @@ def _acceleration(content: Content) -> list[str]:
 
 
 def _latencies(content: Content) -> tuple[list[str], list[int]]:
-    """Latencies, each once, and the number of each actuator's own."""
+    """Distinct latencies, and the index of each actuator's."""
     each = [_own(a, "latency", "0") for a in content.actuators]
     once = list(dict.fromkeys(each))
     return once, [once.index(latency) + 1 for latency in each]

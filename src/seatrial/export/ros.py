@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Parameter files for ROS: our node's, and the boat's numbers for nodes of one's own."""
+"""Parameter files for ROS: the odometry node's, and the boat's numbers for other nodes."""
 
 from pathlib import Path
 from typing import Any
@@ -8,20 +8,20 @@ from seatrial.export.content import Content
 from seatrial.util.errors import ExportError
 from seatrial.util.files import dump_yaml
 
-NODE = "seatrial_odometry"
-HOW = {
-    1: f"rosparam load FILE, then rosrun {NODE} odometry __name:={NODE}",
-    2: f"ros2 run {NODE} odometry --ros-args -r __node:={NODE} --params-file FILE",
+ODOMETRY_NODE = "seatrial_odometry"
+USAGE = {
+    1: f"rosparam load FILE, then rosrun {ODOMETRY_NODE} odometry __name:={ODOMETRY_NODE}",
+    2: f"ros2 run {ODOMETRY_NODE} odometry --ros-args -r __node:={ODOMETRY_NODE} --params-file FILE",
 }
 
 
 def text(content: Content, model_path: Path | None, ros: int) -> str:
-    """The file for ROS 1 or ROS 2. What our node needs is `model`; its other parameters have defaults."""
+    """The file for ROS 1 or ROS 2. The node needs `model`; its other parameters have defaults."""
     if model_path is None:
-        raise ExportError("the node reads model.yaml itself: say where it is (model_path)")
+        raise ExportError("the node reads model.yaml: give its path (model_path)")
     parameters: dict[str, Any] = {"model": str(model_path.resolve()), "boat": _boat(content)}
-    file = {NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
-    head = f"# ROS {ros} parameters of {content.vehicle_name} by {content.source}: {HOW[ros]}\n"
+    file = {ODOMETRY_NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
+    head = f"# ROS {ros} parameters of {content.vehicle_name} by {content.source}: {USAGE[ros]}\n"
     units = (
         "# boat: axes as stated, SI; coefficients per unit mass and inertia; matrices row by row\n"
     )
@@ -29,7 +29,7 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
 
 
 def _boat(content: Content) -> dict[str, Any]:
-    """Numbers without lists in lists, which ROS 2 has not."""
+    """Parameters without nested lists, which ROS 2 does not support."""
     own = set(content.structure.coefficients)
     values = {name.replace(".", "_"): value for name, value in content.values.items()}
     errors = {name.replace(".", "_"): error for name, error in content.errors.items()}

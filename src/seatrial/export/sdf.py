@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""A model for Gazebo (SDFormat 1.9): hull, thrusters, and the plugins that move them.
+"""A model for Gazebo (SDFormat 1.9): hull, thrusters, and plugins.
 
-Plane motion: without gravity and waves; heave, roll and pitch are damped away. Names of plugins and
+Plane motion: without gravity and waves; heave, roll and pitch are damped. Names of plugins and
 parameters are those of Gazebo Garden to Harmonic.
 """
 
@@ -17,14 +17,14 @@ from seatrial.export.terms import number
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import Axes
 
-PROPELLER_MASS = 1e-4  # of the boat's, for each; taken off the hull's
+PROPELLER_MASS = 1e-4  # of the boat's mass, each; subtracted from the hull's
 PROPELLER_SIZE = 0.02  # [m] radius
-UPRIGHT = 10.0  # [1/s] damping of heave, roll and pitch over their inertia
+OUT_OF_PLANE_DAMPING = 10.0  # [1/s] damping of heave, roll and pitch over their inertia
 WATER = 998.0  # [kg/m^3]
 
 
 def text(model: Model, name: str, hull: Hull | None) -> bytes:
-    """The file. Raises ExportError without mass and size, and for what Gazebo can't do."""
+    """The file. Raises ExportError without mass and size, and for terms that Gazebo does not have."""
     if hull is None:
         raise ExportError(
             "a model for Gazebo is in N and kg, and coefficients are per unit mass: give mass, inertia and "
@@ -51,8 +51,9 @@ def _about(boat: Gazebo) -> str:
     return (
         f" {content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
         f"added mass {hull.added[0]:g}, {hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: "
-        "coefficients are per unit of the sum, and can't tell them apart. Thrusters take N on cmd_thrust; "
-        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not in here. "
+        "coefficients are per unit of the sum, so they do not determine the parts. Thrusters take N on "
+        "cmd_thrust; "
+        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not included. "
     ).replace("--", "- -")
 
 
@@ -69,21 +70,19 @@ def _mass(boat: Gazebo) -> float:
 
 
 def _hull(model: Xml.Element, boat: Gazebo) -> None:
-    """Mass and inertia less those of the propellers, so that the sum is what was given."""
+    """Mass and inertia less those of the propellers, so that the sum is the given one."""
     hull, own = boat.hull, _mass(boat)
     length, width, height = hull.size
     offset = sum(own * (p.x**2 + p.y**2) + _spin(own) for p in boat.propellers)
     mass, inertia = hull.mass - own * len(boat.propellers), hull.inertia - offset
     if inertia <= 0:
         raise ExportError(
-            f"inertia {hull.inertia:g} kg m^2 is less than that of the thrusters alone; expected some "
+            f"inertia {hull.inertia:g} kg m^2 is less than that of the thrusters alone; expected about "
             f"{hull.mass * (length**2 + width**2) / 12:.2g} for a box of {hull.mass:g} kg"
         )
     link = Xml.SubElement(model, "link", name="base_link")
     _element(link, "gravity", "false")
-    flat = (
-        length**2 + width**2
-    )  # a box whose yaw inertia is this one; roll and pitch as it has them
+    flat = length**2 + width**2  # roll and pitch inertia of a box with this yaw inertia
     roll, pitch = inertia * (width**2 + height**2) / flat, inertia * (length**2 + height**2) / flat
     _inertial(link, mass, (roll, pitch, inertia))
     for kind in ("collision", "visual"):
@@ -103,7 +102,7 @@ def _inertial(link: Xml.Element, mass: float, diagonal: tuple[float, float, floa
 
 
 def _link(model: Xml.Element, propeller: Propeller, boat: Gazebo) -> None:
-    """A propeller that turns about the axis it pushes along."""
+    """A propeller that turns about its thrust axis."""
     link = Xml.SubElement(model, "link", name=propeller.name)
     _element(link, "gravity", "false")
     _element(
@@ -128,15 +127,15 @@ def _hydrodynamics(model: Xml.Element, name: str, boat: Gazebo) -> None:
     plugin = _plugin(model, "hydrodynamics", "Hydrodynamics")
     _element(plugin, "link_name", "base_link")
     _element(plugin, "namespace", name)
-    # the model's terms are all of them: none of the plugin's own besides
+    # the model has all terms: the plugin's own are disabled
     _element(plugin, "disable_coriolis", "true")
     _element(plugin, "water_density", number(WATER))
     for parameter, value in boat.hydrodynamics.items():
         _element(plugin, parameter, number(value))
     length, width, height = boat.hull.size
-    upright = {"zW": 1.0, "kP": (width**2 + height**2) / 12, "mQ": (length**2 + height**2) / 12}
-    for parameter, share in upright.items():
-        _element(plugin, parameter, number(-UPRIGHT * boat.hull.mass * share))
+    damped = {"zW": 1.0, "kP": (width**2 + height**2) / 12, "mQ": (length**2 + height**2) / 12}
+    for parameter, share in damped.items():
+        _element(plugin, parameter, number(-OUT_OF_PLANE_DAMPING * boat.hull.mass * share))
 
 
 def _thruster(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo) -> None:

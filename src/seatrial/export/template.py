@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Templates: files with ${names} that are filled in; pieces of one file under `---- name` lines."""
+"""Templates: files with ${names} to fill in; pieces of one file under `---- name` lines."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ def fill(text: str, words: Mapping[str, str]) -> str:
 
 
 def pieces(name: str, mark: str) -> dict[str, str]:
-    """The pieces of a file by name; each begins after a line `mark---- name`."""
+    """The pieces of a file by name; each starts after a line `mark---- name`."""
     _, *found = re.split(rf"^{re.escape(mark)}---- (\w+).*\n", template(name), flags=re.MULTILINE)
     return dict(zip(found[::2], found[1::2], strict=True))
 

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""Terms, sums and numbers as source code; C, MATLAB and the like write them alike."""
+"""Terms, sums and numbers as source code, common to C and MATLAB."""
 
 from collections.abc import Callable, Iterable
 
 from seatrial.boat.structure import Term
 
-Spell = Callable[[str], str]  # a factor or coefficient as the language has it
+Spell = Callable[[str], str]  # a factor or coefficient in the language
 
 
 def number(value: float) -> str:
-    """A number that reads back as it was."""
+    """A number that reads back exactly."""
     return repr(float(value))
 
 
 def signed_sum(weights: Iterable[tuple[float, str]]) -> str:
-    """`0.5 * a - 0.5 * b`; `0.0` of nothing."""
+    """`0.5 * a - 0.5 * b`; `0.0` without terms."""
     text = ""
     for weight, name in weights:
         if weight == 0.0:
@@ -35,7 +35,7 @@ def product(term: Term, spell: Spell) -> tuple[str, str]:
 
 
 def aligned(rows: Iterable[tuple[str, ...]], between: str = "  ") -> list[str]:
-    """Rows of words as columns of one width; the last one as it is."""
+    """Rows of words as aligned columns; the last one is not padded."""
     rows = list(rows)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1] if rows else []
     return [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What columns a table has: the first look, before there is a vehicle file."""
+"""The columns of a table, before there is a vehicle file."""
 
 import csv
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-EPOCH = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
-SLOWEST_RATE = 0.5  # [Hz] of a log
+UNIX_TIMES = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
+SLOWEST_RATE = 0.5  # [Hz] least plausible rate of a log
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class ColumnView:
     least: float | None  # None: no numbers
     most: float | None
     empty: int  # cells without a number
-    unit: str  # of time, where it rises all the way; else nothing
+    unit: str  # of time, where the column is monotonic; else empty
     rate: float  # [Hz] then
     changes: bool
 
@@ -41,8 +41,8 @@ class ColumnView:
             f", {self.empty} without a number" if self.empty else ""
         )
         if self.unit:
-            return f"{text}; rises all the way: stamps in {self.unit}? {self.rate:.4g} Hz"
-        return text if self.changes else f"{text}; never changes"
+            return f"{text}; monotonic: stamps in {self.unit}? {self.rate:.4g} Hz"
+        return text if self.changes else f"{text}; constant"
 
 
 @dataclass(frozen=True)
@@ -78,14 +78,14 @@ def columns_text(tables: Sequence[TableView]) -> str:
 
 
 def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
-    """The same for programs."""
+    """The same as JSON."""
     return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
 
 
 def _view(table: Table) -> TableView:
     try:
         values = table.columns(table.names)
-    except RecordingError:  # words among the numbers
+    except RecordingError:  # a cell is not a number
         values = _numbers(table)
         if not np.isfinite(values).any():
             raise
@@ -94,7 +94,7 @@ def _view(table: Table) -> TableView:
 
 
 def _numbers(table: Table) -> Array:
-    """All cells (rows, columns); NaN for those that are no numbers, or are missing."""
+    """All cells (rows, columns); NaN where a cell is missing or not a number."""
     found: list[list[float]] = []
     with table.path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
         try:
@@ -130,8 +130,8 @@ def _column(name: str, column: Array) -> ColumnView:
 
 
 def _time_unit(most: float, step: float) -> str:
-    """The unit in which stamps are of our time; else the longest in which there is a log's rate."""
+    """The unit in which stamps are Unix times; else the largest with a plausible rate."""
     for unit, scale in PER_SECOND.items():
-        if EPOCH[0] < most / scale < EPOCH[1]:
+        if UNIX_TIMES[0] < most / scale < UNIX_TIMES[1]:
             return unit
     return next((u for u, scale in PER_SECOND.items() if scale / step >= SLOWEST_RATE), "ns")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The first look at a recording, before there is a vehicle file: topics, or columns."""
+"""Topics or columns of a recording, before there is a vehicle file."""
 
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from seatrial.io.columns import columns_json, columns_text, look_at_columns
 
 
 def look(path: Path, *, salvage: bool = False) -> tuple[str, dict[str, Any]]:
-    """What is there, in words and for programs. Raises RecordingError, FileError."""
+    """The contents as text and as JSON. Raises RecordingError, FileError."""
     if is_bag(path):
         found = contents(path, salvage=salvage)
         return contents_text(found), contents_json(found)

@@ -60,7 +60,7 @@ def _assemble(
     names = [c.column for c in columns] + ([spec.valid] if spec.valid else [])
     raw = poses.columns(names)
     merged = poses.path == commands.path
-    if merged:  # merged logs: a row without a pose is no pose
+    if merged:  # merged logs: a row may have no pose
         raw = raw[~np.isnan(raw[:, 1:4]).all(axis=1)]
     if len(raw) == 0:
         raise RecordingError(f"{poses.path}: no row has a pose")
@@ -81,7 +81,7 @@ def _assemble(
 def _check_named(column: Column, where: str, table: Table) -> None:
     if not column.column:
         raise RecordingError(
-            f"{where} names no column; {table.path} has {', '.join(table.names[:20])}"
+            f"{where} has no column; {table.path} has {', '.join(table.names[:20])}"
         )
 
 
@@ -110,7 +110,7 @@ def _signal(
     columns = list(named.values())
     raw = table.columns([stamp.column, *(c.column for c in columns)])
     lines = np.arange(len(raw)) + 2  # of the file
-    if merged:  # merged logs: a row without a command is no command
+    if merged:  # merged logs: a row may have no command
         given = ~np.isnan(raw[:, 1:]).all(axis=1)
         raw, lines = raw[given], lines[given]
     if len(raw) == 0:

@@ -17,10 +17,11 @@ from seatrial.util.frames import Array
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+MOST_NANOSECONDS = 9e18  # [ns] below the largest 64-bit integer
 
 
 class Table:
-    """A CSV file with a header line; columns are read when asked for."""
+    """A CSV file with a header line; columns are read on request."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -42,7 +43,7 @@ class Table:
         self._check_width(second)
 
     def _check_width(self, line: str) -> None:
-        """Refuse a first row with more cells than there are names: none is known to be whose."""
+        """Refuse a first row with more cells than names."""
         try:
             row = next(csv.reader([line], delimiter=self.delimiter), [])
         except csv.Error as error:
@@ -58,13 +59,13 @@ class Table:
         index = [self._find(name) for name in wanted]
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # an empty table is an error of our own
+                warnings.simplefilter("ignore")  # an empty table raises below
                 values = np.loadtxt(
                     self.path, delimiter=self.delimiter, skiprows=1, usecols=index, ndmin=2,
                     encoding="utf-8-sig", comments=None,
                 )  # fmt: skip
         except (ValueError, UnicodeDecodeError):
-            values = self._read_slowly(index)
+            values = self._read_rows(index)
         if len(values) == 0:
             raise RecordingError(
                 f"{self.path}: has a header but no rows; was anything recorded while the boat was driven?"
@@ -73,7 +74,7 @@ class Table:
 
     def _find(self, name: str) -> int:
         if self.names.count(name) > 1:
-            raise RecordingError(f"{self.path}: column '{name}' stands twice in the header")
+            raise RecordingError(f"{self.path}: column '{name}' is twice in the header")
         if name not in self.names:
             near = difflib.get_close_matches(name, self.names, n=1)
             hint = f"; did you mean '{near[0]}'?" if near else "."
@@ -81,8 +82,8 @@ class Table:
             raise RecordingError(f"{self.path}: no column '{name}'{hint} It has: {shown}")
         return self.names.index(name)
 
-    def _read_slowly(self, index: Sequence[int]) -> Array:
-        """Row by row, to accept empty cells and to name the line that is wrong."""
+    def _read_rows(self, index: Sequence[int]) -> Array:
+        """Row by row: accepts empty cells, and names the line of an error."""
         rows: list[list[float]] = []
         try:
             with self.path.open(encoding="utf-8-sig", newline="") as file:
@@ -123,7 +124,7 @@ def checked_unit(column: Column, where: str) -> None:
 def scaled(raw: Array, column: Column) -> Array:
     """value = sign (raw - offset) / scale, in SI."""
     unit = TO_SI.get(column.unit or "-", 1.0)
-    with np.errstate(over="ignore", invalid="ignore"):  # what is no number is found later
+    with np.errstate(over="ignore", invalid="ignore"):  # NaN is handled later
         return np.asarray(column.sign * (raw - column.offset) / column.scale * unit)
 
 
@@ -142,9 +143,9 @@ def nanoseconds(
         stamps = (
             column.sign * (raw - column.offset) / column.scale * TO_NANOSECONDS[column.unit or "s"]
         )
-    if np.abs(stamps).max() > 9e18:
+    if np.abs(stamps).max() > MOST_NANOSECONDS:
         raise RecordingError(
-            f"{path}: stamp column '{column.column}' goes to {raw.max():g} {column.unit or 's'}; "
+            f"{path}: stamp column '{column.column}' reaches {raw.max():g} {column.unit or 's'}; "
             "is its unit ms, us or ns? Name it in the vehicle file"
         )
     return np.rint(stamps).astype(np.int64)

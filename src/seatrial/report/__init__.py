@@ -1,67 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The report: one HTML file that needs nothing else, not even a network."""
+"""The report: one self-contained HTML file, without network access."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
-from seatrial.boat.model import Model
-from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.evaluation.scores import Scores
-from seatrial.recording.recording import Recording
-from seatrial.report.evidence.model_evidence import collect
-from seatrial.report.figures.png import check
-from seatrial.report.html import page
-from seatrial.report.papers import write_figures, write_tables
-from seatrial.report.sections import Section, all_sections
-from seatrial.report.sections.base import store_of
-from seatrial.util.files import write_text
+from seatrial.report.model_report import report, write_report
 
 __all__ = ["report", "write_report"]
-
-
-def report(
-    model: Model,
-    recordings: Sequence[Recording],
-    *,
-    horizon: float = DEFAULT_HORIZON,
-    scores: Scores | None = None,
-) -> str:
-    """The report on a model as HTML text: what it is, and how it predicts `horizon` [s] ahead.
-
-    `scores`: those that `validate` found, which are not computed again (their horizon counts).
-    The same model and recordings give the same text. Raises RecordingError where no recording has a
-    stretch as long as the horizon, or where there is no recording. A model that is unstable gets a
-    report that says so.
-    """
-    return _page(model, all_sections(collect(model, recordings, horizon, scores)))
-
-
-def write_report(
-    model: Model,
-    recordings: Sequence[Recording],
-    path: str | Path,
-    *,
-    horizon: float = DEFAULT_HORIZON,
-    scores: Scores | None = None,
-    figures: str | Path | None = None,
-    raster: bool = False,
-    tables: str | Path | None = None,
-) -> None:
-    """Write `report` to a file, whole or not at all. `horizon` in s; `scores` as there.
-
-    `figures`: a folder for every plot as SVG, and with `raster` as PNG, which needs resvg-py;
-    `tables`: one for every table as CSV and LaTeX.
-    """
-    if raster:
-        check()
-    found = all_sections(collect(model, recordings, horizon, scores))
-    write_text(Path(path), _page(model, found))
-    if figures is not None:
-        names = {store_of(i): recording.name for i, recording in enumerate(recordings)}
-        write_figures(found, names, Path(figures), raster=raster)
-    if tables is not None:
-        write_tables(found, Path(tables))
-
-
-def _page(model: Model, found: Sequence[Section]) -> str:
-    return page(f"{model.name}: seatrial report", found)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page: sections in their order, and everything that they need inside the file."""
+"""The page: sections in order, with all assets inside the file."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from seatrial.report.figures.base import Figure
 from seatrial.report.figures.embed import pack
 from seatrial.report.sections.base import Section
 
-# The browser itself refuses every request, whatever a name in the file may try.
+# The browser itself refuses every request, whatever a name in a file contains.
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 )
@@ -41,7 +41,7 @@ def page(title: str, found: Sequence[Section]) -> str:
 <body>
 <nav>{links}<button type="button" data-do="all">open all</button></nav>
 <main>
-<noscript><p class="warning">The plots need JavaScript, which is turned off here.</p></noscript>
+<noscript><p class="warning">The plots need JavaScript; it is disabled here.</p></noscript>
 {body}
 </main>
 {figure_data}
@@ -71,5 +71,5 @@ def _kept_together(html: str) -> str:
 
 @cache
 def _asset(name: str) -> str:
-    """A file that lies beside this one."""
+    """A file of the assets folder."""
     return (resources.files("seatrial.report") / "assets" / name).read_text(encoding="utf-8")

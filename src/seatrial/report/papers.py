@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The report's figures as SVG and PNG files, and its tables as CSV and LaTeX, for papers and slides."""
+"""A page as a file, its figures as SVG and PNG, its tables as CSV and LaTeX."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -7,9 +7,31 @@ from pathlib import Path
 
 from seatrial.report.figures.png import png
 from seatrial.report.figures.svg import svg
-from seatrial.report.html import stores
-from seatrial.report.sections.base import ALL, Section
+from seatrial.report.html import page, stores
+from seatrial.report.sections.base import ALL, Section, store_of
 from seatrial.util.files import write_bytes, write_text
+
+
+def write_page(
+    title: str,
+    found: Sequence[Section],
+    path: str | Path,
+    recordings: Sequence[str],
+    *,
+    figures: str | Path | None,
+    raster: bool,
+    tables: str | Path | None,
+) -> None:
+    """Write sections to a page; into the folders `figures` and `tables` what `write_report` states.
+
+    `recordings`: their names, in the order of the sections' stores.
+    """
+    write_text(Path(path), page(title, found))
+    if figures is not None:
+        names = {store_of(i): name for i, name in enumerate(recordings)}
+        write_figures(found, names, Path(figures), raster=raster)
+    if tables is not None:
+        write_tables(found, Path(tables))
 
 
 def write_figures(
@@ -17,7 +39,7 @@ def write_figures(
 ) -> list[Path]:
     """Every figure as `NAME.svg`, those of a recording as `RECORDING-NAME.svg`; the paths written.
 
-    `names`: the recording of every store; `raster`: each also as `.png`, see there.
+    `names`: the recording of every store; `raster`: each also as `.png`, see `png`.
     """
     written = []
     taken: set[str] = set()
@@ -47,7 +69,7 @@ def write_tables(found: Sequence[Section], folder: Path) -> list[Path]:
 
 
 def _safe(name: str, store: str, taken: set[str]) -> str:
-    """A recording's name as a file's, no two the same."""
+    """A recording's name as a file name, unique."""
     found = re.sub(r"[^\w.-]+", "_", name).strip("._") or store
     found = f"{found}-{store}" if found in taken else found
     taken.add(found)

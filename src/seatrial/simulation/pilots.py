@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Simulated operators: what a person with a joypad does to a boat in a small pool."""
+"""Simulated operators: a person with a joypad and a boat in a small pool."""
 
 from abc import ABC, abstractmethod
 
@@ -9,18 +9,24 @@ from seatrial import _core
 from seatrial.simulation.plan import OperatorEntry, Pool
 from seatrial.util.frames import AXES, Array
 
-BRAKING = 0.12  # [m/s^2] what the operator expects of full reverse
+BRAKING = 0.12  # [m/s^2] deceleration by full reverse that the operator expects
 LOOK_AHEAD = 0.5  # [s]
-CUSHION = 0.10  # [m] kept beyond the margin
+CUSHION = 0.10  # [m] in addition to the margin
+SMALLEST_AREA = 0.05  # [m] half-size of the area in which the boat may stop, at least
+OFF_COURSE_HEADING = 0.5  # [rad] above it a pulse is corrected, too
+HEADING_DEADBAND = 0.15  # [rad] a smaller error is not corrected
+POSITION_DEADBAND = 0.2  # [m] a smaller offset is not corrected
+TURN_BACK = 0.4  # of the free half-length: beyond it a pulse is towards the middle
 
 
 class Operator(ABC):
-    """Looks at the boat now and then and moves the sticks."""
+    """Observes the boat at intervals and moves the sticks."""
 
     def __init__(self, entry: OperatorEntry, pool: Pool, rng: np.random.Generator) -> None:
         self.entry, self.rng = entry, rng
         half = np.array([pool.length, pool.width]) / 2 - pool.margin
-        self.safe = np.maximum(half - CUSHION, 0.05)  # [m] half-size of where the boat may stop
+        # [m] half-size of the area in which the boat may stop
+        self.safe = np.maximum(half - CUSHION, SMALLEST_AREA)
 
     @abstractmethod
     def drive(self, t: float, x: Array) -> Array:
@@ -31,24 +37,24 @@ class Operator(ABC):
         return 0.0
 
     def look(self, t: float, x: Array) -> Array:
-        """The sticks, after a glance at the walls."""
+        """The sticks; away from a wall if the boat is too fast for it."""
         guard = self._guard(x)
         return _limited(self.drive(t, x) if guard is None else guard)
 
     def _guard(self, x: Array) -> Array | None:
-        """Full stick away from a wall that the boat could not stop before."""
+        """Full stick away from a wall that is within the stopping distance."""
         velocity = _earth(x[2], x[3:5])
         stop = x[:2] + velocity * LOOK_AHEAD + velocity * np.abs(velocity) / (2 * BRAKING)
         outside = (np.abs(stop) > self.safe) & (stop * velocity >= 0)
         if not (outside[0] or outside[1]):
             return None
-        push = np.where(outside, -np.sign(stop), 0.0)
-        sticks = _body(x[2], push)
+        away = np.where(outside, -np.sign(stop), 0.0)
+        sticks = _body(x[2], away)
         return np.array([sticks[0], sticks[1], -1.0 * x[5]]) / max(1.0, float(np.abs(sticks).max()))
 
 
 class PulseOperator(Operator):
-    """Pulses of varying size and length in one axis; the others only to stay in place."""
+    """Pulses of random size and length in one axis; the others only for station keeping."""
 
     def __init__(
         self, axis: int, entry: OperatorEntry, pool: Pool, rng: np.random.Generator
@@ -60,16 +66,16 @@ class PulseOperator(Operator):
         self.sticks = np.zeros(3)
 
     def start_heading(self) -> float:
-        """Sway pulses go along the pool's length, too."""
+        """Sway pulses are along the pool's length, too."""
         return np.pi / 2 if self.axis == 1 else 0.0
 
     def drive(self, t: float, x: Array) -> Array:
-        """The pulse of the moment, or a correction in the pauses."""
+        """The current pulse, or a correction in the pauses."""
         if t >= self.until:
             self._next(t, x)
         sticks = self.sticks.copy() if self.pulsing else np.zeros(3)
-        lost = abs(_turned(x[2] - self.start_heading())) > 0.5
-        if not self.pulsing or (lost and self.axis != 2):
+        off_course = abs(_wrapped(x[2] - self.start_heading())) > OFF_COURSE_HEADING
+        if not self.pulsing or (off_course and self.axis != 2):
             sticks += self._correction(x)
         return sticks
 
@@ -81,46 +87,46 @@ class PulseOperator(Operator):
         side = self.rng.choice([-1.0, 1.0])
         if self.axis < 2:
             along = float(_body(x[2], x[:2])[self.axis])
-            if abs(along) > 0.4 * self.safe[0]:
+            if abs(along) > TURN_BACK * self.safe[0]:
                 side = -np.sign(along)
         self.sticks = self.rng.normal(0.0, self.entry.crosstalk * size, 3)
         self.sticks[self.axis] = side * size
 
     def _correction(self, x: Array) -> Array:
-        """Back to the line that is driven along, once the boat is well off it."""
+        """Back to the line of the pulses, if the boat is off it."""
         sticks = np.zeros(3)
         if self.axis != 2:
-            off = _turned(x[2] - self.start_heading())
-            if abs(off) > 0.15:
+            off = _wrapped(x[2] - self.start_heading())
+            if abs(off) > HEADING_DEADBAND:
                 sticks[2] = min(max(-1.0 * off - 0.8 * x[5], -0.5), 0.5)
         place, speed = _body(x[2], x[:2]), x[3:5]
         for axis in {0, 1} - {self.axis}:
-            if abs(place[axis]) > 0.2:
+            if abs(place[axis]) > POSITION_DEADBAND:
                 sticks[axis] = min(max(-1.2 * place[axis] - 2.0 * speed[axis], -0.6), 0.6)
         return sticks
 
 
 class CourseOperator(Operator):
-    """Follows figures of eight, circles and squares, one after the other, turning on the way."""
+    """Follows figures of eight, circles and squares in turn, with changes of heading."""
 
     def __init__(self, entry: OperatorEntry, pool: Pool, rng: np.random.Generator) -> None:
         super().__init__(entry, pool, rng)
         self.size = self.safe * 0.75  # [m]
-        self.began = 0.0
+        self.started = 0.0
         self._choose(0)
 
     def drive(self, t: float, x: Array) -> Array:
-        """Sticks towards a point that runs along the course, in coarse hand movements."""
-        phase = (t - self.began) / self.lap
+        """Sticks towards a point that moves along the course, in steps of 0.1."""
+        phase = (t - self.started) / self.lap
         if phase >= 2.0:
-            self.began, phase = t, 0.0
+            self.started, phase = t, 0.0
             self._choose((self.kind + 1) % 3)
         target, direction = self._point(phase), self._point(phase + 0.02) - self._point(phase)
         place = _body(x[2], target - x[:2])
         heading = (
             np.arctan2(direction[1], direction[0]) if self.along else 0.8 * np.sin(12.0 * phase)
         )
-        turn = _turned(heading - x[2])
+        turn = _wrapped(heading - x[2])
         sticks = np.array(
             [
                 2.5 * place[0] - 2.0 * x[3],
@@ -157,7 +163,7 @@ def make_operator(
 
 
 def _limited(sticks: Array) -> Array:
-    """Within -1..1, in half the time that np.clip takes for three numbers."""
+    """Within -1..1, faster than np.clip for three numbers."""
     return np.minimum(np.maximum(sticks, -1.0), 1.0)
 
 
@@ -171,6 +177,6 @@ def _body(psi: float, earth: Array) -> Array:
     return _core.rotate(np.array([psi]), np.array([[earth[0], earth[1], 0.0]]), True)[0, :2]
 
 
-def _turned(angle: float) -> float:
+def _wrapped(angle: float) -> float:
     """The angle in (-pi, pi]."""
     return float(_core.wrap(np.array([angle]))[0])

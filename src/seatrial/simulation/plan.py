@@ -12,15 +12,16 @@ from seatrial.util.errors import FileError
 from seatrial.util.files import convert, expect_format, read_yaml
 
 PLAN_FORMAT = "plan 1"
+DEEPEST_BASE = 5  # plans that are based on each other: more is a cycle
 Range = tuple[float, float]
 
 
-class Unmodelled(Strict, frozen=True):
-    """A force that no model knows of, in every axis a first-order Gauss-Markov process."""
+class DisturbanceForce(Strict, frozen=True):
+    """A disturbance force: a first-order Gauss-Markov process in every axis."""
 
     share: NotNegative  # of full thrust, standard deviation
     correlation: Positive  # [s] its time constant
-    earth_fixed: bool = False  # from one side of the world, as wind is; else it turns with the boat
+    earth_fixed: bool = False  # earth-fixed, as wind; else body-fixed
 
 
 class PlantEntry(Strict, frozen=True):
@@ -29,7 +30,7 @@ class PlantEntry(Strict, frozen=True):
     coefficients: dict[str, float]
     step: Positive  # [s] of the integration
     chain: list[ChainGroup] = msgspec.field(default_factory=list)
-    unmodelled: Unmodelled | None = None
+    unmodelled: DisturbanceForce | None = None
 
 
 class Pool(Strict, frozen=True):
@@ -41,7 +42,7 @@ class Pool(Strict, frozen=True):
 
 
 class DropOuts(Strict, frozen=True):
-    """Stretches without poses."""
+    """Intervals without poses."""
 
     per_minute: NotNegative
     shortest: NotNegative = 0.3  # [s]
@@ -77,7 +78,7 @@ class Joypad(Strict, frozen=True):
 
 
 class OperatorEntry(Strict, frozen=True):
-    """How the operator drives."""
+    """Reaction, amplitudes and pulses of the operator."""
 
     reaction: Positive  # [s]
     amplitude: dict[Literal["surge", "sway", "yaw"], Range]
@@ -94,7 +95,7 @@ class TrialEntry(Strict, frozen=True):
 
 
 class PlanFile(Strict, frozen=True):
-    """A plan, whole."""
+    """A plan file."""
 
     seatrial: Literal["plan 1"]
     name: str
@@ -109,7 +110,7 @@ class PlanFile(Strict, frozen=True):
 
 
 def load_plan(path: str | Path) -> PlanFile:
-    """A plan from a file, or by the name of one that comes with seatrial."""
+    """A plan from a file, or a bundled one by its name."""
     return convert(_resolved(path, 0), PlanFile, path)
 
 
@@ -121,7 +122,7 @@ def with_seed(plan: PlanFile, seed: int) -> PlanFile:
 
 
 def plan_names() -> list[str]:
-    """Plans that come with seatrial."""
+    """Names of the bundled plans."""
     folder = resources.files("seatrial") / "data" / "plans"
     return sorted(
         p.name.removesuffix(".yaml") for p in folder.iterdir() if p.name.endswith(".yaml")
@@ -138,8 +139,8 @@ def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
     base = content.pop("based_on", None)
     if base is None:
         return content
-    if depth > 5:
-        raise FileError(f"{path}: plans are based on each other in a circle")
+    if depth > DEEPEST_BASE:
+        raise FileError(f"{path}: plans are based on each other in a cycle")
     return _merged(_resolved(str(base), depth + 1), content)
 
 

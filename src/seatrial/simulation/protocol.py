@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The lines of `seatrial sim`, JSON, in each model file's own axes; `docs/sim.md` lists them."""
+"""JSON lines of `seatrial sim`, in the axes of each model file; `docs/sim.md` lists them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,21 +16,21 @@ from seatrial.util.errors import LiveError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes
 
 Kind = Literal["pose", "truth", "imu", "scan", "command"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
+LINE_KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 class Line(Strict, frozen=True):
-    """A line in: a command, or only a time to go on to."""
+    """An input line: a command, or a time to advance to."""
 
     t: float | None = None  # [s] simulated
-    boat: str | None = None  # may be left out where there is one
+    boat: str | None = None  # optional with one boat
     command: list[float] | dict[str, float] | None = None
-    at: float | None = None  # [s] to go on to
+    at: float | None = None  # [s] to advance to
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a line asks for, forward-left-up."""
+class LineRequest:
+    """The request of a line, forward-left-up."""
 
     t: float | None  # [s]; None: now
     boat: SimulatedBoat | None
@@ -41,8 +41,8 @@ _decode = msgspec.json.Decoder(Line).decode
 _encode = msgspec.json.Encoder().encode
 
 
-def read_line(text: str, boats: Sequence[SimulatedBoat]) -> Asked:
-    """What a line asks for. Raises LiveError."""
+def read_line(text: str, boats: Sequence[SimulatedBoat]) -> LineRequest:
+    """The request of a line. Raises LiveError."""
     try:
         line = _decode(text)
     except (msgspec.DecodeError, UnicodeError) as error:
@@ -50,9 +50,9 @@ def read_line(text: str, boats: Sequence[SimulatedBoat]) -> Asked:
     if (line.command is None) == (line.at is None):
         raise LiveError(f"expected command or at, one of them; got {text.strip()[:80]}")
     if line.command is None:
-        return Asked(line.at, None, None)
+        return LineRequest(line.at, None, None)
     boat = _named(line.boat, boats)
-    return Asked(line.t, boat, _row(line.command, boat))
+    return LineRequest(line.t, boat, _row(line.command, boat))
 
 
 def _named(name: str | None, boats: Sequence[SimulatedBoat]) -> SimulatedBoat:
@@ -79,21 +79,21 @@ def _row(given: list[float] | dict[str, float], boat: SimulatedBoat) -> Array:
 
 
 class Writer:
-    """Readings, truth and commands as lines; of several boats each says whose it is."""
+    """Readings, truth and commands as lines; of several boats with the boat's name."""
 
     def __init__(self, boats: Sequence[SimulatedBoat]) -> None:
         self._several = len(boats) > 1
         self._flips = {b.name: _signs(b) for b in boats}
 
     def reading(self, reading: Reading) -> str:
-        """A sensor's, by its stamp."""
+        """A reading, with its stamp."""
         flip = self._flips[reading.boat]
         if isinstance(reading, PoseReading):
             return self._line(reading.boat, reading.stamp, pose=(reading.eta * flip).tolist())
         if isinstance(reading, ImuReading):
             # yaw rate, forward, second axis
-            turned = (reading.values * np.array([flip[2], 1.0, flip[1]])).tolist()
-            return self._line(reading.boat, reading.stamp, imu=turned)
+            rotated = (reading.values * np.array([flip[2], 1.0, flip[1]])).tolist()
+            return self._line(reading.boat, reading.stamp, imu=rotated)
         assert isinstance(reading, Scan)
         ends = (reading.angles[[0, -1]] * flip[2]).tolist()
         seen = [r if np.isfinite(r) else None for r in np.round(reading.ranges, 5).tolist()]
@@ -106,13 +106,13 @@ class Writer:
         return self._line(boat.name, boat.time, truth=now)
 
     def command(self, boat: SimulatedBoat, values: Array) -> str:
-        """A command that was given now."""
+        """A command of this instant."""
         given = (values * boat.model.vehicle.input_signs).tolist()
         return self._line(boat.name, boat.time, command=given)
 
     def _line(self, boat: str, t: float, **content: object) -> str:
-        whose = {"boat": boat} if self._several else {}
-        return _encode({"t": round(t, 9), **whose, **content}).decode()
+        owner = {"boat": boat} if self._several else {}
+        return _encode({"t": round(t, 9), **owner, **content}).decode()
 
 
 def _signs(boat: SimulatedBoat) -> Array:

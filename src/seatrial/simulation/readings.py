@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What simulated sensors say, forward-left-up."""
+"""Readings of simulated sensors, forward-left-up."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,11 @@ from seatrial.util.frames import Array, frozen_array
 
 @dataclass(frozen=True)
 class Reading:
-    """Of one boat; `values` by kind: see the subclasses."""
+    """A reading of one boat; `values` as in the subclasses."""
 
     boat: str
     stamp: float  # [s]
-    arrival: float  # [s] when it is there to be read
+    arrival: float  # [s] at the reader
     values: Array
 
     def __post_init__(self) -> None:
@@ -22,7 +22,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class PoseReading(Reading):
-    """x, y [m], psi [rad] of the measured point as the SLAM has it; of the time `stamp`."""
+    """x, y [m], psi [rad] of the measured point by the SLAM, at `stamp`."""
 
     @property
     def eta(self) -> Array:
@@ -49,21 +49,21 @@ class ImuReading(Reading):
 class Scan(Reading):
     """A turn of the LiDAR; `stamp` is the first beam's time, the last is `sweep` later."""
 
-    angles: Array  # (n,) [rad] from where the sensor looks, to port positive
+    angles: Array  # (n,) [rad] from the sensor's direction, positive to port
     sweep: float  # [s]
     nearest: float  # [m]
     farthest: float  # [m]
 
     @property
     def ranges(self) -> Array:
-        """(n,) [m]; infinite: nothing is seen."""
+        """(n,) [m]; infinite: no surface in range."""
         return self.values
 
 
 def reading_of(
     row: tuple[int, int, float, float, Array], boat: str, lidar: _core.Lidar | None
 ) -> Reading:
-    """From the core's: kind, boat, stamp, arrival, values."""
+    """A reading from the core's row: kind, boat, stamp, arrival, values."""
     kind, _, stamp, arrival, values = row
     if kind == 0:
         return PoseReading(boat, stamp, arrival, values)

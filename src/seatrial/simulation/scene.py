@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Where boats are simulated: surfaces, current, sensors and starts, in one file.
+"""A scene: surfaces, current, sensors and starts, in one file.
 
-Earth-fixed axes as REP-103 has them: x, y [m], angles counter-clockwise from above.
+Earth-fixed axes of REP-103: x, y [m], angles counter-clockwise from above.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ SCENE_FORMAT: Final = "scene 1"
 
 @dataclass(frozen=True)
 class Scene:
-    """Surfaces that a boat touches and a LiDAR sees."""
+    """Surfaces for contact and for the LiDAR."""
 
     segments: Array  # (n, 4) x, y of either end [m]
     circles: Array  # (m, 3) x, y of the centre, radius [m]
@@ -35,13 +35,13 @@ class Scene:
 
     @cached_property
     def core(self) -> _core.Scene:
-        """The core's."""
+        """The core's scene."""
         return _core.Scene(self.segments, self.circles)
 
     def ranges(self, origin: Array, angle: Array) -> Array:
         """Distances (k,) [m] to the first surface from origins (k, 2) along angles (k,) [rad].
 
-        Infinite where a ray meets none.
+        Infinite where a ray meets no surface.
         """
         return self.core.ranges(np.ascontiguousarray(origin), np.ascontiguousarray(angle))
 
@@ -89,11 +89,11 @@ class PostEntry(Strict, frozen=True):
 
 
 class BoatEntry(Strict, frozen=True):
-    """Where a boat begins; in the order of the models that are given."""
+    """Start of a boat; in the order of the models."""
 
     start: tuple[float, float, float] = (0.0, 0.0, 0.0)  # x, y [m], psi [rad]
     name: str = ""  # default: the model's
-    radius: Positive | None = None  # [m] of the disc that touches; default: the core's
+    radius: Positive | None = None  # [m] of the contact disc; default: the core's
 
 
 class SceneFile(Strict, frozen=True):
@@ -111,7 +111,7 @@ class SceneFile(Strict, frozen=True):
 
     @property
     def surfaces(self) -> Scene:
-        """All of them."""
+        """All surfaces."""
         sides = [] if self.pool is None else [box(0.0, 0.0, self.pool.length, self.pool.width)]
         sides += [np.array(self.walls, dtype=float).reshape(-1, 4)]
         sides += [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Settings of simulated sensors; what is not given is as the core has it (`core/.../sensors.hpp`)."""
+"""Settings of simulated sensors; defaults are the core's (`core/.../sensors.hpp`)."""
 
 from typing import Annotated, TypeVar
 
@@ -16,7 +16,7 @@ Count = Annotated[int, msgspec.Meta(ge=1)]
 
 
 class PoseSettings(Strict, frozen=True):
-    """SLAM as a sensor: noise, delay, stretches without poses, false matches."""
+    """SLAM as a sensor: noise, delay, drop-outs, false matches."""
 
     rate: Positive | None = None  # [Hz]
     position_noise: NotNegative | None = None  # [m] standard deviation
@@ -35,11 +35,11 @@ class PoseSettings(Strict, frozen=True):
     @classmethod
     def of_plan(cls, sensor: PoseSensor, delay: float = 0.0) -> "PoseSettings":
         """The pose sensor of a plan's recorded trials, with a delay [s]."""
-        away, wrong = sensor.drop_outs, sensor.jumps
+        drop_outs, jumps = sensor.drop_outs, sensor.jumps
         return cls(
             sensor.rate, sensor.position_noise, sensor.heading_noise, sensor.noise_correlation,
-            sensor.stamp_jitter, delay, away.per_minute, away.shortest, away.longest,
-            wrong.per_minute, wrong.shortest, wrong.longest, wrong.samples,
+            sensor.stamp_jitter, delay, drop_outs.per_minute, drop_outs.shortest, drop_outs.longest,
+            jumps.per_minute, jumps.shortest, jumps.longest, jumps.samples,
         )  # fmt: skip
 
 
@@ -48,7 +48,7 @@ class ImuSettings(Strict, frozen=True):
 
     rate: Positive | None = None  # [Hz]
     yaw_rate_noise: NotNegative | None = None  # [rad/s] standard deviation
-    yaw_rate_bias: NotNegative | None = None  # [rad/s] standard deviation of what is drawn once
+    yaw_rate_bias: NotNegative | None = None  # [rad/s] standard deviation; drawn once
     acceleration_noise: NotNegative | None = None  # [m/s^2]
     acceleration_bias: NotNegative | None = None  # [m/s^2]
 
@@ -63,11 +63,11 @@ class LidarSettings(Strict, frozen=True):
     farthest: Positive | None = None  # [m]
     noise: NotNegative | None = None  # [m] standard deviation
     bias: float | None = None  # [m]
-    mount: tuple[float, float, float] | None = None  # [m, m, rad] forward, left, where it looks
+    mount: tuple[float, float, float] | None = None  # [m, m, rad] forward, left, direction
 
 
 class Sensors(Strict, frozen=True, omit_defaults=False):
-    """What a boat carries; None: no such sensor."""
+    """Sensors of a boat; None: no such sensor."""
 
     pose: PoseSettings | None = PoseSettings()
     imu: ImuSettings | None = ImuSettings()
@@ -105,6 +105,6 @@ def _filled(sensor: S, settings: msgspec.Struct | None) -> S | None:
 
 
 def check(pose: _core.PoseSensor | None, imu: _core.Imu | None, lidar: _core.Lidar | None) -> None:
-    """Raises SimulatorError where the core refuses a sensor."""
-    if wrong := _core.sensor_fault(pose, imu, lidar):
-        raise SimulatorError(f"sensors: {wrong}")
+    """Raise SimulatorError where the core refuses a sensor."""
+    if fault := _core.sensor_fault(pose, imu, lidar):
+        raise SimulatorError(f"sensors: {fault}")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The loop of `seatrial sim`: commands as they come, readings and truth out.
+"""The loop of `seatrial sim`: commands in, readings and truth out.
 
-At a speed the simulated clock follows this machine's. At speed 0 it goes where the lines say, as fast as
-can be: the same lines in give the same lines out.
+Above speed 0 the simulated clock follows this machine's. At speed 0 the lines set it, and the output is
+a function of the input lines alone.
 """
 
 import math
@@ -11,22 +11,22 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from seatrial.onboard.live.endpoints import Source
-from seatrial.simulation.protocol import KINDS, Kind, Writer, read_line
+from seatrial.simulation.protocol import LINE_KINDS, Kind, Writer, read_line
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading
 from seatrial.simulation.world import World
 from seatrial.util.errors import LiveError, SimulatorError
 
-LONGEST_WAIT = 0.005  # [s] between looks at the clock
-BEHIND = 1.0  # [s] that are made up for at once; what is more was lost
-SHOWN = 10  # mistakes that are said; all are counted
+LONGEST_WAIT = 0.005  # [s] between readings of the clock
+LARGEST_DELAY = 1.0  # [s] behind the clock that are simulated at once; a larger delay is dropped
+SHOWN_ERRORS = 10  # error messages; all errors are counted
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What is written, and how time passes."""
+    """Rate and kinds of output lines, and the clock."""
 
     rate: float = 50.0  # [Hz] of the truth
-    speed: float = 1.0  # simulated seconds in a second; 0: as the lines say
+    speed: float = 1.0  # simulated seconds per second; 0: the lines set the time
     duration: float | None = None  # [s] after which it ends
     kinds: Sequence[Kind] = ("pose", "truth", "imu", "scan")
 
@@ -34,15 +34,15 @@ class Settings:
         if not 0.1 <= self.rate <= 1000.0:
             raise LiveError(f"rate {self.rate:g}: expected 0.1 to 1000 Hz")
         if not 0.0 <= self.speed <= 1000.0:
-            raise LiveError(f"speed {self.speed:g}: expected up to 1000; 0: as the lines say")
+            raise LiveError(f"speed {self.speed:g}: expected up to 1000; 0: the lines set the time")
         if self.duration is not None and not 0.0 < self.duration < math.inf:
             raise LiveError(f"duration {self.duration:g}: expected seconds, more than 0")
-        if odd := [kind for kind in self.kinds if kind not in KINDS]:
-            raise LiveError(f"lines {', '.join(odd)}: expected some of {', '.join(KINDS)}")
+        if odd := [kind for kind in self.kinds if kind not in LINE_KINDS]:
+            raise LiveError(f"lines {', '.join(odd)}: expected some of {', '.join(LINE_KINDS)}")
 
 
 class Stream:
-    """Lines in and out of a world; what it says of mistakes goes to `complain`."""
+    """Lines in and out of a world; error messages go to `complain`."""
 
     def __init__(self, world: World, settings: Settings, complain: Callable[[str], None]) -> None:
         self.world, self.settings, self._complain = world, settings, complain
@@ -56,24 +56,26 @@ class Stream:
         return self.settings.duration is not None and self.world.time >= self.settings.duration
 
     def take(self, text: str) -> Iterator[str]:
-        """What a line brings about."""
+        """Output lines of an input line."""
         self.lines += 1
         if not text.strip() or text.lstrip().startswith("#"):
             return
         try:
-            asked = read_line(text, self.world.boats)
-            if asked.t is not None and self.settings.speed == 0.0:
-                yield from self.advance_to(self._ahead(asked.t))
-            if asked.boat is not None and asked.command is not None and not self.over:
-                asked.boat.command(asked.command)
+            request = read_line(text, self.world.boats)
+            if request.t is not None and self.settings.speed == 0.0:
+                yield from self.advance_to(self._ahead(request.t))
+            if request.boat is not None and request.command is not None and not self.over:
+                request.boat.command(request.command)
                 if "command" in self.settings.kinds:
-                    yield self.writer.command(asked.boat, asked.command)
+                    yield self.writer.command(request.boat, request.command)
         except (LiveError, SimulatorError) as error:
-            self._mistake(str(error))
+            self._error(str(error))
 
     def _ahead(self, t: float) -> float:
         if not self.world.time <= t < math.inf:
-            raise LiveError(f"t {t:g}: it is {self.world.time:g} s already; time only goes on")
+            raise LiveError(
+                f"t {t:g}: before the simulated time {self.world.time:g} s; times must increase"
+            )
         return t
 
     def advance_to(self, t: float) -> Iterator[str]:
@@ -90,11 +92,11 @@ class Stream:
             if "truth" in self.settings.kinds:
                 yield from map(self.writer.truth, self.world.boats)
 
-    def _mistake(self, words: str) -> None:
+    def _error(self, text: str) -> None:
         self.mistakes += 1
-        if self.mistakes <= SHOWN:
-            self._complain(f"line {self.lines}: {words}")
-        if self.mistakes == SHOWN:
+        if self.mistakes <= SHOWN_ERRORS:
+            self._complain(f"line {self.lines}: {text}")
+        if self.mistakes == SHOWN_ERRORS:
             self._complain("further errors are counted, not shown")
 
 
@@ -107,7 +109,7 @@ def _kind(reading: Reading) -> Kind:
 def serve(
     world: World, source: Source, settings: Settings, complain: Callable[[str], None]
 ) -> Stream:
-    """Until the source ends, or the duration is over. Raises ModelError where a boat diverges."""
+    """Serve until the source ends, or the duration is over. Raises ModelError where a boat diverges."""
     stream = Stream(world, settings, complain)
     try:
         if settings.speed == 0.0:
@@ -131,15 +133,15 @@ def _by_lines(stream: Stream, source: Source) -> None:
 
 
 def _by_clock(stream: Stream, source: Source, complain: Callable[[str], None]) -> None:
-    speed, began = stream.settings.speed, time.monotonic()
+    speed, start = stream.settings.speed, time.monotonic()
     while not stream.over and not (source.ended and stream.settings.duration is None):
-        behind = time.monotonic() - began - stream.world.time / speed
-        if behind > BEHIND:
+        behind = time.monotonic() - start - stream.world.time / speed
+        if behind > LARGEST_DELAY:
             complain(
-                f"{behind:.1f} s behind the clock: this machine can't keep up; goes on from here"
+                f"{behind:.1f} s behind the clock: this machine is too slow; the delay is dropped"
             )
-            began += behind
-        for line in stream.advance_to((time.monotonic() - began) * speed):
+            start += behind
+        for line in stream.advance_to((time.monotonic() - start) * speed):
             source.write(line)
         if source.ended:
             time.sleep(LONGEST_WAIT)

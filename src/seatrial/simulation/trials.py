@@ -16,25 +16,25 @@ from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.recording.velocity import Motion
 from seatrial.simulation.pilots import make_operator
-from seatrial.simulation.plan import PlanFile, PoseSensor, TrialEntry, Unmodelled
+from seatrial.simulation.plan import DisturbanceForce, PlanFile, PoseSensor, TrialEntry
 from seatrial.util.errors import ModelError, VehicleError
 from seatrial.util.frames import Array, Mask, Stamps, body_velocity
 
 SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
-TRANSPORT = 0.002  # [s] from a message's making to its arrival at the recorder
-LEAD = 0.5  # [s] the joypad is recorded before the first pose and after the last
-OVERSHOOT = 0.3  # [m] past the wall at which a trial is given up
-PUSH = 0.01  # [s] between pushes of the unmodelled force
+TRANSPORT = 0.002  # [s] from the stamp of a message to its arrival at the recorder
+LEAD = 0.5  # [s] of joypad before the first pose and after the last
+OUTSIDE_POOL = 0.3  # [m] beyond the wall: the trial is refused
+DISTURBANCE_STEP = 0.01  # [s] of the disturbance force
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One simulated trial: what was recorded, and the truth at every pose tick."""
+    """One simulated trial: the recording, and the truth at every pose tick."""
 
     name: str
     vehicle: Vehicle
     pose_stamps: Stamps  # (n,) [ns] of the poses that arrived
-    pose: Array  # (n, 3) as the SLAM gave them, heading wrapped
+    pose: Array  # (n, 3) of the SLAM, heading wrapped
     command_stamps: Stamps  # (m,) [ns] by the joypad's clock
     command: Array  # (m, inputs)
     pose_arrival: Stamps  # (n,) [ns] by the recorder's clock, which is the poses'
@@ -46,7 +46,7 @@ class Trial:
 
     @cached_property
     def recording(self) -> Recording:
-        """The recording, as `read` would give it."""
+        """The recording, as from `read`."""
         commands = Signal(self.vehicle.inputs, self.command_stamps, self.command)
         return make_recording(self.name, self.pose_stamps, self.pose, commands)
 
@@ -58,14 +58,14 @@ class Trial:
 
 
 def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> Iterator[Trial]:
-    """The plan's trials with one vehicle, one by one.
+    """The plan's trials with one vehicle, in order.
 
     The truth is the plan's plant, or `model` if given. The same plan, vehicle and seed give the
-    same trials; each trial has a stream of random numbers of its own.
+    same trials; each trial has its own stream of random numbers.
     """
     if set(vehicle.inputs) != set(WRENCH):
         raise VehicleError(
-            f"{vehicle.source}: the simulated operator moves {', '.join(WRENCH)}; "
+            f"{vehicle.source}: the simulated operator commands {', '.join(WRENCH)}; "
             f"this vehicle's inputs are {', '.join(vehicle.inputs)}"
         )
     plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
@@ -74,7 +74,7 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
 
 
 def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
-    """The plan's plant as a model: the truth to compare an identified one with."""
+    """The plan's plant as a model: the truth for identified models."""
     driven = vehicle.with_chain(plan.plant.chain)
     names = driven.structure.coefficients
     if driven.estimated:
@@ -133,8 +133,8 @@ def _drive(
     """Operator and boat in closed loop: stick times and positions, truth at the pose ticks."""
     operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
     order = [WRENCH.index(i) for i in model.vehicle.inputs]
-    pushes = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
-    plant = PushedPlant(model, plan.plant.unmodelled, pushes)
+    disturbance = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
+    plant = DisturbedPlant(model, plan.plant.unmodelled, disturbance)
     state = np.zeros(6)
     state[2] = operator.start_heading()
     plant.state = state
@@ -145,7 +145,7 @@ def _drive(
     sticks = np.zeros((len(looks), 3))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
-    wall_x, wall_y = plan.pool.length / 2 + OVERSHOOT, plan.pool.width / 2 + OVERSHOOT
+    wall_x, wall_y = plan.pool.length / 2 + OUTSIDE_POOL, plan.pool.width / 2 + OUTSIDE_POOL
     due, j = [*poses.tolist(), np.inf], 0
     for i, t in enumerate(looks.tolist()):
         while due[j] < t:
@@ -164,10 +164,12 @@ def _drive(
     return looks, sticks, poses, truth, force
 
 
-class PushedPlant(_core.Plant):
-    """The plant with an unmodelled force: kicks to its velocity every PUSH."""
+class DisturbedPlant(_core.Plant):
+    """The plant with a disturbance force: a velocity increment every DISTURBANCE_STEP."""
 
-    def __init__(self, model: Model, force: Unmodelled | None, rng: np.random.Generator) -> None:
+    def __init__(
+        self, model: Model, force: DisturbanceForce | None, rng: np.random.Generator
+    ) -> None:
         super().__init__(model.boat, model.vehicle.chain, model.constants)
         self.force, self.rng = force, rng
         if force is not None:
@@ -175,25 +177,24 @@ class PushedPlant(_core.Plant):
             self.level = rng.normal(size=len(self.response))
 
     def advance_to(self, t: float) -> bool:
-        """On to t [s]."""
+        """Advance to t [s]."""
         if self.force is None:
             return super().advance_to(t)
         begin, good = self.time, True
-        steps = max(1, round((t - begin) / PUSH))
+        steps = max(1, round((t - begin) / DISTURBANCE_STEP))
         length = (t - begin) / steps
-        stays = np.exp(-length / self.force.correlation)
-        fresh = np.sqrt(1.0 - stays**2) * self.rng.normal(size=(steps, len(self.level)))
+        decay = np.exp(-length / self.force.correlation)
+        noise = np.sqrt(1.0 - decay**2) * self.rng.normal(size=(steps, len(self.level)))
         for i in range(steps):
             state = self.state
-            push = self.level @ self.response
+            acceleration = self.level @ self.response
             if self.force.earth_fixed:
-                push = body_velocity(state[2:3], push[None])[
-                    0
-                ]  # accelerations turn as velocities do
-            state[3:] += push * length
+                # accelerations rotate like velocities
+                acceleration = body_velocity(state[2:3], acceleration[None])[0]
+            state[3:] += acceleration * length
             self.state = state
             good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
-            self.level = stays * self.level + fresh[i]
+            self.level = decay * self.level + noise[i]
         return good
 
 
@@ -217,7 +218,7 @@ def _note(plant: _core.Plant, t: float, truth: Array, force: Array, j: int) -> i
 def _observe(
     sensor: PoseSensor, t: Array, eta: Array, rng: np.random.Generator
 ) -> tuple[Array, Mask]:
-    """Poses as a SLAM gives them: noisy, sometimes away, sometimes somewhere else."""
+    """Poses of a SLAM: with noise, drop-outs and jumps."""
     n = len(t)
     noise = np.array([sensor.position_noise, sensor.position_noise, sensor.heading_noise])
     pose = eta + _coloured(rng.normal(0.0, 1.0, (n, 3)), t, sensor.noise_correlation) * noise
@@ -244,9 +245,9 @@ def _coloured(white: Array, t: Array, correlation: float) -> Array:
     """First-order Gauss-Markov noise of the same variance; white where `correlation` [s] is 0."""
     if correlation == 0.0:
         return white
-    stays = np.exp(-np.diff(t) / correlation)
+    decay = np.exp(-np.diff(t) / correlation)
     out = white.copy()
-    for k, a in enumerate(stays.tolist(), start=1):
+    for k, a in enumerate(decay.tolist(), start=1):
         out[k] = a * out[k - 1] + np.sqrt(1.0 - a * a) * white[k]
     return out
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Boats on one clock. The core (`core/include/seatrial/simulation/simulator.hpp`) steps them and their sensors.
 
-A boat touches walls and other boats with a disc round its origin: it is pushed out, the velocity into
-what it touches is taken, and a share of it bounces back; there is no friction. Other boats are seen by
-the LiDAR as their discs.
+Contact with walls and other boats is that of a disc around the origin: it is moved out, the normal
+velocity is reflected with a coefficient of restitution, without friction. The LiDAR sees other boats
+as their discs.
 """
 
 from collections.abc import Sequence
@@ -23,8 +23,8 @@ from seatrial.util.errors import ModelError, SimulatorError
 from seatrial.util.frames import Array
 
 R = TypeVar("R", bound=Reading)
-ABREAST = 1.5  # [m] to port of each other, where no scene says where boats begin
-SPACE = "place the boats with start: in the scene, or give a smaller radius"
+ABREAST = 1.5  # [m] to port of each other, where no scene has starts
+PLACEMENT_ADVICE = "place the boats with start: in the scene, or give a smaller radius"
 
 
 class World:
@@ -73,18 +73,20 @@ class World:
         return self._core.time
 
     def advance(self, dt: float) -> list[Reading]:
-        """On by dt [s]; all readings that arrive meanwhile, in that order. Raises ModelError."""
+        """Advance by dt [s]; the readings that arrive, in order. Raises ModelError."""
         return self.advance_to(self.time + dt)
 
     def advance_to(self, t: float) -> list[Reading]:
-        """On to t [s]. Raises SimulatorError, and ModelError where a boat diverges."""
+        """Advance to t [s]. Raises SimulatorError, and ModelError where a boat diverges."""
         if not self.time <= t < float("inf"):
-            raise SimulatorError(f"can't go from {self.time:g} s to {t:g} s; time only goes on")
+            raise SimulatorError(
+                f"can't advance from {self.time:g} s to {t:g} s; times must increase"
+            )
         if not self._core.advance_to(t):
             raise ModelError(
                 f"a boat diverges near {self.time:.2f} s: its model is unstable under these commands"
             )
-        return [self.boats[row[1]]._took(row) for row in self._core.take()]
+        return [self.boats[row[1]]._recorded(row) for row in self._core.take()]
 
 
 class SimulatedBoat:
@@ -108,10 +110,10 @@ class SimulatedBoat:
         chosen = (entry.name if entry else "") if name is None else name
         self.name = chosen or self._free_name()
         if self.name in [boat.name for boat in world.boats]:
-            raise SimulatorError(f"two boats are called {self.name}; give names of their own")
-        abreast = (0.0, ABREAST * self._place, 0.0)
+            raise SimulatorError(f"two boats have the name {self.name}; give each its own")
+        default = (0.0, ABREAST * self._place, 0.0)
         begin = np.array(
-            (entry.start if entry else abreast) if start is None else start, dtype=float
+            (entry.start if entry else default) if start is None else start, dtype=float
         )
         if begin.shape != (3,) or not np.isfinite(begin).all():
             raise SimulatorError(f"start {start}: expected three numbers, x, y [m] and psi [rad]")
@@ -123,7 +125,7 @@ class SimulatedBoat:
         self._last: dict[type[Reading], Reading] = {}
 
     def _free_name(self) -> str:
-        """The model's, with a number where another boat has it."""
+        """The model's name, with a number where another boat has it."""
         taken = [boat.name for boat in self.world.boats]
         names = (self.model.name, *(f"{self.model.name}-{i}" for i in range(2, len(taken) + 2)))
         return next(name for name in names if name not in taken)
@@ -141,7 +143,7 @@ class SimulatedBoat:
         ) < 0:  # fmt: skip
             raise SimulatorError(
                 f"{self.name} does not fit at ({start[0]:g}, {start[1]:g}) m with a radius of "
-                f"{self.radius:g} m; {SPACE}"
+                f"{self.radius:g} m; {PLACEMENT_ADVICE}"
             )
         self.world.boats.append(self)
 
@@ -178,7 +180,7 @@ class SimulatedBoat:
 
     @property
     def touched(self) -> bool:
-        """Whether it touched a surface or another boat while time was last advanced."""
+        """Whether it touched a surface or another boat in the last advance."""
         return self._core.touched(self._place)
 
     def pose(self) -> PoseReading | None:
@@ -186,11 +188,11 @@ class SimulatedBoat:
         return self._newest(PoseReading)
 
     def imu(self) -> ImuReading | None:
-        """The newest of the inertial unit."""
+        """The newest reading of the inertial unit."""
         return self._newest(ImuReading)
 
     def scan(self) -> Scan | None:
-        """The newest of the LiDAR."""
+        """The newest scan of the LiDAR."""
         return self._newest(Scan)
 
     def _newest(self, kind: type[R]) -> R | None:
@@ -198,7 +200,7 @@ class SimulatedBoat:
         assert found is None or isinstance(found, kind)
         return found
 
-    def _took(self, row: tuple[int, int, float, float, Array]) -> Reading:
+    def _recorded(self, row: tuple[int, int, float, float, Array]) -> Reading:
         reading = reading_of(row, self.name, self.lidar)
         self._last[type(reading)] = reading
         return reading
@@ -230,11 +232,11 @@ class Simulator(SimulatedBoat):
         super().__init__(world, model, start=start, radius=radius, sensors=sensors, lever=lever)
 
     def advance(self, dt: float) -> list[Reading]:
-        """On by dt [s]; all readings that arrive meanwhile, in that order. Raises ModelError."""
+        """Advance by dt [s]; the readings that arrive, in order. Raises ModelError."""
         return self.world.advance(dt)
 
     def advance_to(self, t: float) -> list[Reading]:
-        """On to t [s]; otherwise as `advance`."""
+        """Advance to t [s]; otherwise as `advance`."""
         return self.world.advance_to(t)
 
 

@@ -16,9 +16,10 @@ from seatrial.util.errors import AllocationError
 from seatrial.util.frames import AXES, Array, Mask, frozen_array
 
 PRIORITY: Final = "yaw, surge+sway"
-MARGIN: Final = 0.04  # [command units] from a dead zone's edge to idling, as MallARD's F_os has
-HYSTERESIS: Final = 0.02  # [command units] of wrench, before a thruster changes its side
-FAR = 1e6  # times a wrench, which no boat gives
+# [command units] from a dead zone's edge to the idle command, as in MallARD's F_os
+IDLE_MARGIN: Final = 0.04
+HYSTERESIS: Final = 0.02  # [command units] of wrench, before a thruster switches its side
+REACH_LIMIT = 1e6  # times a direction: the search for the largest wrench ends there
 
 
 class AllocatorScheme(str, Enum):
@@ -54,11 +55,11 @@ class Allocator:
         hysteresis: float = HYSTERESIS,
         limits: float | Mapping[str, float] | None = None,
     ) -> None:
-        """Set up, once; takes some ten milliseconds with eight thrusters.
+        """Set up once; about 10 ms with eight thrusters.
 
         `priority`: axes in the order in which they are served at the limits; those joined by + are
-        scaled alike. `invert`: False sends thrusts as commands, as the paper does. `margin`: from the
-        dead zone's edge to the command at which thrusters idle (default: up to the vehicle's F_os, or
+        scaled by one factor. `invert`: False sends thrusts as commands, as the paper does. `margin`: from the
+        dead zone's edge to the idle command (default: up to the vehicle's F_os, or
         0.04). `hysteresis`: of wrench. `limits`: of |command|, for all or by thruster (default: the
         vehicle's, or 1). All in command units. Raises AllocationError.
         """
@@ -70,7 +71,7 @@ class Allocator:
         self.limits = frozen_array(_limits(self.boat, limits))
         self.edges = frozen_array(self._edges())
         self.idle_commands = frozen_array(self._idle_commands(margin))  # (2, n) forward, astern
-        self._core = self._made(self.asked_scheme)
+        self._core = self._checked_core(self.asked_scheme)
         self.sides = frozen_array(self._core.sides)
         self.idle_power = float(self._core.idle_power)
         self.idle = frozen_array(self._core.allocate(np.zeros((1, 3)))[0][0])
@@ -78,12 +79,12 @@ class Allocator:
 
     @property
     def switching(self) -> tuple[str, ...]:
-        """Thrusters that keep to no side of their dead zone."""
+        """Thrusters that operate on both sides of their dead zone."""
         return tuple(n for n, s in zip(self.thrusters, self.sides, strict=True) if s == 0)
 
     @property
     def scheme(self) -> AllocatorScheme:
-        """What it does: for `auto`, which of the schemes it turned out to be."""
+        """The scheme in use: for `auto`, the one that was chosen."""
         if self.asked_scheme is not AllocatorScheme.AUTO:
             return self.asked_scheme
         every = len(self.switching) == len(self.thrusters)
@@ -95,89 +96,93 @@ class Allocator:
 
     @property
     def why(self) -> str:
-        """In words, what keeps the thrusters out of their dead zones."""
+        """Why the thrusters stay outside their dead zones, as text."""
         sides = {1.0: "forward", -1.0: "astern"}
         kept = ", ".join(
             f"{n} {sides[s]}" for n, s in zip(self.thrusters, self.sides, strict=True) if s != 0
         )
         if self.asked_scheme is AllocatorScheme.MP:
-            return "least thrust; every thruster goes through its dead zone"
+            return "least thrust; every thruster crosses its dead zone"
         if self.asked_scheme is AllocatorScheme.AF:
             return f"Table I: {kept}"
-        freely = ", ".join(self.switching)
+        switching = ", ".join(self.switching)
         if not self.switching:
             return f"a bias in T's null space keeps them out: {kept}"
         if self.asked_scheme is AllocatorScheme.SIGN_PATTERN:
-            return f"sides change with hysteresis, nothing idles: {freely}"
+            return f"sides switch with hysteresis, no idle thrust: {switching}"
         some = f"{kept} by a bias; " if kept else ""
-        return f"{some}no bias within the limits keeps out {freely}: sides with hysteresis"
+        return f"{some}no bias within the limits keeps out {switching}: their sides switch with hysteresis"
 
     def allocate(self, wrench: ArrayLike, *, saturate: bool = True) -> Array:
-        """Commands (n,) for a wrench (3,), or (m, n) for (m, 3), one after the other.
+        """Commands (n,) for a wrench (3,), or (m, n) for (m, 3), in sequence.
 
-        Beyond the limits, as much of it as `priority` says; with `saturate` False that raises
-        AllocationError, as a wrench that is not a number does.
+        Beyond the limits the wrench is reduced in the order of `priority`; with `saturate` False that
+        raises AllocationError. So does a wrench that is not a number.
         """
-        rows, single = _rows(wrench, 3, "wrench")
+        # Wrenches as rows; the core inverts T and the thrusters' curves within the limits
+        rows, single = _as_rows(wrench, 3, "wrench")
         commands, shares, _ = self.allot(rows)
+        # Beyond the limits: refuse, with the share that is attainable
         if not saturate and (over := np.flatnonzero(shares.min(axis=1) < 1.0)).size:
-            asked = rows[over[0]]
-            share = float(self._core.reach(asked[None, :], 1.0)[0])
+            requested = rows[over[0]]
+            share = float(self._core.reach(requested[None, :], 1.0)[0])
             raise AllocationError(
-                f"wrench {', '.join(f'{x:g}' for x in asked)}: {self.asked_scheme.value} reaches "
-                f"{share:.3g} of it within the limits; ask for less, or allow saturation"
+                f"wrench {', '.join(f'{x:g}' for x in requested)}: {self.asked_scheme.value} reaches "
+                f"{share:.3g} of it within the limits; reduce the wrench, or allow saturation"
             )
         return commands[0] if single else commands
 
     def allot(self, wrenches: Array) -> tuple[Array, Array, Mask]:
-        """Commands (m, n), the share (m, 3) of each axis that limits left, and where it was held.
+        """Commands (m, n), the share (m, 3) of each axis within the limits, and where hysteresis held a side.
 
-        Held: not all that is asked, but within the hysteresis, so that no side had to change.
+        Held: the wrench differs from the requested one by less than the hysteresis; no side switches.
         """
-        rows, _ = _rows(wrenches, 3, "wrench")
+        rows, _ = _as_rows(wrenches, 3, "wrench")
         commands, shares, held = self._core.allocate(rows)
         return np.asarray(commands), np.asarray(shares), np.asarray(held) > 0
 
     def wrench(self, commands: ArrayLike) -> Array:
-        """The wrench (3,) that commands (n,) give once lags have settled; (m, 3) of (m, n)."""
-        rows, single = _rows(commands, len(self.thrusters), "commands")
+        """Steady wrench (3,) of commands (n,); (m, 3) of (m, n)."""
+        rows, single = _as_rows(commands, len(self.thrusters), "commands")
         given = np.asarray(self._core.wrench(rows)[0])
         return given[0] if single else given
 
     def thrust(self, commands: ArrayLike) -> Array:
-        """Thrust of each thruster (n,) at commands (n,), or (m, n) of (m, n), once lags have settled."""
-        rows, single = _rows(commands, len(self.thrusters), "commands")
+        """Steady thrust of each thruster (n,) at commands (n,), or (m, n) of (m, n)."""
+        rows, single = _as_rows(commands, len(self.thrusters), "commands")
         found = np.asarray(self._core.thrust(rows))
         return found[0] if single else found
 
     def commands(self, thrust: ArrayLike) -> Array:
-        """Commands (n,) that give thrusts (n,), or (m, n) for (m, n), limits aside.
+        """Commands (n,) for thrusts (n,), or (m, n) for (m, n), without limits.
 
-        Where no thrust is asked: the edge of the side that the thruster waits on.
+        For zero thrust: the dead-zone edge on the thruster's current side.
         """
-        rows, single = _rows(thrust, len(self.thrusters), "thrust")
+        rows, single = _as_rows(thrust, len(self.thrusters), "thrust")
         found = np.asarray(self._core.command(rows))
         return found[0] if single else found
 
     def power(self, commands: ArrayLike) -> Array:
         """Power (m,) of commands (m, n): |thrust|^(3/2) of each; 1 is one thruster at full command."""
-        rows, _ = _rows(commands, len(self.thrusters), "commands")
+        rows, _ = _as_rows(commands, len(self.thrusters), "commands")
         return np.asarray(self._core.wrench(rows)[1])
 
     def reach(self, directions: ArrayLike) -> Array:
-        """The largest wrench (m,) along directions (m, 3) that is given, as a multiple of each."""
-        rows, _ = _rows(directions, 3, "direction")
-        return np.asarray(self._core.reach(rows, FAR))
+        """The largest attainable wrench (m,) along directions (m, 3), as a multiple of each."""
+        rows, _ = _as_rows(directions, 3, "direction")
+        return np.asarray(self._core.reach(rows, REACH_LIMIT))
 
     def reset(self) -> None:
-        """Forget the sides of the thrusters that switch: they wait on the forward one."""
+        """Set the thrusters that switch to their forward side."""
         self._core.reset()
 
-    def _made(self, scheme: AllocatorScheme) -> _core.Allocator:
-        made = self._build(scheme, self.limits, self.idle_commands)
-        if made.fault:
-            raise AllocationError(f"{self.boat.vehicle.source}: {self._fault(made.fault, scheme)}")
-        return made
+    def _checked_core(self, scheme: AllocatorScheme) -> _core.Allocator:
+        core = self._build(scheme, self.limits, self.idle_commands)
+        if core.fault:
+            raise AllocationError(
+                f"{self.boat.vehicle.source}: {self._fault_text(core.fault, scheme)}"
+            )
+        return core
 
     def _build(self, scheme: AllocatorScheme, limits: Array, idle: Array) -> _core.Allocator:
         return _core.Allocator(
@@ -187,17 +192,17 @@ class Allocator:
         )  # fmt: skip
 
     def _edges(self) -> Array:
-        """(2, n) dead-zone edges forward and astern, asked of the core; refuses what has none."""
+        """(2, n) dead-zone edges forward and astern from the core. Raises AllocationError."""
         n = len(self.thrusters)
         probe = self._build(AllocatorScheme.MP, np.full(n, 4.0), np.full((2, n), 2.0))
         if probe.fault:
             raise AllocationError(
-                f"{self.boat.vehicle.source}: {self._fault(probe.fault, AllocatorScheme.MP)}"
+                f"{self.boat.vehicle.source}: {self._fault_text(probe.fault, AllocatorScheme.MP)}"
             )
         return np.asarray(probe.edges)
 
     def _idle_commands(self, margin: float | None) -> Array:
-        """(2, n) commands to idle at, forward and astern."""
+        """(2, n) idle commands, forward and astern."""
         stated = self.boat.vehicle.file.allocation.F_os
         if margin is None and stated > 0.0:
             over = stated - self.edges[0]
@@ -208,33 +213,33 @@ class Allocator:
                     f"{self.thrusters[k]}, which ends at {self.edges[0, k]:g}; raise F_os"
                 )
         else:
-            over = np.full(len(self.thrusters), _not_negative("margin", margin, MARGIN))
+            over = np.full(len(self.thrusters), _not_negative("margin", margin, IDLE_MARGIN))
         idle = self.edges + over
         tight = idle.max(axis=0) >= self.limits
         if tight.any():
             k = int(tight.argmax())
             raise AllocationError(
                 f"{self.boat.vehicle.source}: {self.thrusters[k]}: dead zone to "
-                f"{self.edges[:, k].max():g} and idling at {idle[:, k].max():g} leave no room under the "
+                f"{self.edges[:, k].max():g} and idle command {idle[:, k].max():g} leave no room below the "
                 f"limit {self.limits[k]:g}; raise the limit, or lower F_os or margin"
             )
         return np.asarray(idle)
 
-    def _fault(self, code: int, scheme: AllocatorScheme) -> str:
-        """The core's faults in words."""
+    def _fault_text(self, code: int, scheme: AllocatorScheme) -> str:
+        """Message for a fault code of the core."""
         names = ", ".join(self.thrusters)
         return (
             "",
-            f"{len(self.thrusters)} thrusters ({names}); 3 to 8 can be allocated to",
-            f"{names} can't push in surge, sway and yaw independently (rank below 3); "
+            f"{len(self.thrusters)} thrusters ({names}); the allocator takes 3 to 8",
+            f"{names} can't actuate surge, sway and yaw independently (rank below 3); "
             "check positions and angles",
             "a thruster's curve can't be inverted: a propeller's pair, or thrust that does not rise "
             "with the command outside the dead zone; check its chain",
             "no room between a dead zone and its limit; check dead_zone and limit",
-            "always-forward needs thrusters whose pushes cancel when all run alike, as MallARD's "
-            "four do; use null-space, or auto",
-            f"{scheme.value}: T's null space leaves no bias within the limits that keeps every one of "
-            f"{names} out of its dead zone; use auto, or sign-pattern",
+            "always-forward needs thrusters whose wrenches cancel at equal thrust, as MallARD's "
+            "four; use null-space, or auto",
+            f"{scheme.value}: T's null space has no bias within the limits that keeps all of "
+            f"{names} outside their dead zones; use auto, or sign-pattern",
         )[code]
 
 
@@ -279,7 +284,7 @@ def _not_negative(name: str, value: float | None, default: float = 0.0) -> float
     return number
 
 
-def _rows(values: ArrayLike, width: int, what: str) -> tuple[Array, bool]:
+def _as_rows(values: ArrayLike, width: int, what: str) -> tuple[Array, bool]:
     """(m, width) contiguous, and whether a single row was given."""
     array = np.array(values, dtype=float, order="C")
     if array.ndim not in (1, 2) or array.shape[-1] != width:

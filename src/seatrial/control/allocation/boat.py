@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A boat from its file, whichever it is."""
+"""A model or a vehicle from its file."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def load_boat(path: str | Path, vehicle: str | None = None) -> tuple[Model | Veh
     if not given.exists() or not str(read_yaml(given).get("seatrial", "")).startswith("model"):
         if vehicle is not None:
             raise VehicleError(
-                f"{path}: is a vehicle itself; --vehicle {vehicle} goes with a model, leave one out"
+                f"{path}: is a vehicle itself; --vehicle {vehicle} needs a model; leave one out"
             )
         found = load_vehicle(given)
         return found, found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The comparison of schemes as text and as data."""
+"""The comparison of schemes as text and as JSON."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,11 +14,11 @@ WIDTH = 21  # [characters] of a scheme's name
 
 
 def allocation_text(found: AllocationComparison) -> str:
-    """The boat, a table of what each scheme can do, and one for every recording."""
-    lines = [_boat(found), *_thrusters(found), "", *_able(found)]
+    """The boat, a table of authority and idle power by scheme, and one for every recording."""
+    lines = [_boat(found), *_thrusters(found), "", *_authority(found)]
     drives = max((row.drives for row in found.rows), key=len, default=())
     for place, drive in enumerate(drives):
-        lines += ["", *_driven(found, place, drive)]
+        lines += ["", *_drive_lines(found, place, drive)]
     lines += ["", f"scheme: {found.allocator.scheme.value}: {found.allocator.why}"]
     return "\n".join(lines)
 
@@ -27,14 +27,14 @@ def wrench_text(found: AllocationComparison, wrench: Sequence[float]) -> str:
     """Commands for one wrench (3,). Raises AllocationError where it is out of reach."""
     own = found.allocator
     commands = own.allocate(wrench, saturate=False)
-    asked = ", ".join(f"{name} {x:g}" for name, x in zip(WRENCH, wrench, strict=True))
-    lines = [f"{own.scheme.value}: {asked}"]
+    requested = ", ".join(f"{name} {x:g}" for name, x in zip(WRENCH, wrench, strict=True))
+    lines = [f"{own.scheme.value}: {requested}"]
     lines += [f"  {name:<16}{c:9.4f}" for name, c in zip(own.thrusters, commands, strict=True)]
     return "\n".join(lines)
 
 
 def allocation_json(found: AllocationComparison) -> dict[str, Any]:
-    """The same for programs."""
+    """The same as JSON."""
     names = found.boat.thrusters
     return {
         "vehicle": found.boat.vehicle.name,
@@ -79,7 +79,7 @@ def _drive_json(drive: Drive) -> dict[str, Any]:
         "minutes": drive.minutes,
         "crossings_per_minute": dict(drive.crossings),
         "wrench_error": dict(zip(AXES, drive.error.tolist(), strict=True)),
-        "wrench_asked": dict(zip(AXES, drive.asked.tolist(), strict=True)),
+        "wrench_asked": dict(zip(AXES, drive.requested.tolist(), strict=True)),
         "limited": drive.limited,
         "power": drive.power,
     }
@@ -106,7 +106,7 @@ def _thrusters(found: AllocationComparison) -> list[str]:
     return lines
 
 
-def _able(found: AllocationComparison) -> list[str]:
+def _authority(found: AllocationComparison) -> list[str]:
     head = "".join(f"{axis:>15}" for axis in AXES)
     lines = [f"  {'most of one axis':<{WIDTH}}{head}   idle power"]
     for row in found.rows:
@@ -120,7 +120,7 @@ def _able(found: AllocationComparison) -> list[str]:
     return lines
 
 
-def _driven(found: AllocationComparison, place: int, drive: Drive) -> Sequence[str]:
+def _drive_lines(found: AllocationComparison, place: int, drive: Drive) -> Sequence[str]:
     lines = [
         f"  {drive.recording}, {drive.minutes:.1f} min",
         f"  {'':<{WIDTH}}{'crossings/min':>15}{'wrench error':>15}{'limited':>10}{'power':>9}",

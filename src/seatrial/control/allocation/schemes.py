@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All schemes side by side on one boat: authority, idle power, and what a recorded drive costs."""
+"""All schemes on one boat: authority, idle power; crossings, wrench error and power along recorded commands."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,25 +17,25 @@ from seatrial.util.frames import Array, Mask, frozen_array
 
 PLAIN = "moore-penrose, plain"  # thrusts sent as commands, the curve left out
 RECORDED = "as recorded"
-ORDER = (
+SCHEME_ORDER = (
     AllocatorScheme.MP, AllocatorScheme.AF, AllocatorScheme.NULL_SPACE,
     AllocatorScheme.SIGN_PATTERN, AllocatorScheme.AUTO,
 )  # fmt: skip
-ROUNDING = 1e-9  # [command units]
+COMMAND_ROUNDING = 1e-9  # [command units]
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What a scheme makes of a recorded drive."""
+    """One scheme along the commands of a recording."""
 
     recording: str
     minutes: float
     crossings: Mapping[
         str, float
-    ]  # by thruster, each minute: enters its dead zone, or jumps over it
-    error: Array  # (3,) RMS of wrench given - asked, by axis [command units]
-    asked: Array  # (3,) RMS of wrench asked [command units]
-    limited: float  # share of the time in which limits take part of the wrench
+    ]  # by thruster [1/min]: the command enters the dead zone or jumps over it
+    error: Array  # (3,) RMS of resulting - requested wrench, by axis [command units]
+    requested: Array  # (3,) RMS of wrench requested [command units]
+    limited: float  # share of the time in which limits reduce the wrench
     power: float  # mean; 1 is one thruster at full command
     t: Array  # (m,) [s] of the commands
     commands: Array  # (m, n)
@@ -48,8 +48,8 @@ class Drive:
     @property
     def error_share(self) -> float:
         """RMS wrench error over RMS wrench, axes together."""
-        asked = float(np.linalg.norm(self.asked))
-        return float(np.linalg.norm(self.error)) / asked if asked > 0 else 0.0
+        requested = float(np.linalg.norm(self.requested))
+        return float(np.linalg.norm(self.error)) / requested if requested > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,10 @@ class Row:
     """One scheme."""
 
     name: str
-    why: str  # what keeps thrusters out, or why the scheme is not for this boat
+    why: str  # why thrusters stay outside their dead zones, or why the scheme is not possible
     allocator: Allocator | None  # None: refused, or as recorded
-    authority: Array | None  # (3, 2) most of each axis alone, positive and negative [command units]
+    # (3, 2) largest single-axis wrench, positive and negative [command units]
+    authority: Array | None
     drives: Sequence[Drive] = ()
 
     @property
@@ -72,13 +73,13 @@ class Row:
 class AllocationComparison:
     """All schemes for one boat."""
 
-    allocator: Allocator  # of the scheme asked for
+    allocator: Allocator  # of the requested scheme
     rows: Sequence[Row]
     priority: str
 
     @property
     def boat(self) -> Effectiveness:
-        """What each thruster gives."""
+        """Effectiveness of the thrusters."""
         return self.allocator.boat
 
     def row(self, name: str) -> Row:
@@ -87,7 +88,7 @@ class AllocationComparison:
 
 
 class Options(TypedDict):
-    """What all schemes of a comparison have in common."""
+    """Options of all schemes of a comparison."""
 
     priority: str
     margin: float | None
@@ -103,25 +104,28 @@ def compare_schemes(
     margin: float | None = None,
     hysteresis: float = HYSTERESIS,
 ) -> AllocationComparison:
-    """Every scheme that the boat's geometry allows, and why not where it doesn't.
+    """Every scheme on this boat; where the geometry excludes one, the reason.
 
-    `scheme` is the one asked for; it must be possible. Raises AllocationError.
+    `scheme` is the requested one; it must be possible. Raises AllocationError.
     """
+    # Thrusters of the boat, and the requested scheme: it scores the others
     own = effectiveness(boat)
     options = Options(priority=priority, margin=margin, hysteresis=hysteresis)
     chosen = Allocator(own, scheme, **options)
+    # The recorded commands, and the baseline without the thrusters' curves
     rows = [_recorded(own, chosen, recordings)] if recordings else []
     plain = Allocator(own, "moore-penrose", invert=False, **options)
     rows.append(_row(PLAIN, plain, chosen, recordings))
-    for one in ORDER:
+    # Every scheme that the geometry allows; the reason where it does not
+    for one in SCHEME_ORDER:
         if one is AllocatorScheme.AUTO and Allocator(own, "auto", **options).scheme is not one:
-            continue  # it is one of the others
+            continue  # auto chose one of the others
         try:
-            made = Allocator(own, one.value, **options)
+            allocator = Allocator(own, one.value, **options)
         except AllocationError as error:
             rows.append(Row(one.value, str(error), None, None))
         else:
-            rows.append(_row(one.value, made, chosen, recordings))
+            rows.append(_row(one.value, allocator, chosen, recordings))
     return AllocationComparison(chosen, tuple(rows), priority)
 
 
@@ -131,58 +135,58 @@ def crossings(commands: Array, edges: Array) -> Array:
     `edges` (2, n) forward and astern; at its edge a command is outside. Without a dead zone, only 0 is
     inside.
     """
-    side = np.where(commands >= edges[0] - ROUNDING, 1, 0) - np.where(
-        commands <= -edges[1] + ROUNDING, 1, 0
+    side = np.where(commands >= edges[0] - COMMAND_ROUNDING, 1, 0) - np.where(
+        commands <= -edges[1] + COMMAND_ROUNDING, 1, 0
     )
-    side = np.where((edges.sum(axis=0) == 0) & (np.abs(commands) <= ROUNDING), 0, side)
+    side = np.where((edges.sum(axis=0) == 0) & (np.abs(commands) <= COMMAND_ROUNDING), 0, side)
     before, after = side[:-1], side[1:]
     changed = (before != 0) & (after != before)
     return np.asarray(changed.sum(axis=0))
 
 
 def authority(allocator: Allocator) -> Array:
-    """(3, 2) most of surge, sway and yaw alone, positive and negative [command units]."""
+    """(3, 2) largest wrench in surge, sway and yaw, one axis at a time, positive and negative [command units]."""
     both = np.vstack([np.eye(3), -np.eye(3)])
     return allocator.reach(both).reshape(2, 3).T
 
 
-def _row(name: str, made: Allocator, judge: Allocator, recordings: Sequence[Recording]) -> Row:
+def _row(name: str, allocator: Allocator, judge: Allocator, recordings: Sequence[Recording]) -> Row:
     drives = []
     for recording in recordings:
-        asked = made.boat.asked(recording)
-        made.reset()
-        commands, shares, _ = made.allot(asked)
+        requested = allocator.boat.requested_wrench(recording)
+        allocator.reset()
+        commands, shares, _ = allocator.allot(requested)
         limited = shares.min(axis=1) < 1.0
-        drives.append(_drive(judge, recording, asked, commands, limited))
-    made.reset()
-    return Row(name, made.why, made, authority(made), tuple(drives))
+        drives.append(_drive(judge, recording, requested, commands, limited))
+    allocator.reset()
+    return Row(name, allocator.why, allocator, authority(allocator), tuple(drives))
 
 
 def _recorded(own: Effectiveness, judge: Allocator, recordings: Sequence[Recording]) -> Row:
-    """What the thrusters were told on the day."""
+    """The recorded thruster commands."""
     drives = []
     for recording in recordings:
-        sent = own.sent(recording)
+        sent = own.sent_commands(recording)
         limited = np.zeros(len(sent), dtype=bool)
-        drives.append(_drive(judge, recording, own.asked(recording), sent, limited))
-    return Row(RECORDED, "what the boat's own allocation sent", None, None, tuple(drives))
+        drives.append(_drive(judge, recording, own.requested_wrench(recording), sent, limited))
+    return Row(RECORDED, "the commands of the boat's own allocation", None, None, tuple(drives))
 
 
 def _drive(
-    judge: Allocator, recording: Recording, asked: Array, commands: Array, limited: Mask
+    judge: Allocator, recording: Recording, requested: Array, commands: Array, limited: Mask
 ) -> Drive:
     """Scores over time; `judge` knows curves and edges. A row of commands holds until the next."""
-    held = _held(recording.commands)
+    held = _hold_times(recording.commands)
     weight = held / held.sum()
     minutes = float(held.sum()) / 60.0
-    error = judge.wrench(commands) - asked
+    error = judge.wrench(commands) - requested
     count = crossings(commands, judge.edges) / minutes
     return Drive(
         recording.name,
         minutes,
         dict(zip(judge.thrusters, count.tolist(), strict=True)),
         np.sqrt(weight @ error**2),
-        np.sqrt(weight @ asked**2),
+        np.sqrt(weight @ requested**2),
         float(weight @ limited),
         float(weight @ judge.power(commands)),
         frozen_array(recording.seconds(recording.commands.stamps)),
@@ -190,9 +194,9 @@ def _drive(
     )
 
 
-def _held(commands: Signal) -> Array:
-    """(m,) how long each row of commands was in force [s]; the last as long as the median one."""
+def _hold_times(commands: Signal) -> Array:
+    """(m,) duration of each row of commands [s]; the last: the median of the others."""
     if len(commands.stamps) < 2:
-        raise AllocationError("a recording with one command; a drive needs more")
+        raise AllocationError("the recording has one command; two or more are needed")
     gaps = np.diff(commands.stamps) * 1e-9
     return np.append(gaps, np.median(gaps))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What each thruster gives: from its place and direction, or as a model was identified."""
+"""Effectiveness matrix T of the thrusters: from positions and directions, or from an identified model."""
 
 from dataclasses import dataclass
 
@@ -21,16 +21,16 @@ class Effectiveness:
     vehicle: Vehicle
     constants: Array  # (m,) of the actuator chain
     T: Array  # (3, n) rows surge, sway, yaw; of norm 1
-    scale: Array  # (3,) what made the rows so; m/s^2, m/s^2, rad/s^2 of an identified one
-    identified: bool  # T is of coefficients, not of positions and directions
+    scale: Array  # (3,) norms of the rows before; [m/s^2, m/s^2, rad/s^2] where identified
+    identified: bool  # T is from coefficients, not from positions and directions
 
     @property
     def thrusters(self) -> tuple[str, ...]:
         """Names, in the order of commands."""
         return self.vehicle.actuators
 
-    def asked(self, recording: Recording) -> Array:
-        """Wrench (m, 3) that each row of a recording's commands asks for."""
+    def requested_wrench(self, recording: Recording) -> Array:
+        """Requested wrench (m, 3) of each row of a recording's commands."""
         values = recording.commands.values
         if self._by_wrench:
             return np.ascontiguousarray(
@@ -42,8 +42,8 @@ class Effectiveness:
         ]
         return np.ascontiguousarray(np.transpose(thrust) @ self.T.T)
 
-    def sent(self, recording: Recording) -> Array:
-        """Thruster commands (m, n) that the boat's own allocation made of a recording's commands."""
+    def sent_commands(self, recording: Recording) -> Array:
+        """Thruster commands (m, n) of the boat's own allocation for a recording's commands."""
         values = np.ascontiguousarray(recording.commands.values)
         return np.asarray(_core.allocate(self.vehicle.chain, values)[0])
 
@@ -53,10 +53,10 @@ class Effectiveness:
 
 
 def effectiveness(boat: Model | Vehicle) -> Effectiveness:
-    """T of a boat. Raises AllocationError where it can't be told.
+    """T of a boat. Raises AllocationError where it can't be determined.
 
-    A vehicle's thrusters have a place and a direction; without these, a model's coefficients say
-    what each actuator gives, and a vehicle must have one force on each axis.
+    A vehicle's thrusters have a position and a direction. Without these, T follows from a model's
+    coefficients, and a vehicle must have one force on each axis.
     """
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
     constants = boat.constants if isinstance(boat, Model) else _stated(vehicle)
@@ -68,8 +68,8 @@ def effectiveness(boat: Model | Vehicle) -> Effectiveness:
     scale = np.linalg.norm(rows, axis=1)
     if (idle := [AXES[j] for j in range(3) if scale[j] == 0.0]) or np.linalg.matrix_rank(rows) < 3:
         raise AllocationError(
-            f"{vehicle.source}: these actuators can't push in surge, sway and yaw independently"
-            + (f" (nothing in {', '.join(idle)})" if idle else "")
+            f"{vehicle.source}: these actuators can't actuate surge, sway and yaw independently"
+            + (f" (no force in {', '.join(idle)})" if idle else "")
             + "; check forces and structure"
         )
     return Effectiveness(vehicle, constants, rows / scale[:, None], scale, identified=identified)
@@ -79,7 +79,7 @@ def _stated(vehicle: Vehicle) -> Array:
     if vehicle.estimated:
         raise AllocationError(
             f"{vehicle.source}: leaves {', '.join(vehicle.estimated)} to be estimated; "
-            "give the identified model instead"
+            "give the identified model"
         )
     return vehicle.constants.values
 
@@ -101,7 +101,7 @@ def _of_forces(vehicle: Vehicle) -> Array:
     axes = [force.axis for force in vehicle.forces]
     if not vehicle.file.forces or sorted(axes) != [0, 1, 2]:
         raise AllocationError(
-            f"{vehicle.source}: has no thrusters with positions, and not one force on each of surge, "
-            "sway and yaw; give thrusters, or a model, whose coefficients weigh the forces"
+            f"{vehicle.source}: has neither thrusters with positions nor one force on each of surge, "
+            "sway and yaw; give thrusters, or a model, whose coefficients weight the forces"
         )
     return vehicle.mix[[axes.index(axis) for axis in range(3)]]

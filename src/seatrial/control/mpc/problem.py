@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The optimal control problem, as CasADi functions: multiple shooting, one Gauss-Newton step a call.
 
-Stage k has state z_k = [eta, nu, level] and thrust g_k, constant over the stage, and how far s_k the
-boat's origin is past the walls. The cost is half a sum of squares, and a price for s that no other
-cost outweighs, so that walls give way only where nothing else is possible. A call linearises it
-round the last solution and solves one quadratic programme (real-time iteration: Diehl, Bock and
+Stage k has state z_k = [eta, nu, level] and thrust g_k, constant over the stage, and s_k, the
+distance of the boat's origin beyond the walls. The cost is half a sum of squares, and an exact penalty on s,
+so that a wall is violated only where the problem is infeasible otherwise. A call linearises it
+around the last solution and solves one quadratic programme (real-time iteration: Diehl, Bock and
 Schloeder, 2005).
 """
 
@@ -22,25 +22,26 @@ from seatrial.util.frames import Array
 if TYPE_CHECKING:
     import casadi
 
-POSE, MOTION = 3, 6  # eta; eta and nu
-FAR = 3.0  # [m] no reference is further away for long
-PATH = 1e-6  # weight that keeps the quadratic programme strictly convex
+POSE_SIZE, MOTION_SIZE = 3, 6  # eta; eta and nu
+LARGEST_ERROR = 3.0  # [m] largest lasting position error, for the penalty's weight
+# [-] on the Hessian's diagonal: keeps the quadratic programme strictly convex
+HESSIAN_REGULARISATION = 1e-6
 
 
 @dataclass(frozen=True)
 class Weights:
-    """One over the error that costs as much as another's, term by term."""
+    """Weights of the cost: one over the error of unit cost, term by term."""
 
     position: float = 1 / 0.02  # [1/m]
     heading: float = 1 / 0.05  # [1/rad]
     velocity: float = 1 / 0.10  # [s/m]
     yaw_rate: float = 1 / 0.20  # [s/rad]
-    thrust: float = 1 / 2.0  # [-] past idle, of full thrust
+    thrust: float = 1 / 2.0  # [-] from idle, of full thrust
     change: float = 1 / 1.0  # [-] from stage to stage
 
     def price(self, stages: int) -> float:
-        """Of being past a wall [1/m]: above what all stages' position errors can pull with."""
-        return self.position**2 * FAR * stages
+        """Penalty on a wall's violation [1/m]: above the gradient of all stages' position errors."""
+        return self.position**2 * LARGEST_ERROR * stages
 
 
 @dataclass(frozen=True)
@@ -65,24 +66,24 @@ class Grid:
 
 
 def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
-    """z at a stage's end from z (6 + n,) at its begin, thrust (n,) and disturbance (3,).
+    """z at a stage's end from z (6 + n,) at its start, thrust (n,) and disturbance (3,).
 
-    Levels go to the thrust exactly, with their lag; eta and nu by the classical Runge-Kutta. The
+    Levels follow the thrust exactly, with their lag; eta and nu by the classical Runge-Kutta method. The
     disturbance [m/s^2, m/s^2, rad/s^2] is earth-fixed, as the predictor's.
     """
     ca = casadi_module()
     n = len(thrusters.lag)
-    z, g, d = ca.SX.sym("z", MOTION + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
+    z, g, d = ca.SX.sym("z", MOTION_SIZE + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
     dynamics = casadi_dynamics(model)
     mix = ca.DM(model.vehicle.mix)
 
     def slope(x: Symbol, level: Symbol) -> Symbol:
         c, s = ca.cos(x[2]), ca.sin(x[2])
-        push = ca.vertcat(0, 0, 0, c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2])
-        return dynamics(x, mix @ level) + push
+        force = ca.vertcat(0, 0, 0, c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2])
+        return dynamics(x, mix @ level) + force
 
     h = grid.length / grid.substeps
-    x, level = z[:MOTION], z[MOTION:]
+    x, level = z[:MOTION_SIZE], z[MOTION_SIZE:]
     half, whole = (ca.DM(thrusters.decay(share * h)) for share in (0.5, 1.0))
     for _ in range(grid.substeps):
         middle, end = g + (level - g) * half, g + (level - g) * whole

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One step of the controller as a CasADi function, that Python calls and C is generated from."""
+"""One step of the controller as a CasADi function, for Python and for C code generation."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -8,7 +8,14 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.control.mpc.interior_point import minimum
-from seatrial.control.mpc.problem import MOTION, PATH, POSE, Grid, Weights, stage
+from seatrial.control.mpc.problem import (
+    HESSIAN_REGULARISATION,
+    MOTION_SIZE,
+    POSE_SIZE,
+    Grid,
+    Weights,
+    stage,
+)
 from seatrial.control.mpc.thrusters import Thrusters
 from seatrial.export.casadi import Symbol, casadi_module
 from seatrial.util.frames import Array
@@ -16,13 +23,13 @@ from seatrial.util.frames import Array
 if TYPE_CHECKING:
     import casadi
 
-WALLS = 4  # x and y, both ways
-START = 0.01  # of the walls' price: where multipliers begin
+WALLS = 4  # x and y, both directions
+START_MULTIPLIER = 0.01  # of the walls' penalty: initial multipliers
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where what stands in the variables w: stage by stage z, g, s; at the end the last z."""
+    """Layout of the variables w: stage by stage z, g, s; at the end the last z."""
 
     n: int  # thrusters
     stages: int
@@ -30,21 +37,21 @@ class Layout:
     @property
     def block(self) -> int:
         """Of one stage."""
-        return MOTION + 2 * self.n + 1
+        return MOTION_SIZE + 2 * self.n + 1
 
     @property
     def size(self) -> int:
         """Of w."""
-        return self.stages * self.block + MOTION + self.n
+        return self.stages * self.block + MOTION_SIZE + self.n
 
     @property
     def rows(self) -> int:
         """Of the constraints: first z, the dynamics, the walls."""
-        return (self.stages + 1) * (MOTION + self.n) + self.stages * WALLS
+        return (self.stages + 1) * (MOTION_SIZE + self.n) + self.stages * WALLS
 
     def thrust(self, stage: int) -> slice:
         """g of a stage."""
-        begin = stage * self.block + MOTION + self.n
+        begin = stage * self.block + MOTION_SIZE + self.n
         return slice(begin, begin + self.n)
 
     def bounds(self, thrusters: Thrusters) -> tuple[Array, Array]:
@@ -61,18 +68,18 @@ def step_function(
 ) -> "casadi.Function":
     """(w, off) from w, z now, reference, last thrust, disturbance.
 
-    walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite where there is none.
-    Reference (6, stages): eta and nu at the stages' ends, headings without leaps. off (2,): of
-    the quadratic programme, how far rows are violated and how far the cost is from the least.
-    The function is named `seatrial_nmpc`; C of it can be generated.
+    walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite without a wall.
+    Reference (6, stages): eta and nu at the stages' ends, headings continuous. off (2,): of
+    the quadratic programme, the constraint violation and the duality gap.
+    The function is named `seatrial_nmpc`; C code can be generated from it.
     """
     ca = casadi_module()
     layout = Layout(len(thrusters.lag), grid.stages)
     n = layout.n
     sizes: dict[str, tuple[int, ...]] = {
         "w": (layout.size,),
-        "z": (MOTION + n,),
-        "reference": (MOTION, grid.stages),
+        "z": (MOTION_SIZE + n,),
+        "reference": (MOTION_SIZE, grid.stages),
         "last": (n,),
         "disturbance": (3,),
     }
@@ -82,17 +89,21 @@ def step_function(
         *given
     )
     low, high = layout.bounds(thrusters)
-    roof = np.tile(walls, grid.stages)
-    equal = layout.rows - len(roof)
-    lower, upper, kept = (np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, roof))
+    wall_limits = np.tile(walls, grid.stages)
+    equal = layout.rows - len(wall_limits)
+    lower, upper, kept = (
+        np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, wall_limits)
+    )
     wall = [equal + i for i in kept]
     box = ca.sparsify(
         ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
     )
     below = ca.vertcat(box, jacobian[wall, :])
-    room = ca.vertcat(w[lower] - low[lower], high[upper] - w[upper], roof[kept] - value[wall])
+    room = ca.vertcat(
+        w[lower] - low[lower], high[upper] - w[upper], wall_limits[kept] - value[wall]
+    )
     programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
-    by, off = minimum(programme, START * weights.price(grid.stages))
+    by, off = minimum(programme, START_MULTIPLIER * weights.price(grid.stages))
     step: casadi.Function = ca.Function(
         "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
     )
@@ -105,11 +116,15 @@ def _linearised(
     """Hessian, gradient, Jacobian and value of the rows at w."""
     ca = casadi_module()
     n, forward = layout.n, stage(model, thrusters, grid)
-    z = [ca.SX.sym(f"z{k}", MOTION + n) for k in range(grid.stages + 1)]
+    z = [ca.SX.sym(f"z{k}", MOTION_SIZE + n) for k in range(grid.stages + 1)]
     g = [ca.SX.sym(f"g{k}", n) for k in range(grid.stages)]
     s = [ca.SX.sym(f"s{k}") for k in range(grid.stages)]
-    now, last, disturbance = ca.SX.sym("now", MOTION + n), ca.SX.sym("last", n), ca.SX.sym("d", 3)
-    reference = ca.SX.sym("reference", MOTION, grid.stages)
+    now, last, disturbance = (
+        ca.SX.sym("now", MOTION_SIZE + n),
+        ca.SX.sym("last", n),
+        ca.SX.sym("d", 3),
+    )
+    reference = ca.SX.sym("reference", MOTION_SIZE, grid.stages)
 
     dynamics, walls, errors = [z[0] - now], [], []
     for k in range(grid.stages):
@@ -123,7 +138,7 @@ def _linearised(
     residual = ca.vertcat(*errors)
     rows = ca.vertcat(*dynamics, *walls)
     slope = ca.jacobian(residual, w)
-    hessian = slope.T @ slope + PATH * ca.SX.eye(layout.size)
+    hessian = slope.T @ slope + HESSIAN_REGULARISATION * ca.SX.eye(layout.size)
     gradient = slope.T @ residual + ca.gradient(
         weights.price(grid.stages) * ca.sum(ca.vertcat(*s)), w
     )
@@ -139,6 +154,6 @@ def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
     return [
         weights.position * (z[:2] - reference[:2]),
         weights.heading * (z[2] - reference[2]),
-        weights.velocity * (z[POSE : POSE + 2] - reference[POSE : POSE + 2]),
-        weights.yaw_rate * (z[POSE + 2] - reference[POSE + 2]),
+        weights.velocity * (z[POSE_SIZE : POSE_SIZE + 2] - reference[POSE_SIZE : POSE_SIZE + 2]),
+        weights.yaw_rate * (z[POSE_SIZE + 2] - reference[POSE_SIZE + 2]),
     ]

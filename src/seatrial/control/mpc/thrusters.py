@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A boat that is driven thruster by thruster, for a controller that knows their limits and dead zones."""
+"""A boat with its thrusters as inputs, with their limits and dead zones."""
 
 from dataclasses import dataclass, replace
 
@@ -16,11 +16,11 @@ from seatrial.util.frames import Array, frozen_array
 
 @dataclass(frozen=True)
 class Thrusters:
-    """Limits and dynamics, thruster by thruster (n,); thrust is what the chain's curve makes of commands."""
+    """Limits and dynamics, thruster by thruster (n,); thrust is the chain's curve of the command."""
 
     lowest: Array
     highest: Array
-    idle: Array  # what costs nothing
+    idle: Array  # thrust of zero cost
     lag: Array  # [s]
     latency: float  # [s] of the slowest
     allocator: Allocator  # for its sides and curves
@@ -30,7 +30,7 @@ class Thrusters:
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
     def decay(self, h: float) -> Array:
-        """What is left (n,) after h [s] of a level's distance to its thrust."""
+        """Decay factor (n,) over h [s] of a level's distance to its thrust."""
         short = self.lag <= SHORTEST_LAG
         return np.where(short, 0.0, np.exp(-h / np.where(short, 1.0, self.lag)))
 
@@ -43,8 +43,8 @@ class Thrusters:
 def thrusters_of(model: Model) -> Thrusters:
     """Of a model whose inputs are its thrusters; raises AllocationError where a curve can't be inverted.
 
-    A thruster that the allocator's null-space bias keeps on one side of its dead zone stays there, from the
-    allocator's idle command on; the others go both ways.
+    A thruster that the allocator's null-space bias keeps on one side of its dead zone is bounded by its idle
+    command there; the others have both directions.
     """
     allocator, constants = Allocator(model), model.vehicle.constants
     limits, (forward, astern) = allocator.limits, allocator.idle_commands
@@ -61,12 +61,12 @@ def thrusters_of(model: Model) -> Thrusters:
 
 
 def by_thrusters(model: Model) -> Model:
-    """The same boat with its thrusters' commands as inputs, whatever allocation it has."""
+    """The same boat with its thrusters' commands as inputs, instead of its allocation."""
     file = model.vehicle.file
     if not file.thrusters:
         raise ControlError(
-            f"{model.name}: its vehicle names no thrusters, so their limits are not known; write "
-            "thrusters: with position and direction of each into the vehicle file"
+            f"{model.name}: its vehicle names no thrusters, so their limits are unknown; add "
+            "thrusters: with position and direction of each to the vehicle file"
         )
     inputs: dict[str, str | msgspec.Struct] = {name: name for name in file.thrusters}
     direct = msgspec.structs.replace(

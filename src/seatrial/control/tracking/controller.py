@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The tracking controller: a reference and the boat's motion in, commands out.
 
-The core (`core/include/seatrial/control/tracking.hpp`) does it, here and on board alike.
+The core (`core/include/seatrial/control/tracking.hpp`) computes it, here and on board.
 """
 
 import enum
@@ -20,14 +20,14 @@ from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
-SAME = 1e-6  # by which two authorities may differ
+SAME_AUTHORITY = 1e-6  # relative difference of two authorities that counts as equal
 
 
 class Tracked(enum.IntEnum):
-    """What became of a call, in the order of the core's codes."""
+    """Outcome of a call, in the order of the core's codes."""
 
     FOLLOWING = 0
-    LIMITED = 1  # more was asked for than the thrusters have
+    LIMITED = 1  # the command is beyond the thrusters' limits
     NOT_A_NUMBER = 2  # an input is not a number: the command is zero
 
 
@@ -77,7 +77,7 @@ class TrackingController:
         """Commands (inputs,) at t [s] to all inputs of the vehicle, forward-left-up.
 
         eta: pose (3,); nu: body velocity over ground (3,). ahead: the reference `gains.lead` [s] later, where
-        it is known; the thrusters are that late. `outcome` says what became of it.
+        it is known: it compensates the thrusters' delay. `outcome` holds the result.
         """
         dt = 0.0 if self._last is None else t - self._last
         later = reference if ahead is None else ahead
@@ -91,7 +91,7 @@ class TrackingController:
         return values
 
     def forget(self) -> None:
-        """As at the start: no integral."""
+        """Reset the integral."""
         self._core.forget()
         self._last = None
 
@@ -108,7 +108,7 @@ class TrackingController:
                 f"{', '.join(inputs)}: tune it"
             )
         own = linearise(self.model).authority
-        if not np.allclose(self.gains.authority, own, rtol=SAME):
+        if not np.allclose(self.gains.authority, own, rtol=SAME_AUTHORITY):
             raise ControlError(
                 f"the gains are for full commands of {_listed(self.gains.authority)} m/s^2, m/s^2, rad/s^2; "
                 f"{self.model.name} has {_listed(own)}: tune it"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reference courses that a boat can follow: circles, figures of eight, squares.
+"""Feasible reference courses: circles, figures of eight, squares.
 
-A course is a shape, smooth in a parameter s, and a timetable s(t) that begins and ends at rest without
-a jump of acceleration. `fitted` makes it as quick as the thrusters and the identified speeds allow.
+A course is a shape, smooth in a parameter s, and a timetable s(t) that starts and ends at rest with
+continuous acceleration. `fitted` finds the shortest duration within thrust and identified speeds.
 """
 
 from abc import ABC, abstractmethod
@@ -19,11 +19,9 @@ from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
 Jet = tuple[float, float, float]  # a value and its first two derivatives
-SHARE = (
-    0.6  # of what thrusters and identified speeds allow that a course asks for; the rest corrects
-)
-SAMPLES = 600  # of a course, where its demands are looked at
-SLOWEST = 1e4  # [s] of a course
+DEMAND_SHARE = 0.6  # of thrust and identified speeds that a course uses; the rest is for feedback
+COURSE_SAMPLES = 600  # of a course, at which its demand is computed
+LONGEST_COURSE = 1e4  # [s] a longer course is refused
 
 
 class Shape(ABC):
@@ -40,7 +38,7 @@ class Shape(ABC):
 
     @property
     def stops(self) -> int:
-        """Equal parts of s that begin and end at rest."""
+        """Equal parts of s that start and end at rest."""
         return 1
 
 
@@ -84,7 +82,7 @@ class Eight(Shape):
         bend = x[1] * y[2] - y[1] * x[2]  # psi' v2
         first = bend / v2
         second = (x[1] * y[3] - y[1] * x[3]) / v2 - 2.0 * first * (x[1] * x[2] + y[1] * y[2]) / v2
-        # arctan2 leaps where the boat heads backwards along x, which it never does within a lap's turn of 2 pi
+        # arctan2 is discontinuous only where the boat heads along -x, which an eight does not
         return np.array(
             [[x[0], y[0], np.arctan2(y[1], x[1])], [x[1], y[1], first], [x[2], y[2], second]]
         )
@@ -112,9 +110,9 @@ class Square(Shape):
         """From (-side/2, -side/2) on, along x first."""
         corners = 0.5 * self.side * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         k = min(int(s), int(self.length) - 1)
-        way = corners[(k + 1) % 4] - corners[k % 4]
-        x, y = corners[k % 4] + (s - k) * way
-        return np.array([[x, y, self.heading], [way[0], way[1], 0.0], [0.0, 0.0, 0.0]])
+        side = corners[(k + 1) % 4] - corners[k % 4]
+        x, y = corners[k % 4] + (s - k) * side
+        return np.array([[x, y, self.heading], [side[0], side[1], 0.0], [0.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ class Course:
 
     shape: Shape
     duration: float  # [s]
-    ramp: float = 0.2  # share of each part in which it gets going, and the same to come to rest
+    ramp: float = 0.2  # share of each part for acceleration, and the same for deceleration
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.duration) and self.duration > 0.0 and 0.0 < self.ramp <= 0.5):
@@ -133,7 +131,7 @@ class Course:
             )
 
     def at(self, t: float) -> Reference:
-        """Where the boat is to be at t [s]; at rest before the start and after the end."""
+        """The reference at t [s]; at rest before the start and after the end."""
         s, rate, change = self.progress(t)
         pose, first, second = self.shape.at(s)
         return Reference(pose, first * rate, second * rate**2 + first * change)
@@ -163,43 +161,43 @@ def timetable(x: float, ramp: float) -> Jet:
     return top * ramp * height, top * speed, top * change / ramp
 
 
-def fitted(shape: Shape, model: Model, share: float = SHARE) -> Course:
-    """The quickest course that asks for no more than `share` of thrusters and identified speeds.
+def fitted(shape: Shape, model: Model, share: float = DEMAND_SHARE) -> Course:
+    """The quickest course within `share` of thrust and identified speeds.
 
     Raises ControlError where the boat can't follow the shape at all.
     """
     boat, most = linearise(model), np.abs(steady_motions(model)).max(axis=0)
 
-    def asks(duration: float) -> bool:
+    def feasible(duration: float) -> bool:
         return _demand(Course(shape, duration), model, boat, most) <= share
 
-    return Course(shape, _shortest(asks, model.name))
+    return Course(shape, _shortest(feasible, model.name))
 
 
-def _shortest(enough: Callable[[float], bool], name: str) -> float:
+def _shortest(feasible: Callable[[float], bool], name: str) -> float:
     low, high = 0.0, 1.0
-    while not enough(high):
+    while not feasible(high):
         low, high = high, 2.0 * high
-        if high > SLOWEST:
-            raise ControlError(f"{name}: can't follow this course even in {SLOWEST:g} s")
+        if high > LONGEST_COURSE:
+            raise ControlError(f"{name}: can't follow this course even in {LONGEST_COURSE:g} s")
     while high - low > 1e-3 * high:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if enough(middle) else (middle, high)
+        low, high = (low, middle) if feasible(middle) else (middle, high)
     return high
 
 
 def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> float:
-    """Largest share of commands, thrusters and speeds that a course asks for."""
-    times = np.linspace(0.0, course.duration, SAMPLES)
-    asked = [course.at(float(t)).body() for t in times]
-    nu, nu_dot = (np.array(rows) for rows in zip(*asked, strict=True))
+    """Largest share of commands, thrust and speeds that a course uses."""
+    times = np.linspace(0.0, course.duration, COURSE_SAMPLES)
+    motions = [course.at(float(t)).body() for t in times]
+    nu, nu_dot = (np.array(rows) for rows in zip(*motions, strict=True))
     forces = np.zeros((len(nu), len(model.structure.forces)))
     free = _core.accelerations(
         model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
     )
     commands = ((nu_dot - free) / boat.authority) @ boat.mix.T
     size = np.abs(commands).max(axis=1)
-    # the allocation's limit: how much of the command at its input's full is given
+    # the allocation's limit: the share of the command that remains when its largest input is 1
     full = commands / np.maximum(size, 1e-12)[:, None]
     _, given = _core.allocate(model.vehicle.chain, np.ascontiguousarray(full))
     return float(max((size / given).max(), (np.abs(nu) / most).max()))

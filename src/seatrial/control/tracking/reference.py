@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a boat is to be at a time, earth-fixed; and what that asks of the thrusters."""
+"""A reference pose with its derivatives, earth-fixed and in body axes."""
 
 from dataclasses import dataclass
 
@@ -27,11 +27,11 @@ class Reference:
 
     @property
     def rows(self) -> Array:
-        """As the core takes it (3, 3)."""
+        """Rows for the core (3, 3)."""
         return np.vstack([self.eta, self.rate, self.acceleration])
 
     def body(self) -> tuple[Array, Array]:
-        """nu (3,) and nu_dot (3,) of a boat that follows it: nu_dot = R' eta_ddot - r S nu."""
+        """nu (3,) and nu_dot (3,) of a boat on the reference: nu_dot = R' eta_ddot - r S nu."""
         psi = np.array([self.eta[2]] * 2)
         nu, turned = body_velocity(psi, np.vstack([self.rate, self.acceleration]))
         swing = nu[2] * np.array([nu[1], -nu[0], 0.0])

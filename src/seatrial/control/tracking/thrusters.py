@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Axis commands to thruster commands by the allocator, in numbers that a gains file carries on board."""
+"""Allocation of axis commands to thrusters, as numbers in a gains file."""
 
 from typing import Annotated, Final
 
@@ -15,37 +15,37 @@ from seatrial.control.allocation.thruster_effectiveness import effectiveness
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
-VEHICLE: Final = "vehicle"  # the boat allocates by itself
+VEHICLE: Final = "vehicle"  # the boat's own allocation
 ALLOCATIONS: Final = (VEHICLE, *(scheme.value for scheme in AllocatorScheme))
-SAME = 1e-6  # by which two effectivenesses may differ
+SAME_EFFECTIVENESS = 1e-6  # difference of two effectiveness matrices that counts as equal
 Rank = Annotated[int, msgspec.Meta(ge=0, le=2)]
 Row = tuple[float, float, float]  # surge, sway, yaw
 
 
 class ThrusterAllocation(Strict, frozen=True):
-    """What the core's allocator is set up with, besides the model's curves; in command units."""
+    """Parameters of the core's allocator, besides the model's curves; in command units."""
 
     scheme: str
     rank: tuple[Rank, Rank, Rank]  # of surge, sway, yaw at the limits: 0 is served first
     hysteresis: NotNegative  # of wrench
-    effectiveness: list[Row]  # a thruster each: the wrench by a thrust of 1
+    effectiveness: list[Row]  # by thruster: the wrench of a thrust of 1
     limits: list[Positive]  # of |command|
-    idle_forward: list[NotNegative]  # commands to idle at
+    idle_forward: list[NotNegative]  # idle commands
     idle_reverse: list[NotNegative]
 
     def core(self, model: Model) -> _core.Allocator:
-        """The core's, for a model. Raises ControlError where it is another boat's."""
+        """The core's allocator for a model. Raises ControlError where it is another boat's."""
         self._check(model)
-        made = _core.Allocator(
+        core = _core.Allocator(
             model.vehicle.chain, model.constants, np.array(self.effectiveness).T.copy(),
             np.array([self.limits, self.idle_forward, self.idle_reverse]),
             AllocatorScheme(self.scheme).code, True, self.hysteresis, np.array(self.rank, dtype=np.int32),
         )  # fmt: skip
-        if made.fault:
+        if core.fault:
             raise ControlError(
-                f"allocation {self.scheme}: {model.name}'s thrusters can't be allocated to so; tune it"
+                f"allocation {self.scheme}: not possible with the thrusters of {model.name}; tune it"
             )
-        return made
+        return core
 
     def _check(self, model: Model) -> None:
         expect_thrusters(model)
@@ -61,7 +61,9 @@ class ThrusterAllocation(Strict, frozen=True):
                     f"allocation: {name} has {len(getattr(self, name))} rows; expected one for each of "
                     f"the thrusters {', '.join(model.vehicle.actuators)}: tune it"
                 )
-        if not np.allclose(np.array(self.effectiveness).T, effectiveness(model).T, atol=SAME):
+        if not np.allclose(
+            np.array(self.effectiveness).T, effectiveness(model).T, atol=SAME_EFFECTIVENESS
+        ):
             raise ControlError(
                 f"the allocation is for other thrusters than those of {model.name}: tune it"
             )
@@ -89,7 +91,7 @@ def expect_thrusters(model: Model) -> None:
 
 
 def as_numbers(allocator: Allocator) -> ThrusterAllocation:
-    """An allocator as a gains file has it."""
+    """An allocator as the entry of a gains file."""
     surge, sway, yaw = allocator.rank
     return ThrusterAllocation(
         allocator.asked_scheme.value, (surge, sway, yaw), allocator.hysteresis,
@@ -99,7 +101,7 @@ def as_numbers(allocator: Allocator) -> ThrusterAllocation:
 
 
 def wrench_of(allocator: Allocator, commands: Array) -> Array:
-    """Wrenches (n, 3) that commands (n, inputs) give a boat whose thrust is proportional to them."""
+    """Wrenches (n, 3) of commands (n, inputs) for thrust proportional to the command."""
     full = allocator.thrust(np.ones(len(allocator.thrusters)))
     return np.ascontiguousarray((commands * full) @ allocator.boat.T.T)
 

@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""A tuning for the terminal."""
+"""A tuning as text."""
 
 import numpy as np
 
 from seatrial.control.tuning.dead_zone import dead_zone
-from seatrial.control.tuning.design import LIMIT, Tuning
+from seatrial.control.tuning.design import SENSITIVITY_LIMIT, Tuning
 from seatrial.control.tuning.loops import Margins
 from seatrial.util.format import table
 from seatrial.util.frames import AXES
 
-UNITS = ("m", "m", "rad")
+POSE_UNITS = ("m", "m", "rad")
 
 
 def tuning_text(tuning: Tuning) -> str:
-    """Gains, margins, and what they do not cover."""
+    """Gains, margins, and their limits."""
     drawn = f"worst of {tuning.draws} draws (seed {tuning.seed}), steepest slope of the thrusters"
-    alone = "the model states no standard errors: these are of the model alone, steepest slope"
+    nominal = "the model has no standard errors: nominal model, steepest slope"
     return "\n".join(
         [
             f"{tuning.model.name}: {tuning.action.upper()} gains, knob {tuning.knob:g} s, "
@@ -24,7 +24,7 @@ def tuning_text(tuning: Tuning) -> str:
             gains_table(tuning),
             "Margins, each loop with the others closed, the worst of rest and the fastest motions:",
             margins_table(tuning.nominal),
-            f"The same, {drawn if tuning.draws else alone} (sensitivity at most {LIMIT:g}):",
+            f"The same, {drawn if tuning.draws else nominal} (sensitivity at most {SENSITIVITY_LIMIT:g}):",
             margins_table(tuning.worst),
             *remarks(tuning),
         ]
@@ -32,7 +32,7 @@ def tuning_text(tuning: Tuning) -> str:
 
 
 def allocation_line(tuning: Tuning) -> list[str]:
-    """How axis commands become thruster commands, where the boat does not see to it."""
+    """The scheme that allocates axis commands, unless the boat does it itself."""
     if tuning.allocator is None:
         return []
     return [f"Allocation {tuning.allocator.asked_scheme.value}: {tuning.allocator.why}"]
@@ -43,7 +43,7 @@ def gains_table(tuning: Tuning) -> str:
     rows = [
         (f"{axis} [1/{unit}]", *(f"{x:.4g}" for x in row), f"{full:.3g} {unit}/s^2", f"{delay:.3g}")
         for axis, unit, row, full, delay in zip(
-            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
         )
     ]
     head = ("axis", "proportional", "integral [1/s]", "derivative [s]", "full command", "delay [s]")
@@ -66,19 +66,19 @@ def margins_table(found: Margins) -> str:
 
 
 def remarks(tuning: Tuning) -> list[str]:
-    """How far the gains reach, and what the dead zone leaves."""
+    """Error at full command, and error within the dead zone."""
     p = tuning.table()[:, 0]
-    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, UNITS, strict=True))
-    found = [f"An error of {reach} (surge, sway, yaw) alone asks for full command."]
+    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, POSE_UNITS, strict=True))
+    found = [f"A single error of {reach} (surge, sway, yaw) results in full command."]
     dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)
     if not dead.any():
         return found
     size = ", ".join(f"{x:.2g}" for x in dead)
-    held = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, UNITS, strict=True))
-    what = (
-        f"the boat swings slowly to and fro over about as much as {held}"
+    error = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, POSE_UNITS, strict=True))
+    effect = (
+        f"station keeping is a slow limit cycle of about {error}"
         if tuning.action == "pid"
-        else f"errors up to {held} stay"
+        else f"errors up to {error} remain"
     )
-    found.append(f"Dead zone: commands up to {size} do not push; when it keeps still, {what}.")
+    found.append(f"Dead zone: commands up to {size} give no thrust; {effect}.")
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a controller alone can't help: commands that the thrusters do not answer."""
+"""Dead zone of the axis commands."""
 
 import numpy as np
 
@@ -10,30 +10,33 @@ from seatrial.control.tracking.thrusters import wrench_of
 from seatrial.control.tuning.linear import LinearBoat, chords
 from seatrial.util.frames import Array
 
-STEPS = 1000  # of an axis command from 0 to 1
-FELT = 1e-4  # of the acceleration by a full axis command
+COMMAND_STEPS = 1000  # of an axis command from 0 to 1
+LEAST_ACCELERATION = 1e-4  # of the acceleration by a full axis command; below it is none
 
 
 def dead_zone(model: Model, boat: LinearBoat, allocator: Allocator | None = None) -> Array:
-    """Largest command (3,) of each axis, alone and in either direction, that does not push: 0 without one.
+    """Largest command (3,) of a single axis, in either direction, without thrust; 0: no dead zone.
 
-    allocator: to thruster commands, instead of the boat's own.
+    allocator: used instead of the boat's own allocation.
     """
     found = np.zeros(3)
     for axis in range(3):
         for sign in (1.0, -1.0):
-            at = np.linspace(0.0, sign, STEPS + 1)
+            at = np.linspace(0.0, sign, COMMAND_STEPS + 1)
             commands = np.outer(at, np.eye(3)[axis])
-            idle = np.abs(acceleration(model, boat, commands, allocator)[:, axis]) <= FELT
-            still = int(np.argmin(idle)) if not idle.all() else len(at)
-            found[axis] = max(found[axis], (still - 1) / STEPS)
+            idle = (
+                np.abs(acceleration(model, boat, commands, allocator)[:, axis])
+                <= LEAST_ACCELERATION
+            )
+            first = int(np.argmin(idle)) if not idle.all() else len(at)
+            found[axis] = max(found[axis], (first - 1) / COMMAND_STEPS)
     return found
 
 
 def acceleration(
     model: Model, boat: LinearBoat, commands: Array, allocator: Allocator | None = None
 ) -> Array:
-    """Steady pushes (n, 3) by axis commands (n, 3), in accelerations of full ones, beyond those of none."""
+    """Steady accelerations (n, 3) by axis commands (n, 3), over those of full commands, less those of zero."""
     chain, q = model.vehicle.chain, model.constants
     rows = np.vstack([np.zeros((1, 3)), commands]) @ boat.mix.T
     if allocator is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From a model to gains: internal model control, checked about every motion and over the covariance."""
+"""Gains by internal model control, with margins about steady motions and over the covariance."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -11,18 +11,19 @@ from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
 from seatrial.control.tuning.linear import LinearBoat, linearise, steepest
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
-from seatrial.control.tuning.robustness import DRAWS, SEED, draws_of, worst_of
+from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_of, worst_of
 from seatrial.control.tuning.rules import Gains, pd_gains, pid_gains
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
 Action = Literal["pid", "pd"]
 KNOB = 1.0  # [s]
-RATE = 50.0  # [Hz] of the controller
-LIMIT = 2.0  # of the sensitivity: at least 29 degrees and a factor of 2 are left (Skogestad 2003)
-SLOWEST = 100.0  # [s] of a knob
-FINENESS = 1.002  # of the smallest knob, before it is rounded up
-SUSPECTS = 8  # draws by which the smallest knob is sought; all of them have the last word
+CONTROLLER_RATE = 50.0  # [Hz] of the controller
+# largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
+SENSITIVITY_LIMIT = 2.0
+LARGEST_KNOB = 100.0  # [s] a larger one is refused
+KNOB_TOLERANCE = 1.002  # ratio of bounds at which the search of the smallest knob ends
+WORST_DRAWS = 8  # draws in the search of the smallest knob; the result is checked with all draws
 
 
 @dataclass(frozen=True)
@@ -34,17 +35,17 @@ class Tuning:
     action: Action
     knob: float  # [s] closed-loop time constant
     rate: float  # [Hz] of the controller
-    extra: float  # [s] delay besides the thrusters' and the controller's own
+    extra: float  # [s] delay in addition to the thrusters' and the controller's own
     gains: tuple[Gains, Gains, Gains]  # in accelerations
     nominal: Margins  # (3,) of the model, the worst of its motions
     worst: Margins  # (3,) of all draws, with the steepest slope of the thrusters' curve
     draws: int  # 0: the model states no covariance
     seed: int
-    allocator: Allocator | None = None  # to thruster commands; None: the boat's own
+    allocator: Allocator | None = None  # None: the boat's own allocation
 
     @property
     def hold(self) -> float:
-        """Delay [s] of the controller: half its period, and what else there is."""
+        """Delay [s] of the controller: half its period, and the extra delay."""
         return 0.5 / self.rate + self.extra
 
     @property
@@ -63,10 +64,10 @@ def tune(
     knob: float = KNOB,
     *,
     action: Action = "pid",
-    rate: float = RATE,
+    rate: float = CONTROLLER_RATE,
     extra: float = 0.0,
-    draws: int = DRAWS,
-    seed: int = SEED,
+    draws: int = MARGIN_DRAWS,
+    seed: int = MARGIN_SEED,
     allocation: str = VEHICLE,
 ) -> Tuning:
     """Gains for tracking with the closed-loop time constant `knob` [s].
@@ -78,17 +79,22 @@ def tune(
     Raises ControlError where an axis has no thrust, drag has the wrong sign, or the delay does not
     permit the knob; the message states the smallest that it permits. AllocationError as the Allocator.
     """
+    # The request and the thrusters
     _check_request(knob, rate, extra)
     allocator = allocator_for(model, allocation)
+    # Linear plant about rest and the fastest steady motions
     boat = linearise(model)
     _check_drag(model, boat)
+    # Gains of each axis by internal model control, from its delay and its least drag
     hold = 0.5 / rate + extra
     gains = gains_for(boat, knob, hold, action)
+    # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
     boats = draws_of(boat, model, draws, seed)
     strength = steepest(model)
     spread = worst_of(boats, gains, knob, hold, strength)
     if not permitted(spread):
-        raise ControlError(_refused(model, boats, spread, (knob, hold, action, strength)))
+        raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
+    # Margins of the nominal model
     omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
     nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold)).worst()
     return Tuning(
@@ -100,7 +106,7 @@ def tune(
 def gains_for(
     boat: LinearBoat, knob: float, hold: float, action: Action
 ) -> tuple[Gains, Gains, Gains]:
-    """Of the three axes by the delay of each and its least drag: at rest, as a rule."""
+    """Gains of the three axes, each by its delay and its least drag."""
     rule = pid_gains if action == "pid" else pd_gains
     delay, drag = boat.actuators.delay + hold, boat.drag.min(axis=0)
     surge, sway, yaw = (rule(knob, float(t), float(d)) for t, d in zip(delay, drag, strict=True))
@@ -108,19 +114,19 @@ def gains_for(
 
 
 def permitted(found: Margins) -> bool:
-    """Whether every draw is stable, with its sensitivity below `LIMIT`."""
-    return bool(found.stable.all() and (found.sensitivity <= LIMIT).all())
+    """Whether every draw is stable, with its sensitivity below `SENSITIVITY_LIMIT`."""
+    return bool(found.stable.all() and (found.sensitivity <= SENSITIVITY_LIMIT).all())
 
 
 def _check_request(knob: float, rate: float, extra: float) -> None:
-    if not 0.0 < knob <= SLOWEST:
+    if not 0.0 < knob <= LARGEST_KNOB:
         raise ControlError(
-            f"knob {knob:g} s: expected a time constant above 0 s, up to {SLOWEST:g} s"
+            f"knob {knob:g} s: expected a time constant above 0 s, up to {LARGEST_KNOB:g} s"
         )
     if not 0.1 <= rate <= 1e4:
         raise ControlError(f"rate {rate:g} Hz: expected 0.1 to 10000 Hz")
-    if not 0.0 <= extra <= SLOWEST:
-        raise ControlError(f"delay {extra:g} s: expected 0 to {SLOWEST:g} s")
+    if not 0.0 <= extra <= LARGEST_KNOB:
+        raise ControlError(f"delay {extra:g} s: expected 0 to {LARGEST_KNOB:g} s")
 
 
 def _check_drag(model: Model, boat: LinearBoat) -> None:
@@ -133,49 +139,50 @@ def _check_drag(model: Model, boat: LinearBoat) -> None:
         raise ControlError(
             f"{model.name}: unstable in {name}: its drag at {where or 'rest'} is "
             f"{boat.drag[worst, axis]:.3g} 1/s, expected 0 or more; identify it again with more driving in "
-            f"{name} there, or leave out the drag term that is not known"
+            f"{name} there, or remove the drag term that is not significant"
         )
 
 
 Request = tuple[float, float, Action, float]  # knob, hold, action, strength
 
 
-def _refused(model: Model, boats: list[LinearBoat], found: Margins, request: Request) -> str:
+def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Request) -> str:
     knob, hold, _, _ = request
     smallest = smallest_knob(boats, found, request)
     delay = boats[0].actuators.delay + hold
-    place = int(np.argmax(found.sensitivity.max(axis=0)))
-    why = f"with the delay of {delay[place]:.3g} s in {AXES[place]} and what the model's standard errors allow"
+    axis = int(np.argmax(found.sensitivity.max(axis=0)))
+    why = f"with a delay of {delay[axis]:.3g} s in {AXES[axis]} and the model's standard errors"
     if smallest is None:
-        return f"{model.name}: no knob up to {SLOWEST:g} s is safe {why}; identify it with more driving"
+        return f"{model.name}: no knob up to {LARGEST_KNOB:g} s is robust {why}; identify it with more driving"
     return (
-        f"knob {knob:g} s: asks for more than is safe {why} (sensitivity "
-        f"{found.sensitivity.max():.3g}, at most {LIMIT:g}); the smallest that is: --knob {smallest:g}"
+        f"knob {knob:g} s is not robust {why} (sensitivity "
+        f"{found.sensitivity.max():.3g}, at most {SENSITIVITY_LIMIT:g}); the smallest robust one: "
+        f"--knob {smallest:g}"
     )
 
 
 def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
-    """The smallest knob [s], rounded up to two digits, with which all draws are safe; None: there is none."""
+    """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none."""
     _, hold, action, strength = request
-    bad = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
-    suspects = [boats[0], *(boats[i] for i in np.argsort(-bad)[:SUSPECTS])]
+    largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
+    worst = [boats[0], *(boats[i] for i in np.argsort(-largest)[:WORST_DRAWS])]
 
-    def safe(knob: float, among: list[LinearBoat]) -> bool:
+    def robust(knob: float, among: list[LinearBoat]) -> bool:
         gains = gains_for(boats[0], knob, hold, action)
         return permitted(worst_of(among, gains, knob, hold, strength))
 
     low = high = request[0]
-    while not safe(high, suspects):
+    while not robust(high, worst):
         low, high = high, 1.5 * high
-        if high > SLOWEST:
+        if high > LARGEST_KNOB:
             return None
-    while high > FINENESS * low:
+    while high > KNOB_TOLERANCE * low:
         middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if safe(middle, suspects) else (middle, high)
+        low, high = (low, middle) if robust(middle, worst) else (middle, high)
     knob = rounded_up(high)
-    while not safe(knob, boats):
+    while not robust(knob, boats):
         knob = rounded_up(1.05 * knob)
-        if knob > SLOWEST:
+        if knob > LARGEST_KNOB:
             return None
     return knob
 

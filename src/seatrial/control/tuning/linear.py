@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The identified boat as a linear plant about steady motions: what a controller's loop goes through."""
+"""The identified boat as a linear plant about steady motions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,16 +14,16 @@ from seatrial.util.errors import ControlError, ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
 
 Complex = NDArray[np.complex128]
-SMALL = 1e-3  # of a command: within every limit
-NUDGE = 1e-6  # of a velocity, for derivatives
-WEAK = 1e-6  # smallest over largest acceleration by which an axis can be pushed
+SMALL_COMMAND = 1e-3  # of a command, to linearise the allocation: within every limit
+VELOCITY_STEP = 1e-6  # of a velocity, for central differences
+LEAST_AUTHORITY = 1e-6  # smallest over largest acceleration: below it an axis is not actuated
 SLOPE_STEPS = 400  # of a thruster's curve
-LONGEST_RUN = 200.0  # [s] in which a boat under full command reaches its speed
+RUN_UP_TIME = 200.0  # [s] simulated until the speed at full command is steady
 
 
 @dataclass(frozen=True)
 class Actuators:
-    """From axis commands to accelerations, thruster by thruster: sum of push h(s) share."""
+    """From axis commands to accelerations: the sum of push h(s) share over the thrusters."""
 
     push: Array  # (3, actuators) [m/s^2, m/s^2, rad/s^2] per unit of thrust
     share: Array  # (actuators, 3) thruster command per axis command
@@ -52,7 +52,7 @@ class Actuators:
 class LinearBoat:
     """A boat about steady motions."""
 
-    mix: Array  # (inputs, 3) commands per axis command; an axis command of 1 is some input's full
+    mix: Array  # (inputs, 3) commands per axis command; at an axis command of 1 the largest input is 1
     authority: Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1
     actuators: Actuators
     speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]; the first is rest
@@ -65,25 +65,25 @@ class LinearBoat:
 
     @cached_property
     def drag(self) -> Array:
-        """Linear drag (m, 3) [1/s] of each axis by itself."""
+        """Linear drag (m, 3) [1/s] of each axis."""
         return np.asarray(-np.einsum("mii->mi", self.slopes))
 
 
 def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
     """The model about rest and its fastest steady motions, or about `speeds` (m, 3).
 
-    Raises ControlError where the model's commands do not push in every axis.
+    Raises ControlError where the model's commands do not actuate every axis.
     """
     B, G = _force_effect(model), _allocated(model)
     push = B @ model.vehicle.mix @ np.diag(chords(model))
     effect = push @ G  # (3, inputs) at rest
-    _check_pushes(model, effect)
+    _check_actuated(model, effect)
     inverse = np.linalg.pinv(effect)
     authority = 1.0 / np.abs(inverse).max(axis=0)
     mix = inverse * authority
     constants = model.vehicle.constants
     latency, lag = (constants.of_each(stage, model.constants) for stage in ("latency", "lag"))
-    # A latency below 0 is two clocks' offset: a loop can't know a command before it
+    # A latency below 0 is a clock offset; a causal loop has none
     actuators = Actuators(push, G @ mix, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
     points = steady_motions(model) if speeds is None else speeds
     return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), steepest(model))
@@ -100,39 +100,40 @@ def redrawn(boat: LinearBoat, model: Model) -> LinearBoat:
 
 def slopes_at(model: Model, speeds: Array) -> Array:
     """d nu_dot / d nu (m, 3, 3) without thrust, by central differences."""
-    steps = np.vstack([NUDGE * np.eye(3), -NUDGE * np.eye(3)])
+    steps = np.vstack([VELOCITY_STEP * np.eye(3), -VELOCITY_STEP * np.eye(3)])
     nu = (speeds[:, None, :] + steps).reshape(-1, 3)
     found = _accelerations(model, nu).reshape(len(speeds), 2, 3, 3)
-    return np.asarray(np.swapaxes(found[:, 0] - found[:, 1], 1, 2) / (2.0 * NUDGE))
+    return np.asarray(np.swapaxes(found[:, 0] - found[:, 1], 1, 2) / (2.0 * VELOCITY_STEP))
 
 
 def steady_motions(model: Model) -> Array:
     """Rest, the fastest motion along each axis both ways, and a turn at speed (m, 3).
 
-    The fastest is what the model was identified at, or, where it does not say, what full command
-    reaches.
+    The fastest: of the identification data, or, without an envelope, at full command.
     """
     ranges = model.envelope.speeds
-    told = set(SYMBOLS) <= set(ranges)
-    most = np.array([max(map(abs, ranges[name])) for name in SYMBOLS]) if told else _reached(model)
+    stated = set(SYMBOLS) <= set(ranges)
+    most = (
+        np.array([max(map(abs, ranges[name])) for name in SYMBOLS]) if stated else _reached(model)
+    )
     along = np.diag(most)
     turn = np.array([[0.7 * most[0], 0.0, 0.7 * most[2]]])
     return np.vstack([np.zeros((1, 3)), along, -along, turn])
 
 
 def _reached(model: Model) -> Array:
-    """Speed (3,) of each axis under full command, by its own equation."""
+    """Steady speed (3,) of each axis at full command, by its own equation."""
     B, G = _force_effect(model), _allocated(model)
     push = B @ model.vehicle.mix @ np.diag(chords(model))
     full = 1.0 / np.abs(np.linalg.pinv(push @ G)).max(axis=0)
-    speed, step = np.zeros(3), LONGEST_RUN / 4000
+    speed, step = np.zeros(3), RUN_UP_TIME / 4000
     for _ in range(4000):
         rate = np.diag(_accelerations(model, np.diag(speed))) + full
         speed = speed + step * rate
         if not np.isfinite(speed).all() or np.abs(speed).max() > 1e3:
             raise ControlError(
-                f"{model.name}: nothing limits its speed under full command; identify it with a wider "
-                "range of speeds, so that the drag is found"
+                f"{model.name}: its speed at full command is unbounded; identify it with a wider "
+                "range of speeds, so that the drag is identified"
             )
     return np.asarray(speed)
 
@@ -146,7 +147,7 @@ def steepest(model: Model) -> float:
         rows = np.zeros((len(at), n))
         rows[:, k] = at
         curve = _core.curve(model.vehicle.chain, model.constants, k, rows)
-        # over a few steps: a power below 1 begins upright
+        # over ten steps: the slope of a power below 1 is infinite at 0
         slope = (curve[10:] - curve[:-10]) / (at[10:] - at[:-10]) / chord
         found = max(found, float(slope.max()))
     return found
@@ -175,9 +176,9 @@ def _force_effect(model: Model) -> Array:
 def _allocated(model: Model) -> Array:
     """Thruster commands (actuators, inputs) by an input of 1, without the offset of always-forward."""
     n = len(model.vehicle.inputs)
-    small = SMALL * np.vstack([np.eye(n), -np.eye(n)])
+    small = SMALL_COMMAND * np.vstack([np.eye(n), -np.eye(n)])
     thrusters, _ = _core.allocate(model.vehicle.chain, small)
-    return np.asarray((thrusters[:n] - thrusters[n:]).T / (2.0 * SMALL))
+    return np.asarray((thrusters[:n] - thrusters[n:]).T / (2.0 * SMALL_COMMAND))
 
 
 def chords(model: Model) -> Array:
@@ -187,20 +188,22 @@ def chords(model: Model) -> Array:
     return np.array([_core.curve(chain, q, k, np.eye(n)[k : k + 1])[0] for k in range(n)])
 
 
-def _check_pushes(model: Model, effect: Array) -> None:
+def _check_actuated(model: Model, effect: Array) -> None:
     weakest = np.linalg.svd(effect, compute_uv=False)[-1] if effect.shape[1] >= 3 else 0.0
     strong = np.abs(effect).max()
-    if weakest > WEAK * strong:
+    if weakest > LEAST_AUTHORITY * strong:
         return
     idle = [
-        axis for axis, row in zip(AXES, effect, strict=True) if np.abs(row).max() <= WEAK * strong
+        axis
+        for axis, row in zip(AXES, effect, strict=True)
+        if np.abs(row).max() <= LEAST_AUTHORITY * strong
     ]
     raise ControlError(
-        f"{model.name}: no command pushes it in {_joined(idle)}; the controller needs a force in surge, "
+        f"{model.name}: no command actuates {_joined(idle)}; the controller needs a force in surge, "
         "sway and yaw: add a term like Y_F * F_v to the structure and identify again"
         if idle
-        else f"{model.name}: its {effect.shape[1]} commands can't push in surge, sway and yaw independently; "
-        "the controller needs that"
+        else f"{model.name}: its {effect.shape[1]} commands can't actuate surge, sway and yaw independently; "
+        "the controller needs three independent forces"
     )
 
 

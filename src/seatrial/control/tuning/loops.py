@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The loop with its exact delays: stable or not, and each axis' margins with the other axes closed.
+"""The loop with exact delays: stability, and each axis' margins with the other axes closed.
 
 About a steady motion nu_0 the controller sees, in body axes, the pose error q and the velocity error
-w = nu + W q (a heading error turns the reference's velocity), with q_dot = w - r_0 S q. What it
-integrates is fixed to the earth. Broken at the axis commands, the loop is L = C P, and the loop of axis
-j alone is 1 / S_jj - 1 with S = (I + L)^-1.
+w = nu + W q (a heading error turns the reference's velocity), with q_dot = w - r_0 S q. Its integral is
+earth-fixed. Broken at the axis commands, the loop is L = C P, and the loop of
+axis j with the others closed is 1 / S_jj - 1 with S = (I + L)^-1.
 """
 
 from collections.abc import Sequence
@@ -18,8 +18,9 @@ from seatrial.control.tuning.linear import Complex, LinearBoat
 from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array, Mask
 
-GRID = 400  # frequencies of a loop that is shown
-SLOWEST, FASTEST = 1e-3, 100.0  # of the grid, over the slowest and the fastest time constant
+LOOP_FREQUENCIES = 400  # frequencies of the nominal loop
+# of the grid, times one over the slowest and the fastest time constant
+LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e-3, 100.0
 S_2D = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
@@ -28,11 +29,11 @@ class Margins:
     """Of each axis (..., 3), loop by loop with the others closed."""
 
     stable: Mask  # (...,) of all three together
-    gain_up: Array  # by how much thrust may be stronger than the model says
-    gain_down: Array  # ... or weaker: 0 where it may vanish
+    gain_up: Array  # factor by which thrust may exceed the model's
+    gain_down: Array  # factor to which it may fall; 0: any
     phase: Array  # [rad]
-    delay: Array  # [s] that may come on top
-    sensitivity: Array  # largest |S|: over how much a disturbance is amplified at worst
+    delay: Array  # [s] additional delay that keeps it stable
+    sensitivity: Array  # largest |S|: worst amplification of a disturbance
     crossover: Array  # [rad/s] highest frequency at which the loop's gain is 1
 
     def worst(self) -> "Margins":
@@ -43,15 +44,15 @@ class Margins:
         return Margins(np.asarray(self.stable.all(axis=0)), up, down, *least, *most)
 
 
-def frequencies(knob: float, delay: float, points: int = GRID) -> Array:
-    """Angular frequencies [rad/s] that hold all of a loop with this knob [s] and delay [s]."""
+def frequencies(knob: float, delay: float, points: int = LOOP_FREQUENCIES) -> Array:
+    """Angular frequencies [rad/s] that cover a loop with this knob [s] and delay [s]."""
     fast = min(knob, max(delay, 0.02 * knob))
-    return np.geomspace(SLOWEST / knob, FASTEST / fast, points)
+    return np.geomspace(LOWEST_FREQUENCY / knob, HIGHEST_FREQUENCY / fast, points)
 
 
 @dataclass(frozen=True)
 class Feedback:
-    """Gains, and where the loop that they close is looked at."""
+    """Gains, and the motions and frequencies at which the loop is evaluated."""
 
     gains: Sequence[Gains]  # of the three axes, in accelerations
     speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]
@@ -60,18 +61,18 @@ class Feedback:
 
     @property
     def integral(self) -> bool:
-        """Whether it remembers."""
+        """Whether it has integral action."""
         return any(g.integral != 0.0 for g in self.gains)
 
     @cached_property
     def response(self) -> Complex:
-        """Accelerations (m, n, 3, 3) asked for per velocity: the controller with the kinematics."""
+        """Commanded accelerations (m, n, 3, 3) per velocity: the controller with the kinematics."""
         parts = ("proportional", "integral", "derivative")
         kp, ki, kd = (np.diag([getattr(g, name) for g in self.gains]) for name in parts)
         s, eye = 1j * self.omega[:, None, None], np.eye(3)
         found = []
         for nu in self.speeds:
-            W = _turned(nu)
+            W = _heading_coupling(nu)
             turning = s * eye + nu[2] * S_2D
             pose = np.linalg.inv(turning - W)
             found.append(kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (eye + W @ pose))
@@ -79,7 +80,7 @@ class Feedback:
 
 
 def open_loop(boat: LinearBoat, feedback: Feedback, strength: float = 1.0) -> Complex:
-    """L (m, n, 3, 3) about each steady motion; strength: of the thrusters, over what the model says."""
+    """L (m, n, 3, 3) about each steady motion; strength: of the thrusters, relative to the model."""
     s = 1j * feedback.omega
     B = strength * boat.actuators.response(feedback.omega)
     velocity = np.linalg.solve(s[:, None, None] * np.eye(3) - boat.slopes[:, None], B[None])
@@ -90,9 +91,9 @@ def margins(boat: LinearBoat, feedback: Feedback, strength: float = 1.0) -> Marg
     """Of the loop about each steady motion (m,); arguments as of `open_loop`."""
     L = open_loop(boat, feedback, strength)
     whole, own = _determinants(np.eye(3) + L)
-    alone: Complex = np.asarray(whole[:, None] / own - 1.0)
-    up, down = gain_margins(alone)
-    phase, delay, crossover = phase_margins(alone, feedback.omega)
+    single: Complex = np.asarray(whole[:, None] / own - 1.0)
+    up, down = gain_margins(single)
+    phase, delay, crossover = phase_margins(single, feedback.omega)
     stable = unstable_poles(boat, feedback, whole) == 0
     sensitivity = np.abs(own / whole[:, None]).max(axis=-1)
     return Margins(stable, up, down, phase, delay, sensitivity, crossover)
@@ -110,7 +111,7 @@ def _determinants(m: Complex) -> tuple[Complex, Complex]:
 def gain_margins(L: Complex) -> tuple[Array, Array]:
     """Factors up and down (...,) by which loops (..., n) reach -1; inf and 0 where none does."""
     a, b = L[..., :-1], L[..., 1:]
-    share = _share(a.imag, b.imag)
+    share = _zero_crossing(a.imag, b.imag)
     real = a.real + share * (b.real - a.real)
     crosses = (a.imag * b.imag <= 0) & (a.imag != b.imag) & (real < 0)
     factor = np.where(crosses, -1.0 / np.where(crosses, real, -1.0), np.nan)
@@ -125,10 +126,10 @@ def phase_margins(L: Complex, omega: Array) -> tuple[Array, Array, Array]:
     angle = np.unwrap(np.angle(L), axis=-1)
     a, b = size[..., :-1], size[..., 1:]
     crosses = a * b <= 0
-    share = _share(a, b)
+    share = _zero_crossing(a, b)
     at = np.exp(np.log(omega[:-1]) + share * np.diff(np.log(omega)))
     turned = angle[..., :-1] + share * np.diff(angle, axis=-1)
-    left = np.mod(turned + np.pi, 2.0 * np.pi)  # how far it may turn backwards
+    left = np.mod(turned + np.pi, 2.0 * np.pi)  # phase lag that remains
     delay = np.where(crosses, left / at, np.inf).min(axis=-1)
     either = np.minimum(left, 2.0 * np.pi - left)
     phase = np.where(crosses, either, np.inf).min(axis=-1)
@@ -151,14 +152,14 @@ def unstable_poles(boat: LinearBoat, feedback: Feedback, whole: Complex) -> NDAr
     return np.array(found)
 
 
-def _turned(nu: Array) -> Array:
-    """W: what a heading error makes of the reference's velocity."""
+def _heading_coupling(nu: Array) -> Array:
+    """W: effect of a heading error on the reference's velocity."""
     W = np.zeros((3, 3))
     W[0, 2], W[1, 2] = -nu[1], nu[0]
     return W
 
 
-def _share(a: Array, b: Array) -> Array:
-    """Where between two samples a signal is 0."""
+def _zero_crossing(a: Array, b: Array) -> Array:
+    """Zero crossing between two samples, as a share of the step."""
     step = a - b
     return np.clip(np.divide(a, step, out=np.zeros_like(a), where=step != 0.0), 0.0, 1.0)

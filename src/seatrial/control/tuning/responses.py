@@ -12,17 +12,17 @@ from seatrial.control.tuning.loops import Feedback, frequencies, open_loop
 from seatrial.control.tuning.robustness import draws_of
 from seatrial.util.frames import Array, frozen_array
 
-SHOWN = 40  # draws that a band is made of
-POINTS = 160  # frequencies of a Bode plot
-LASTS = 12.0  # [knobs] of a step response
-TIMES = 240  # of a step response
-FINE = 0.05  # [1/knob] between the frequencies that a step is made of: as if it came back after 60 knobs
-REACH = 10.0  # [1/knob] or over the delay, up to where
+RESPONSE_DRAWS = 40  # draws in a band
+BODE_FREQUENCIES = 160  # frequencies of a Bode plot
+STEP_DURATION = 12.0  # [knobs] of a step response
+STEP_TIMES = 240  # of a step response
+FREQUENCY_STEP = 0.05  # [1/knob] resolution of a step response; finer has no visible effect
+STEP_BANDWIDTH = 10.0  # [1/knob] or over the delay: highest frequency of a step response
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Over x (n,): of the model (3, n), and the least and most of its draws."""
+    """Over x (n,): of the model (3, n), and the minimum and maximum of its draws."""
 
     x: Array
     y: Array
@@ -45,17 +45,17 @@ class Responses:
 
 
 def responses(tuning: Tuning) -> Responses:
-    """All of them. A band is that of the first `SHOWN` draws."""
-    omega = frequencies(tuning.knob, float(tuning.delay.max()), POINTS)
+    """All curves. A band is that of the first `RESPONSE_DRAWS` draws."""
+    omega = frequencies(tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES)
     omega = omega[
         (omega > 0.05 / tuning.knob) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
     ]
-    draws = min(SHOWN, tuning.draws)
+    draws = min(RESPONSE_DRAWS, tuning.draws)
     boats = [_at_rest(boat) for boat in draws_of(tuning.boat, tuning.model, draws, tuning.seed)]
-    loops = np.array(list(_alone(tuning, boats, omega)))  # (draws, 3, n)
+    loops = np.array(list(_single_loops(tuning, boats, omega)))  # (draws, 3, n)
     phase = np.degrees(np.unwrap(np.angle(loops), axis=-1))
-    phase -= 360.0 * np.round((phase[..., :1] + 180.0) / 360.0)  # begins near -180 or -270
-    t = np.linspace(0.0, LASTS * tuning.knob, TIMES)
+    phase -= 360.0 * np.round((phase[..., :1] + 180.0) / 360.0)  # starts near -180 or -270
+    t = np.linspace(0.0, STEP_DURATION * tuning.knob, STEP_TIMES)
     return Responses(
         _banded(omega, np.abs(loops)),
         _banded(omega, phase),
@@ -69,16 +69,20 @@ def steps_of(tuning: Tuning, boats: list[LinearBoat], t: Array) -> Array:
 
     y(t) = 2 / pi times the integral of Re T(i w) sin(w t) / w over w from 0 on: T is stable.
     """
-    most = REACH / min(tuning.knob, float(tuning.delay.min()))
-    omega = np.arange(0.5, most * tuning.knob / FINE) * FINE / tuning.knob  # midpoints
-    waves = np.sin(np.outer(omega, t)) / omega[:, None]
-    width = FINE / tuning.knob
+    most = STEP_BANDWIDTH / min(tuning.knob, float(tuning.delay.min()))
+    width = FREQUENCY_STEP / tuning.knob
+    midpoints = np.arange(0.5, most * tuning.knob / FREQUENCY_STEP)
+    omega = midpoints * FREQUENCY_STEP / tuning.knob
+    sines = np.sin(np.outer(omega, t)) / omega[:, None]
     return np.array(
-        [2.0 / np.pi * width * (a / (1.0 + a)).real @ waves for a in _alone(tuning, boats, omega)]
+        [
+            2.0 / np.pi * width * (a / (1.0 + a)).real @ sines
+            for a in _single_loops(tuning, boats, omega)
+        ]
     )
 
 
-def _alone(tuning: Tuning, boats: list[LinearBoat], omega: Array) -> Iterator[Complex]:
+def _single_loops(tuning: Tuning, boats: list[LinearBoat], omega: Array) -> Iterator[Complex]:
     """Loops (3, n) at rest, each axis with the others closed."""
     feedback = Feedback(tuning.gains, boats[0].speeds, omega, tuning.hold)
     for boat in boats:

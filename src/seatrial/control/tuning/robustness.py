@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The loop's margins over what the model's covariance allows: the worst of many draws."""
+"""Worst margins of the loop over draws of the model's covariance."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
@@ -12,13 +12,13 @@ from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margin
 from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array
 
-DRAWS = 200
-SEED = 1
-GRID = 200  # frequencies a draw
+MARGIN_DRAWS = 200
+MARGIN_SEED = 1
+DRAW_FREQUENCIES = 200  # of the loop of each draw
 
 
-def drawn(model: Model, draws: int = DRAWS, seed: int = SEED) -> Iterator[Model]:
-    """The model with coefficients and constants as its covariance allows; the same seed, the same ones."""
+def drawn(model: Model, draws: int = MARGIN_DRAWS, seed: int = MARGIN_SEED) -> Iterator[Model]:
+    """The model with coefficients and constants drawn from its covariance; deterministic by seed."""
     rng = np.random.default_rng(seed)
     n = len(model.coefficients)
     values, vectors = np.linalg.eigh(model.covariance)
@@ -26,12 +26,12 @@ def drawn(model: Model, draws: int = DRAWS, seed: int = SEED) -> Iterator[Model]
     for _ in range(draws):
         off = root @ rng.normal(size=len(root))
         yield replace(
-            model, coefficients=model.coefficients + off[:n], constants=_possible(model, off[n:])
+            model, coefficients=model.coefficients + off[:n], constants=_timing_only(model, off[n:])
         )
 
 
-def _possible(model: Model, off: Array) -> Array:
-    """Constants of the chain, those of the static curve as they are: their slope is counted apart."""
+def _timing_only(model: Model, off: Array) -> Array:
+    """Constants of the chain; those of the static curve are not drawn, their steepest slope is used."""
     timing = [
         name.partition(".")[0] in ("latency", "lag", "gain")
         for name in model.vehicle.constants.names
@@ -44,18 +44,18 @@ def worst_of(
 ) -> Margins:
     """Margins (boats, ...) of each boat, the worst of its motions."""
     longest = float(boats[0].actuators.delay.max()) + hold
-    omega = frequencies(knob, longest, GRID)
+    omega = frequencies(knob, longest, DRAW_FREQUENCIES)
     feedback = Feedback(gains, boats[0].speeds, omega, hold)
     found = [margins(boat, feedback, strength).worst() for boat in boats]
     return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
 
 
 def draws_of(
-    boat: LinearBoat, model: Model, draws: int = DRAWS, seed: int = SEED
+    boat: LinearBoat, model: Model, draws: int = MARGIN_DRAWS, seed: int = MARGIN_SEED
 ) -> list[LinearBoat]:
     """The boat itself, then each draw of its model under the same axis commands.
 
-    None where the covariance is zero: all would be the same.
+    No draws where the covariance is zero.
     """
     if not model.covariance.any():
         return [boat]

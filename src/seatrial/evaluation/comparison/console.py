@@ -56,7 +56,7 @@ def _parameters(found: Comparison) -> Iterator[str]:
         for one in rest:
             yield _one_sided_text(letter, one)
     yield ""
-    yield from changes_text(found)
+    yield from changes_text(found, " (*)")
 
 
 def _pair_text(pair: Pair) -> str:
@@ -89,9 +89,12 @@ def _p(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def changes_text(found: Comparison) -> Iterator[str]:
-    """Sentences: parameters that changed significantly, and axes with a common factor."""
-    yield from _changed(found)
+def changes_text(found: Comparison, mark: str = "") -> Iterator[str]:
+    """Sentences: parameters that changed significantly, and axes with a common factor.
+
+    `mark`: that of these parameters in the table of the console.
+    """
+    yield from _changed(found, mark)
     yield from _untested(found)
     for factor in found.factors if not found.same_data else ():
         yield from _factor(factor)
@@ -111,7 +114,7 @@ def _untested(found: Comparison) -> Iterator[str]:
         yield f"Not tested, and may differ: {', '.join(listed)}."
 
 
-def _changed(found: Comparison) -> Iterator[str]:
+def _changed(found: Comparison, mark: str) -> Iterator[str]:
     if found.joint is None:
         yield "Nothing was estimated in either model: differences have no standard errors and no test."
         return
@@ -121,7 +124,7 @@ def _changed(found: Comparison) -> Iterator[str]:
     )
     names = [pair.name for pair in found.changed]
     if names:
-        yield f"Significant changes (*): {', '.join(names)}; {test}."
+        yield f"Significant changes{mark}: {', '.join(names)}; {test}."
     elif found.joint.p < SIGNIFICANCE:
         yield f"No single parameter differs significantly, but {test}: something changed."
     else:

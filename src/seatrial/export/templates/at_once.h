@@ -1,4 +1,4 @@
-/* A command that holds until the next one. 0, and nothing is changed, where it is not finite. */
+/* A command, held until the next one. Returns 0 without change where it is not finite. */
 static inline int ${name}_command(${name}_boat* boat, const double command[${NAME}_COMMANDS]) {
   double f[${NAME}_ACTUATORS];
   int i;
@@ -10,7 +10,7 @@ static inline int ${name}_command(${name}_boat* boat, const double command[${NAM
 ${settle}  return 1;
 }
 
-/* On by dt >= 0 [s]. 0 where dt is no such time, or the boat is nowhere any more. */
+/* Advance by dt >= 0 [s]. Returns 0 where dt is invalid, or the state is not finite. */
 static inline int ${name}_step(${name}_boat* boat, double dt) {
   int i;
   if (!(dt >= 0.0 && dt < HUGE_VAL)) return 0;

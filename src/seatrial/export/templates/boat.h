@@ -5,13 +5,13 @@
  *     ${name}_boat boat;
  *     const double command[${INPUTS}] = {${example}};  ${input_comment}
  *     ${name}_reset(&boat);
- *     ${name}_command(&boat, command);        holds until the next one
- *     ${name}_step(&boat, 0.01);              on by 0.01 s
+ *     ${name}_command(&boat, command);        held until the next one
+ *     ${name}_step(&boat, 0.01);              advance by 0.01 s
  *     printf("%g m/s\n", boat.x[${NAME}_U]);
  *
  * Axes ${axes}; SI units, radians; commands and forces F in command units (1: full).
  * Coefficients are per unit mass and inertia. C99 and C++; no heap, nothing global, one header of the
- * standard library. Runge-Kutta of fourth order that breaks where a command arrives, as in seatrial's core.
+ * standard library. Runge-Kutta of fourth order with a step boundary at each command, as in seatrial's core.
  */
 #ifndef ${NAME}_H
 #define ${NAME}_H
@@ -38,7 +38,7 @@ static inline void ${name}_allocate(const double command[${NAME}_COMMANDS], doub
 ${allocation}
 }
 ${curve_functions}
-/* Thrust that each actuator tends to for its command. */
+/* Steady thrust of each actuator for its command. */
 static inline void ${name}_curves(const double f[${NAME}_ACTUATORS], double target[${NAME}_ACTUATORS]) {
 ${curves}
 }
@@ -94,7 +94,7 @@ ${levels}
 }
 
 ${queue}
-/* What each actuator gives now, in command units. */
+/* Current thrust of each actuator, in command units. */
 static inline void ${name}_thrust(const ${name}_boat* boat, double thrust[${NAME}_ACTUATORS]) {
 ${thrusts}
 }

@@ -4,15 +4,15 @@ function boat = ${name}(p)
 %
 %   boat = ${name}();
 %   s = boat.reset();                ${pad}% at rest at the origin
-%   s = boat.command(s, ${example}); % ${inputs}; holds finish the next one
-%   s = boat.step(s, 0.01);          ${pad}% on by 0.01 s
+%   s = boat.command(s, ${example}); % ${inputs}; held until the next one
+%   s = boat.step(s, 0.01);          ${pad}% advance by 0.01 s
 %   s.x                              ${pad}% x, y [m], psi [rad], u, v [m/s], r [rad/s]; may be set
 %   boat.rate(s.x, F)                ${pad}% x_dot under forces F = [${forces}], for ode45
 %   p = boat.parameters; p.${first} = 0; boat = ${name}(p);   % another boat
 %
 %   Axes ${axes}; SI units, radians; commands and forces in command units (1: full).
-%   Coefficients are per unit mass and inertia. Runge-Kutta of fourth order that breaks where a
-%   command arrives, as in seatrial's core. MATLAB from R2016b, Octave from 6.
+%   Coefficients are per unit mass and inertia. Runge-Kutta of fourth order with a step
+%   boundary at each command, as in seatrial's core. MATLAB from R2016b, Octave from 6.
   if nargin < 1
     p = parameters();
   end
@@ -34,7 +34,7 @@ ${allocation}
 end
 
 function target = curves(p, f)
-  % Thrust that each actuator tends to for its command.
+  % Steady thrust of each actuator for its command.
   target = f;
 ${curves}
 end
@@ -79,8 +79,8 @@ ${prepare}
 end
 
 function [begin, middle, final] = fade(h, lag)
-  % What a lag leaves of the distance to the target: at the end, and at begin and middle such that a
-  % Runge-Kutta step has the exact integrals of it in velocity and position.
+  % Decay by a lag of the distance to the target: at the end, and at begin and middle such that a
+  % Runge-Kutta step has its exact integrals in velocity and position.
   x = h ./ max(lag, 1e-6);
   share = -expm1(-x) ./ x;
   moment = (1 - share) ./ x;
@@ -97,7 +97,7 @@ function [begin, middle, final] = fade(h, lag)
 end
 
 function s = arrive(p, s)
-  % Commands under way that have reached an actuator by now are what it tends to.
+  % The newest command whose latency has passed is an actuator's target.
   [latency, of] = latencies(p);
   for i = 1:numel(latency)
     while s.arrived(i) < numel(s.given_at) && s.given_at(s.arrived(i) + 1) + latency(i) <= s.time
@@ -115,7 +115,7 @@ function s = arrive(p, s)
 end
 
 function [latency, of] = latencies(p)
-  % Latencies [s], and which of them each actuator has.
+  % Distinct latencies [s], and the index of each actuator's.
   latency = max(0, [${latencies}]);
   of = [${latency_of}]';
 end

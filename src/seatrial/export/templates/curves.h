@@ -15,7 +15,7 @@ static inline double ${name}_pair(double own, double other, double dead) {
   return own * (length >= 1.0 ? 1.0 : (length - dead) / (1.0 - dead)) / length;
 }
 /* ---- table */
-/* Thrust for one command: straight between the points, constant outside. */
+/* Thrust for one command: linear between the points, constant outside. */
 static inline double ${name}_table(double f) {
   static const double command[${points}] = {${table_command}};
   static const double thrust[${points}] = {${table_thrust}};
@@ -26,8 +26,8 @@ static inline double ${name}_table(double f) {
   return thrust[i - 1] + (f - command[i - 1]) / (command[i] - command[i - 1]) * (thrust[i] - thrust[i - 1]);
 }
 /* ---- fade */
-/* What a lag leaves over h [s] of the distance to the target: at the end, and at begin and middle such
- * that a Runge-Kutta step has the exact integrals of it in velocity and position. */
+/* Decay by a lag over h [s] of the distance to the target: at the end, and at begin and middle such
+ * that a Runge-Kutta step has its exact integrals in velocity and position. */
 static inline void ${name}_fade(double h, double lag, double* begin, double* middle, double* end) {
   const double x = lag > 1e-6 ? h / lag : 1.0;
   const int small = x < 1e-2;
@@ -40,12 +40,12 @@ static inline void ${name}_fade(double h, double lag, double* begin, double* mid
   *begin = lag > 1e-6 ? 12.0 * moment - 6.0 * mean + *end : 0.0;
 }
 /* ---- multiplier */
-/* What a known signal does to thrust: (signal / reference)^power, 0 where it is not positive. */
+/* Factor of a known signal on thrust: (signal / reference)^power, 0 where it is not positive. */
 static inline double ${name}_multiplier(double signal, double reference, double power) {
   return signal > 0.0 ? pow(signal / reference, power) : 0.0;
 }
 /* ---- solve */
-/* nu_dot = (I - A)^-1 g: accelerations that stand on the right are solved for. */
+/* nu_dot = (I - A)^-1 g: solved for accelerations on the right-hand side. */
 static inline void ${name}_solve(double A[3][3], const double g[3], double nu_dot[3]) {
   double m[3][3], c[3][3], determinant;
   int i, j;

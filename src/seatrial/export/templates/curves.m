@@ -16,7 +16,7 @@ function g = pair(own, other, dead)
 end
 % ---- table
 function g = table(f)
-  % Thrust for one command: straight between the points, constant outside.
+  % Thrust for one command: linear between the points, constant outside.
   command = [${table_command}];
   thrust = [${table_thrust}];
   f = min(max(f, command(1)), command(end));
@@ -25,6 +25,6 @@ function g = table(f)
 end
 % ---- multiplier
 function m = multiplier(known, reference, power)
-  % What a known signal does to thrust: 0 where it is not positive.
+  % Factor of a known signal on thrust: 0 where it is not positive.
   m = (max(known, 0) / reference)^power;
 end

@@ -1,7 +1,7 @@
 /* The boat of ${name}.h as a Functional Mock-up Unit: FMI 2.0, co-simulation. Written by ${source}.
  *
  * The types below are those of the standard (FMI 2.0.4, 2.1.4 and 2.1.5), so that nothing else is needed.
- * As source code in another program, define FMI2_FUNCTION_PREFIX as the standard says.
+ * As source code in another program, define FMI2_FUNCTION_PREFIX as in the standard.
  */
 #include <stdlib.h>
 #include "${name}.h"
@@ -52,7 +52,7 @@ static fmi2Status complain(const Instance* own, const char* words) {
   return fmi2Error;
 }
 
-/* What the boat does, as variables. */
+/* The boat's state as variables. */
 static void show(Instance* own) {
   double thrust[${NAME}_ACTUATORS];
   int k;
@@ -141,7 +141,7 @@ fmi2Status FMI(fmi2SetReal)(fmi2Component c, const fmi2ValueReference at[], size
   return fmi2OK;
 }
 
-/* On by h [s]; inputs that have changed are a new command, which holds. */
+/* Advance by h [s]; changed inputs are a new command, which is held. */
 fmi2Status FMI(fmi2DoStep)(fmi2Component c, fmi2Real now, fmi2Real h, fmi2Boolean no_way_back) {
   Instance* own = (Instance*)c;
   (void)now, (void)no_way_back;
@@ -179,7 +179,7 @@ fmi2Status FMI(fmi2FreeFMUstate)(fmi2Component c, fmi2FMUstate* state) {
   return fmi2OK;
 }
 
-/* What the model description says that there is not. */
+/* Functions that the model description excludes. */
 #define NONE(n) return (n) == 0 ? fmi2OK : complain((Instance*)c, "there are real variables only")
 #define REFUSED return complain((Instance*)c, "the model description says that this can't be done")
 typedef const fmi2ValueReference* At;

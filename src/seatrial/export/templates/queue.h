@@ -1,8 +1,8 @@
-/* [s] Latencies of the actuators, each once; and which of them each actuator has. */
+/* [s] Distinct latencies of the actuators, and the index of each actuator's. */
 static const double ${name}_latency[${NAME}_LATENCIES] = {${latencies}};
 static const int ${name}_latency_of[${NAME}_ACTUATORS] = {${latency_of}};
 
-/* Commands under way that have reached an actuator by now are what it tends to. */
+/* The newest command whose latency has passed is an actuator's target. */
 static inline void ${name}_arrive(${name}_boat* boat) {
   double f[${NAME}_ACTUATORS], target[${NAME}_ACTUATORS];
   int i, k;
@@ -19,8 +19,8 @@ static inline void ${name}_arrive(${name}_boat* boat) {
   }
 ${settle}}
 
-/* A command that holds until the next one. 0, and nothing is changed, where it is not finite or
- * ${pending} are under way. */
+/* A command, held until the next one. Returns 0 without change where it is not finite or
+ * ${pending} are in the queue. */
 static inline int ${name}_command(${name}_boat* boat, const double command[${NAME}_COMMANDS]) {
   const unsigned slot = boat->given % ${NAME}_PENDING;
   int i;
@@ -37,7 +37,7 @@ static inline int ${name}_command(${name}_boat* boat, const double command[${NAM
   return 1;
 }
 
-/* On by dt >= 0 [s]. 0 where dt is no such time, or the boat is nowhere any more. */
+/* Advance by dt >= 0 [s]. Returns 0 where dt is invalid, or the state is not finite. */
 static inline int ${name}_step(${name}_boat* boat, double dt) {
   const double end = boat->time + dt;
   int i;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What every bag offers: its topics, and their messages as bytes, in the order of the file."""
+"""Interface of a bag: its topics, and their messages as bytes, in the order of the file."""
 
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -18,6 +18,14 @@ SALVAGE = "--salvage reads what is left"
 LATEST = (1 << 63) - 1  # [ns] of a stamp
 
 
+class DamagedBagError(RecordingError):
+    """A bag that can't be read as it is. `reason`: what is wrong with it, without path and advice."""
+
+    def __init__(self, message: str, reason: str = "") -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
 @dataclass(frozen=True)
 class Topic:
     """A topic of a bag."""
@@ -25,28 +33,28 @@ class Topic:
     name: str
     type_name: str  # as ROS 2 writes it: geometry_msgs/msg/PoseStamped
     messages: int
-    definition: str = ""  # text that came with the bag
+    definition: str = ""  # text of the definition in the bag
     idl: bool = False  # the text is IDL
     cdr: bool = True  # ROS 2; False: ROS 1
     publishers: int = 1
-    others: tuple[str, ...] = ()  # types that its name carries besides
+    others: tuple[str, ...] = ()  # further types under the same name
 
     @property
     def type(self) -> str:
-        """The type as people write it."""
+        """The type in its short form."""
         return short_type(self.type_name)
 
     @cached_property
     def wire(self) -> Wire:
-        """How its messages are laid out. Raises WireError."""
+        """Layout of its messages. Raises WireError."""
         if self.definition:
             known = parse_definition(self.definition, self.type_name, idl=self.idl)
         else:
             known = standard_definitions()
         if self.type_name not in known:
             raise WireError(
-                f"the bag brings no definition of {self.type}, and it is not a common type; record "
-                "it as .mcap, which brings its definitions"
+                f"the bag has no definition of {self.type}, and it is not a common type; record "
+                "it as .mcap, which contains its definitions"
             )
         return Wire(self.type_name, known, self.cdr)
 
@@ -55,10 +63,10 @@ class Bag(ABC):
     """A bag opened for reading; a context manager."""
 
     path: Path
-    kind: str  # in words
+    kind: str  # for example `ROS 1 bag`
     topics: dict[str, Topic]
     files: tuple[Path, ...]
-    remarks: tuple[str, ...] = ()  # what was lost when it was salvaged
+    remarks: tuple[str, ...] = ()  # losses of a salvaged bag
 
     @abstractmethod
     def messages(self, names: Collection[str]) -> Iterator[Message]:
@@ -66,15 +74,15 @@ class Bag(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
 
     def _salvaged(self, count: int, lost: int) -> tuple[str, ...]:
-        """What to say of a salvaged bag. Raises RecordingError where nothing is left of it."""
+        """Remark on a salvaged bag. Raises RecordingError where it has no message left."""
         if not count:
             self.close()
             raise RecordingError(f"{self.path}: no message could be salvaged")
-        stretches = f", {lost} damaged stretches left out" if lost else ""
-        return (f"salvaged: {count} messages{stretches}",)
+        parts = f", {lost} damaged parts left out" if lost else ""
+        return (f"salvaged: {count} messages{parts}",)
 
     def __enter__(self) -> "Bag":
         return self
@@ -83,21 +91,20 @@ class Bag(ABC):
         self.close()
 
     def check(self, name: str, count: int) -> None:
-        """Raise RecordingError if fewer messages were read of a topic than the bag should have."""
+        """Raise DamagedBagError if fewer messages of a topic were read than the bag states."""
         if count < self.topics[name].messages:
-            raise RecordingError(
-                f"{self.path}: the bag is damaged: {count} of {self.topics[name].messages} messages "
-                f"on {name} are there; {SALVAGE}"
-            )
+            expected = self.topics[name].messages
+            reason = f"the bag is damaged: {count} of {expected} messages on {name} are there"
+            raise DamagedBagError(f"{self.path}: {reason}; {SALVAGE}", reason)
 
     def check_all(self) -> None:
-        """Read everything once. Raises RecordingError where that can't be done."""
+        """Read every message once. Raises RecordingError where one is missing or unreadable."""
         counts = Counter(name for name, _, _ in self.messages(self.topics.keys()))
         for name in self.topics:
             self.check(name, counts[name])
 
     def topic(self, name: str, where: str) -> Topic:
-        """A topic that must be there and have messages."""
+        """A topic with messages. Raises RecordingError where there is none."""
         found = self.topics.get(name) or self.topics.get(f"/{name}")
         if found is not None and found.others:
             raise RecordingError(

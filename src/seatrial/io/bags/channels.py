@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The numbers that a topic's messages hold, and the frames that a tf tree has: for `init`."""
+"""Numeric fields of a topic, and frames of a tf tree: for `init`."""
 
 import re
 from itertools import islice
@@ -10,8 +10,8 @@ from seatrial.io.bags.tf import frame_edges
 from seatrial.io.bags.wire import WireError
 from seatrial.util.errors import RecordingError
 
-LOOKED_AT = 50  # messages; arrays have one length in nearly all logs
-MOST_CHANNELS = 32
+INSPECTED_MESSAGES = 50  # arrays have one length in nearly all logs
+MOST_FIELDS = 32
 NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
 
 
@@ -19,20 +19,20 @@ def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]
     """Field paths of the numbers in a topic's messages, arrays spelled out."""
     with open_bag(path, salvage=salvage) as bag:
         wire = bag.topic(topic, "init").wire
-        first = [raw for _, _, raw in islice(bag.messages({topic}), LOOKED_AT)]
+        first = [raw for _, _, raw in islice(bag.messages({topic}), INSPECTED_MESSAGES)]
         try:
             shapes = list(wire.shapes(first))
         except WireError as error:
             raise RecordingError(f"{path}: a message on {topic} {error}") from None
     shape = max(shapes, key=lambda s: len(s.rows))
-    single = set(wire.paths())  # arrays stand there as name[]
+    single = set(wire.paths())  # arrays are listed there as name[]
     found = []
     for name, leaf in shape.leaves.items():
         if leaf.dtype == "S" or name.startswith(NOT_CHANNELS):
             continue
         plain = re.sub(r"\[\d+\]", "[]", name) in single
         found += [name] if plain else [f"{name}[{i}]" for i in range(leaf.count)]
-    return found[:MOST_CHANNELS]
+    return found[:MOST_FIELDS]
 
 
 def tf_frames(path: Path, topic: str, *, salvage: bool = False) -> list[tuple[str, str, bool]]:

@@ -14,7 +14,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
 BATCH = 8192  # messages decoded at once
-BATCH_BYTES = 16 << 20
+BATCH_BYTES = 16 << 20  # [bytes] decoded at once
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Collector:
 
     topic: Topic
     paths: tuple[str, ...]
-    source: str  # for messages to people
+    source: str  # for error messages
     text_paths: tuple[str, ...] = ()
     salvage: bool = False
     _raw: list[bytes] = field(default_factory=list)
@@ -72,7 +72,7 @@ class Collector:
         return self._count + len(self._raw)
 
     def samples(self) -> Samples:
-        """All that was gathered; the collector is empty afterwards."""
+        """All samples; the collector is empty afterwards."""
         self._flush()
         if not sum(map(len, self._arrivals)):
             raise RecordingError(
@@ -139,13 +139,13 @@ class Collector:
         leaf = shape.leaves.get(array)
         has = f"{leaf.count} values" if leaf is not None else "fewer elements"
         return RecordingError(
-            f"{self.source}: topic {self.topic.name}: '{path}' was asked for, but {array or path} has "
+            f"{self.source}: topic {self.topic.name}: '{path}' is not in every message: {array or path} has "
             f"{has} in {len(shape.rows)} messages; count from 0"
         )
 
 
 def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """One array; the parts are let go of."""
+    """One array; the parts are released."""
     whole = np.concatenate(parts)
     parts.clear()
     return whole

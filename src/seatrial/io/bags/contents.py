@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a bag holds, topic by topic: the first look, before there is a vehicle file."""
+"""The contents of a bag by topic, before there is a vehicle file."""
 
 import struct
 from array import array
@@ -26,7 +26,8 @@ COMMAND_TYPES = (
     "mavros_msgs/msg/RCIn", "mavros_msgs/msg/OverrideRCIn", "mavros_msgs/msg/ManualControl",
 )  # fmt: skip
 COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator")
-STAMP_AT = 4  # [bytes] a header's time: after ROS 1's sequence number, after CDR's first four
+# [bytes] of a header's time: after ROS 1's sequence number, after CDR's first four
+STAMP_OFFSET = 4
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Entry:
     """One topic."""
 
     topic: Topic
-    role: str  # what it could be: poses, commands, or nothing of ours
+    role: str  # poses, commands, or empty
     stream: Stream
 
 
@@ -49,7 +50,7 @@ class Contents:
     remarks: tuple[str, ...]
 
     def of(self, role: str) -> list[Entry]:
-        """Topics that could play a role, those with the most messages first."""
+        """Topics of a role, those with most messages first."""
         found = [e for e in self.entries if e.role == role and e.stream.count > 1]
         return sorted(found, key=lambda e: -e.stream.count)
 
@@ -69,9 +70,9 @@ def contents(path: Path, *, salvage: bool = False) -> Contents:
         for name, arrival, raw in bag.messages(times.keys()):
             mine = times[name]
             mine.arrival.append(arrival)
-            if mine.stamped and len(raw) >= STAMP_AT + 8:
+            if mine.stamped and len(raw) >= STAMP_OFFSET + 8:
                 order = ">" if bag.topics[name].cdr and raw[1:2] == b"\0" else "<"
-                seconds, nanoseconds = struct.unpack_from(f"{order}iI", raw, STAMP_AT)
+                seconds, nanoseconds = struct.unpack_from(f"{order}iI", raw, STAMP_OFFSET)
                 mine.header.append(seconds * 10**9 + nanoseconds)
         entries = [_entry(bag, name, found) for name, found in sorted(times.items())]
         begins = [t.arrival[0] for t in times.values() if t.arrival]
@@ -81,7 +82,7 @@ def contents(path: Path, *, salvage: bool = False) -> Contents:
 
 
 def contents_text(found: Contents) -> str:
-    """The topics as a table, and what to do next."""
+    """The topics as a table, and the next step."""
     lines = [f"{found.path}: {found.kind}, {found.length:.1f} s, {len(found.entries)} topics"]
     rows: list[tuple[str, ...]] = [
         ("topic", "type", "messages", "rate", "longest gap", "stamps", "could be")
@@ -97,7 +98,7 @@ def contents_text(found: Contents) -> str:
     for role in ("poses", "commands"):
         if not found.of(role):
             lines.append(
-                f"  => nothing here looks like {role}; see docs/recording.md for what to record"
+                f"  => no topic looks like {role}; see docs/recording.md for what to record"
             )
     if found.of("poses") and found.of("commands"):
         lines.append(
@@ -107,7 +108,7 @@ def contents_text(found: Contents) -> str:
 
 
 def contents_json(found: Contents) -> dict[str, Any]:
-    """The same for programs."""
+    """The same as JSON."""
     return {
         "path": str(found.path),
         "kind": found.kind,
@@ -155,7 +156,7 @@ def _begins_with_header(topic: Topic) -> bool:
 
 
 def _role(topic: Topic) -> str:
-    """What a topic could be."""
+    """The probable role of a topic."""
     try:
         wire = topic.wire
     except WireError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Message definitions for bags that bring none: ROS 2's .db3 before Iron."""
+"""Message definitions for bags without them: ROS 2's .db3 before Iron."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 RULE = "\n" + "=" * 80 + "\n"
-# not part of what rosbags knows; field lists are those of the packages' .msg files
+# not in rosbags; field lists are those of the packages' .msg files
 COMMON = {
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
     "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels",

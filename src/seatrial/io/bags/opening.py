@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Which kind of bag a path is, and opening it."""
+"""Kind of the bag at a path, and opening it."""
 
 import re
 from collections.abc import Collection, Iterator, Sequence
@@ -13,11 +13,11 @@ from seatrial.io.bags.salvage_mcap import SalvagedMcap
 from seatrial.io.bags.unpack import UnpackedBag
 from seatrial.util.errors import FileError, RecordingError
 
-ROS1 = (".bag", ".bag.active")  # the second was not closed by rosbag record
+ROS1 = (".bag", ".bag.active")  # the second is an unclosed file of rosbag record
 
 
 class SplitBag(Bag):
-    """One recording in several files, read one after the other."""
+    """One recording in several files, read in sequence."""
 
     def __init__(self, path: Path, parts: Sequence[Bag]) -> None:
         self.path, self.parts = path, tuple(parts)
@@ -27,7 +27,7 @@ class SplitBag(Bag):
         self.topics = merged_topics([t for part in parts for t in part.topics.values()])
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         for part in self.parts:
             part.close()
 
@@ -45,7 +45,7 @@ def is_bag(path: Path) -> bool:
 
 
 def open_bag(path: Path, *, salvage: bool = False) -> Bag:
-    """A bag, opened; with `salvage` what can be read of a damaged one. Raises RecordingError."""
+    """A bag, opened; with `salvage` the readable part of a damaged one. Raises RecordingError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
     try:
@@ -67,7 +67,7 @@ def _open_folder(path: Path, *, salvage: bool) -> Bag:
                 raise
     files = _storage(path) or _ros1_files(path)
     if not files:
-        raise RecordingError(f"{path}: {METADATA} is there, but no .mcap or .db3 beside it")
+        raise RecordingError(f"{path}: {METADATA} exists, but no .mcap or .db3 next to it")
     parts: list[Bag] = []
     try:
         for file in files:
@@ -84,7 +84,7 @@ def _open_file(path: Path, *, salvage: bool) -> Bag:
         return Ros1Bag(path, salvage=salvage)
     folder = path.parent
     if (folder / METADATA).exists() and storage_files(folder) == (path,) and not salvage:
-        return Ros2Bag(folder)  # its metadata say how it is compressed
+        return Ros2Bag(folder)  # its metadata state the compression
     if path.suffix == ".zstd":
         return UnpackedBag(path, lambda file: _open_file(file, salvage=salvage), salvage=salvage)
     if path.suffix not in SUFFIXES:
@@ -111,7 +111,7 @@ def _checked(path: Path) -> Ros2Bag:
 
 
 def _storage(folder: Path) -> list[Path]:
-    """Files of a ROS 2 recording whose metadata were never written."""
+    """Files of a ROS 2 recording without metadata."""
     names = [f"*{suffix}{packed}" for suffix in SUFFIXES for packed in ("", ".zstd")]
     return sorted((p for name in names for p in folder.glob(name)), key=by_number)
 

@@ -11,31 +11,30 @@ from seatrial.boat.schema import Clock as ClockChoice
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Collector, Samples
-from seatrial.io.bags.tf import is_tf, tf_pose, yaw
+from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose, yaw
 from seatrial.io.bags.wire import Wire, WireError, plain
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
 from seatrial.recording.timing import Clock, Stream, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps, earth_offset
 
-FRAMES = ("header.frame_id", "child_frame_id")
-FARTHEST = 1e9  # [m], [rad] what is farther off is no pose, and its square no number
-STRAY = 0.01  # share of messages from which on a second frame is one to be asked about
+LARGEST_POSE = 1e9  # [m], [rad] a larger value is not a pose
+SECOND_FRAME = 0.01  # share of messages above which a second frame is an error
 QUATERNION = ("x", "y", "z", "w")
 
 
 @dataclass(frozen=True)
 class RawPoses:
-    """Poses in SI units and forward-left-up axes, nothing else made of them."""
+    """Poses in SI units and forward-left-up axes, unprocessed."""
 
     stamps: Stamps  # (n,) [ns]
-    eta: Array  # (n, 3) x, y [m], psi [rad] as it came
+    eta: Array  # (n, 3) x, y [m], psi [rad], not unwrapped
     stream: Stream
 
 
 @dataclass(frozen=True)
 class PoseFields:
-    """Which fields of which topic are the pose."""
+    """Topic and fields of the pose."""
 
     topic: Topic
     x: str
@@ -50,7 +49,7 @@ class PoseFields:
 
 
 def pose_fields(bag: Bag, vehicle: Vehicle) -> PoseFields | None:
-    """Where the pose is; None if it comes from tf. Raises RecordingError."""
+    """Topic and fields of the pose; None if it is from tf. Raises RecordingError."""
     spec = vehicle.file.pose
     if spec.topic is None:
         raise RecordingError(
@@ -74,12 +73,12 @@ def pose_fields(bag: Bag, vehicle: Vehicle) -> PoseFields | None:
     x, y, *heading = found or ("", "", "")
     return PoseFields(
         topic, given[0] or x, given[1] or y, (given[2],) if given[2] else tuple(heading),
-        tuple(f for f in FRAMES if wire.has_text(f)),
+        tuple(f for f in FRAME_FIELDS if wire.has_text(f)),
     )  # fmt: skip
 
 
 def pose_paths(wire: Wire) -> tuple[str, ...] | None:
-    """x, y and the orientation's fields in any message that has them; None if it has not."""
+    """x, y and the orientation's fields of a message; None if it has none."""
     paths = set(wire.paths())
     for position, orientation in (("position", "orientation"), ("translation", "rotation")):
         ends = [p.removesuffix(f"{orientation}.w") for p in paths if p.endswith(f"{orientation}.w")]
@@ -124,23 +123,24 @@ def poses_from_tf(bag: Bag, vehicle: Vehicle, *, salvage: bool) -> RawPoses:
         stamps=found.stamps, arrival=found.arrival,
     )  # fmt: skip
     eta = np.column_stack([found.values[:, :2], heading_of(found.values[:, 3:], vehicle)])
-    known = np.isfinite(eta).all(axis=1)  # before and after other transforms it is nowhere
+    # undefined before the first and after the last transform of the path
+    known = np.isfinite(eta).all(axis=1)
     return RawPoses(found.stamps[known], in_vehicle_terms(eta[known], vehicle), stream)
 
 
 def heading_of(quaternion: Array, vehicle: Vehicle) -> Array:
-    """Heading (n,) in the unit of psi, of which a table's may be degrees; a quaternion has none."""
+    """Heading (n,) of quaternions, in the unit of psi."""
     return yaw(quaternion) / TO_SI[pose_columns(vehicle)[2].unit or "rad"]
 
 
 def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
     """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading.
 
-    With the vehicle file's signs and units, and its lever arm taken off.
+    With the vehicle file's signs and units, and its lever arm subtracted.
     """
     columns = pose_columns(vehicle)
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
-    eta[np.abs(eta) > FARTHEST] = np.nan
+    eta[np.abs(eta) > LARGEST_POSE] = np.nan
     eta[:, :2] -= earth_offset(eta[:, 2], *(vehicle.file.pose.lever or (0.0, 0.0)))
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
 
@@ -160,7 +160,7 @@ def pose_columns(vehicle: Vehicle) -> list[Column]:
 
 
 def chosen_stamps(samples: Samples, choice: ClockChoice) -> tuple[Stamps, Clock]:
-    """Header stamps; arrival where it was asked for, or where headers hold no time."""
+    """Header stamps; arrival by choice, or where all headers are zero."""
     if choice == "bag" or samples.header is None:
         return samples.arrival, Clock.ARRIVAL
     if len(samples.header) and not samples.header.any():
@@ -169,9 +169,11 @@ def chosen_stamps(samples: Samples, choice: ClockChoice) -> tuple[Stamps, Clock]
 
 
 def _of_one_frame(samples: Samples, spec: PoseSource, source: str) -> Mask:
-    """Messages of the frames asked for. Raises RecordingError where several are mixed."""
+    """Messages of the requested frames. Raises RecordingError where several are mixed."""
     keep = np.ones(len(samples.arrival), dtype=bool)
-    for path, key, name in zip(FRAMES, ("parent", "child"), (spec.parent, spec.child), strict=True):
+    for path, key, name in zip(
+        FRAME_FIELDS, ("parent", "child"), (spec.parent, spec.child), strict=True
+    ):
         if path not in samples.texts:
             continue
         frames = [text.lstrip("/") for text in samples.texts[path]]
@@ -184,9 +186,9 @@ def _of_one_frame(samples: Samples, spec: PoseSource, source: str) -> Mask:
                     f"{source}: no pose on {samples.topic.name} has {path} '{name}' (pose: {key}); there "
                     f"are {listed}"
                 )
-        elif sum(n > STRAY * len(frames) for n in counts.values()) > 1:
+        elif sum(n > SECOND_FRAME * len(frames) for n in counts.values()) > 1:
             raise RecordingError(
                 f"{source}: {samples.topic.name} mixes poses of several frames, {path} {listed}: two "
-                f"robots, or two sources; write the one you mean as pose: {key}"
+                f"robots, or two sources; select one with pose: {key}"
             )
     return keep

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A recording from a bag: which message field is which signal, and by which clock."""
+"""A recording from a bag: fields, signals and clocks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from seatrial.util.errors import RecordingError
 
 @dataclass(frozen=True)
 class _Part:
-    """Columns of a signal that come from one topic."""
+    """Columns of a signal from one topic."""
 
     topic: Topic
     names: tuple[str, ...]
@@ -43,7 +43,9 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         if fields is not None:
             wanted.append(fields.collector(str(path), salvage=salvage))
         samples = collect(bag, wanted)
-        lost = [f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped]
+        unreadable = [
+            f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
+        ]
         poses = (
             poses_from_tf(bag, vehicle, salvage=salvage)
             if fields is None
@@ -56,12 +58,12 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         driven,
         scales=_finite(factors) if scales else None, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in bag.files], streams=(poses.stream, *streams, *more),
-        remarks=(*bag.remarks, *lost),
+        remarks=(*bag.remarks, *unreadable),
     )  # fmt: skip
 
 
 def recording_name(path: Path) -> str:
-    """A recording's name: the file's or folder's, without what marks it as a bag."""
+    """A recording's name: the file's or folder's, without the suffix."""
     full = path.resolve()
     name = full.name.removesuffix(".active").removesuffix(".zstd")
     return full.name if full.is_dir() else name.rpartition(".")[0]
@@ -98,7 +100,7 @@ def _signal(
 ) -> tuple[Signal, list[Stream]]:
     """One signal out of the topics' columns: each value holds until its topic's next.
 
-    Takes the samples out of the list: ten hours of them are not kept twice.
+    Removes the samples from the list, so that ten hours of them are in memory once.
     """
     names = vehicle.inputs if role == "commands" else vehicle.scales
     signs = (
@@ -123,7 +125,7 @@ def _signal(
 
 
 def _merged(signals: Sequence[Signal], names: tuple[str, ...]) -> Signal:
-    """Signals as one, in the order of `names`, from where all are known."""
+    """Signals as one, in the order of `names`, from the time when all are known."""
     if not signals:
         return Signal((), np.zeros(0, np.int64), np.zeros((0, 0)))
     if len(signals) == 1 and signals[0].names == names:
@@ -140,6 +142,6 @@ def _merged(signals: Sequence[Signal], names: tuple[str, ...]) -> Signal:
 
 
 def _finite(signal: Signal) -> Signal:
-    """Rows that are numbers; the others hold what was before."""
+    """Rows of finite numbers; without the others the previous row holds."""
     good = np.isfinite(signal.values).all(axis=1)
     return Signal(signal.names, signal.stamps[good], signal.values[good])

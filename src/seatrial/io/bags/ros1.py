@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """ROS 1 bags, format 2.0 (http://wiki.ros.org/Bags/Format/2.0), chunk by chunk.
 
-Read here rather than through rosbags, whose reader makes an index entry for every message of
-every topic: a ten-hour recording would not fit into bounded memory, nor a short one open fast
-(`benchmarks/bags.py`). Its tests compare with rosbags and with ROS 1 itself.
+Not through rosbags: its reader makes an index entry for every message of every topic. A ten-hour
+recording then needs unbounded memory, and a short one opens slowly (`benchmarks/bags.py`). The tests
+compare with rosbags and with ROS 1.
 """
 
 import mmap
@@ -17,18 +17,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from seatrial.io.bags.bag import SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.bag import SALVAGE, Bag, DamagedBagError, Message, Topic, merged_topics
 from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
-LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag makes them of 768 KiB plus one message
+LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag writes 768 KiB plus one message
 LARGEST_HEADER = 1 << 20  # [bytes]
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
-KEPT = 1 << 25  # [bytes] of the file in memory
-MARK_REACH = 64  # [bytes] a chunk's header begins at most this long before its mark
+MAPPED_BYTES = 1 << 25  # [bytes] of the file that stay in memory
+MARK_REACH = 64  # [bytes] a chunk's header starts at most this far before its mark
 Buffer = mmap.mmap | bytes
 _u32 = struct.Struct("<I").unpack_from
 _u64 = struct.Struct("<Q").unpack_from
@@ -40,7 +40,7 @@ class DamagedError(Exception):
 
 
 class Record(NamedTuple):
-    """A record: where its header's values stand, and its data."""
+    """A record: positions of its header's values and of its data."""
 
     source: Buffer
     fields: dict[bytes, tuple[int, int]]
@@ -76,11 +76,11 @@ class Record(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a chunk is."""
+    """The position of a chunk."""
 
     position: int
-    present: frozenset[int] | None  # connections in it; None: not known
-    until: int | None = None  # what lies up to there is read, damaged or not; None: only whole
+    present: frozenset[int] | None  # connections in it; None: unknown
+    until: int | None = None  # end of the bytes to read, damaged or not; None: only a whole chunk
 
 
 class Ros1Bag(Bag):
@@ -94,21 +94,20 @@ class Ros1Bag(Bag):
         self._callers: dict[str, set[str]] = {}  # by topic
         self._counts: Counter[int] = Counter()
         self._chunks: list[Place] = []
-        self._forgotten = 0
+        self._released = 0
         self._data = _mapped(path)
         try:
             self._open()
             if salvage:
                 self.check_all()
-        except RecordingError as error:
+        except DamagedBagError as error:
             if not salvage:
                 self.close()
                 raise
-            reason = str(error).removeprefix(f"{path}: ").partition(SALVAGE)[0]
-            self._scan(reason.partition(": was ")[0].rstrip("; "))
+            self._scan(error.reason)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._data.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
@@ -117,31 +116,30 @@ class Ros1Bag(Bag):
         for place in self._chunks:
             if place.present is not None and not place.present & wanted.keys():
                 continue
-            self._forget(place.position)
+            self._release(place.position)
             try:
                 for connection, stamp, begin, end, chunk in self._chunk_messages(place):
                     if connection in wanted:
                         yield wanted[connection], stamp, chunk[begin:end]
             except DamagedError as error:
                 if place.until is None:
-                    raise RecordingError(
-                        f"{self.path}: the bag is damaged at byte {place.position} ({error}); {SALVAGE}"
-                    ) from None
+                    reason = f"the bag is damaged at byte {place.position} ({error})"
+                    raise DamagedBagError(f"{self.path}: {reason}; {SALVAGE}", reason) from None
 
-    def _forget(self, position: int) -> None:
-        """Let go of the memory that holds what was read before."""
+    def _release(self, position: int) -> None:
+        """Release the memory of the chunks before `position`."""
         until = position // mmap.PAGESIZE * mmap.PAGESIZE
-        if until - self._forgotten >= KEPT and hasattr(mmap, "MADV_DONTNEED"):
+        if until - self._released >= MAPPED_BYTES and hasattr(mmap, "MADV_DONTNEED"):
             self._data.madvise(mmap.MADV_DONTNEED, 0, until)
-            self._forgotten = until
+            self._released = until
 
     def _open(self) -> None:
         try:
             self._read_index()
         except DamagedError as error:
-            raise RecordingError(
-                f"{self.path}: the bag is not whole ({error}): was the recording cut off? {SALVAGE}"
-            ) from None
+            reason = f"the bag is not whole ({error})"
+            message = f"{self.path}: {reason}: was the recording cut off? {SALVAGE}"
+            raise DamagedBagError(message, reason) from None
         self.topics = self._merged()
 
     def _merged(self) -> dict[str, Topic]:
@@ -158,7 +156,8 @@ class Ros1Bag(Bag):
         if head.kind != BAG_HEADER:
             raise DamagedError("no bag header")
         if b"encryptor" in head.fields and head.text(b"encryptor"):
-            raise RecordingError(f"{self.path}: is encrypted; decrypt it with rosbag decrypt")
+            reason = "is encrypted; decrypt it with rosbag decrypt"
+            raise DamagedBagError(f"{self.path}: {reason}", reason)
         at = head.u64(b"index_pos")
         if at == 0:
             raise DamagedError("it has no index")
@@ -197,7 +196,7 @@ class Ros1Bag(Bag):
         self._counts.update(counts)
         position = record.u64(b"chunk_pos")
         if position >= len(self._data):
-            raise DamagedError("a chunk is said to be beyond the end of the file")
+            raise DamagedError("a chunk's position is beyond the end of the file")
         self._chunks.append(Place(position, frozenset(counts)))
 
     def _scan(self, reason: str) -> None:
@@ -220,7 +219,7 @@ class Ros1Bag(Bag):
         self.topics = self._merged()
         self.remarks = (
             f"salvaged ({reason}): {count} messages"
-            + (f", {lost} damaged stretches left out" if lost else ""),
+            + (f", {lost} damaged parts left out" if lost else ""),
         )
 
     def _scan_chunk(self, place: "Place") -> int:
@@ -234,7 +233,7 @@ class Ros1Bag(Bag):
         return 0
 
     def _scan_index(self, at: int) -> None:
-        """Connections that stand after the chunks: those in a chunk may be lost."""
+        """Connections after the chunks: those in a chunk may be lost."""
         try:
             while at < len(self._data):
                 record = _record(self._data, at, len(self._data))
@@ -245,7 +244,7 @@ class Ros1Bag(Bag):
             return
 
     def _next_chunk(self, at: int) -> int:
-        """Where the next record begins that is a chunk; the file's end if there is none."""
+        """Start of the next chunk; the file's end if there is none."""
         mark = self._data.find(CHUNK_MARK, at)
         while mark >= 0:
             for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
@@ -304,7 +303,7 @@ class Ros1Bag(Bag):
         return content
 
     def _part(self, place: "Place") -> bytes:
-        """What is left of a chunk. One that was never finished has no lengths yet."""
+        """The readable part of a chunk; an unfinished chunk has no lengths."""
         record = _record(self._data, place.position, len(self._data), whole=False)
         size = min(record.u32(b"size"), LARGEST_CHUNK) or LARGEST_CHUNK
         raw = self._data[record.begin : place.until]
@@ -312,7 +311,7 @@ class Ros1Bag(Bag):
 
 
 def _mapped(path: Path) -> mmap.mmap:
-    """The file in memory, as far as it is looked at."""
+    """The file as a memory map."""
     try:
         with path.open("rb") as file:
             first = file.read(len(MAGIC))
@@ -331,7 +330,7 @@ def _mapped(path: Path) -> mmap.mmap:
 
 
 def _record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
-    """The record at a position; its data may be cut off if it need not be whole. DamagedError."""
+    """The record at a position; without `whole` its data may be cut off. Raises DamagedError."""
     if at + 8 > end:
         raise DamagedError("a record is cut off")
     (length,) = _u32(source, at)
@@ -345,7 +344,7 @@ def _record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
 
 
 def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
-    """name=value fields: where each value begins and ends."""
+    """name=value fields: start and end of each value."""
     found: dict[bytes, tuple[int, int]] = {}
     while at < end:
         if at + 4 > end:
@@ -362,7 +361,7 @@ def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
 
 
 def _decompressed(raw: bytes, how: str, size: int, *, part: bool = False) -> bytes:
-    """A chunk's content; never more than it says it has. Raises DamagedError."""
+    """A chunk's content; never more than its stated size. Raises DamagedError."""
     packed: Decompressor
     if how == "none":
         return raw

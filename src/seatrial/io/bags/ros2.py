@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""ROS 2 bags through rosbags: a folder, an .mcap or a .db3; split and compressed ones, too."""
+"""ROS 2 bags through rosbags: a folder, an .mcap or a .db3, also split or compressed."""
 
 import zlib
 from collections.abc import Collection, Iterator
@@ -12,7 +12,7 @@ from seatrial.util.errors import RecordingError
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
-# what rosbags lets through on damaged bytes, besides its own errors
+# raised by rosbags on damaged bytes, besides its own errors
 ODD_BYTES = (ValueError, TypeError, KeyError, IndexError, AssertionError, AttributeError,
              OverflowError, MemoryError, EOFError, RuntimeError, RecursionError, OSError,
              zlib.error)  # fmt: skip
@@ -34,19 +34,21 @@ class Ros2Bag(Bag):
             self._reader.open()
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
-        said = [(c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections]
-        if any([type(x) for x in entry] != [str, str, int, str] for entry in said):
+        entries = [
+            (c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections
+        ]
+        if any([type(x) for x in entry] != [str, str, int, str] for entry in entries):
             self.close()
             raise RecordingError(f"{path}: the bag's list of topics is damaged; {SALVAGE}")
         self.topics = merged_topics(
             [
                 Topic(*entry, idl=c.msgdef.format is MessageDefinitionFormat.IDL)
-                for entry, c in zip(said, self._reader.connections, strict=True)
+                for entry, c in zip(entries, self._reader.connections, strict=True)
             ]
         )
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._reader.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
@@ -84,7 +86,7 @@ def _refuse(path: Path, topic: str) -> NoReturn:
 
 
 def _explained(path: Path, error: Exception) -> RecordingError:
-    """rosbags' complaint in our words. Errors of our own making are not hidden."""
+    """A RecordingError for an error of rosbags; any other error is raised as it is."""
     from apsw import Error as SqliteError
     from rosbags.rosbag2 import ReaderError
 
@@ -93,13 +95,13 @@ def _explained(path: Path, error: Exception) -> RecordingError:
     known = (ReaderError, SqliteError, *ODD_BYTES)
     if not isinstance(error, known) and type(error).__name__ not in ("ZstdError", "error"):
         raise error
-    said = plain(str(error), 200) or type(error).__name__
-    if "seems to be empty" in said or (path.is_file() and path.stat().st_size == 0):
+    text = plain(str(error), 200) or type(error).__name__
+    if "seems to be empty" in text or (path.is_file() and path.stat().st_size == 0):
         return RecordingError(f"{path}: is empty; was anything recorded?")
-    if "File magic is invalid" in said or "not a database" in said:
+    if "File magic is invalid" in text or "not a database" in text:
         return RecordingError(f"{path}: is not a ROS 2 bag; is it another file, renamed?")
-    if "magic is invalid" in said:
+    if "magic is invalid" in text:
         return RecordingError(f"{path}: has no end: was the recording cut off? {SALVAGE}")
-    if "Profile is not ros2" in said:
+    if "Profile is not ros2" in text:
         return RecordingError(f"{path}: is an MCAP file, but not one of ROS 2; convert it to one")
-    return RecordingError(f"{path}: the bag is damaged ({said}); {SALVAGE}")
+    return RecordingError(f"{path}: the bag is damaged ({text}); {SALVAGE}")

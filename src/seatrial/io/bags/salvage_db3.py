@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is left of a damaged .db3: the rows on all pages that can be read."""
+"""Salvage of a damaged .db3: the rows on all readable pages."""
 
 import sqlite3
 from collections import Counter
@@ -12,7 +12,7 @@ from seatrial.io.bags.unpack import unpacked
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
-MOST_STRETCHES = 10_000  # damaged ones that are stepped over
+MOST_DAMAGED_PARTS = 10_000  # that are skipped
 _DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)
 
 
@@ -25,7 +25,7 @@ class _Row:
 
 
 class SalvagedDb3(Bag):
-    """A .db3 of which some pages are lost: the rows on all others."""
+    """A .db3 with damaged pages: the rows on all others."""
 
     kind = "ROS 2 bag"
 
@@ -33,7 +33,7 @@ class SalvagedDb3(Bag):
         self.path, self.files = path, (path,)
         uri = f"{path.resolve().as_uri()}?immutable=1"
         self._base = sqlite3.connect(uri, uri=True)
-        self._base.execute("PRAGMA writable_schema = ON")  # or a file cut short is not opened
+        self._base.execute("PRAGMA writable_schema = ON")  # needed to open a truncated file
         try:
             found = self._base.execute("SELECT id, name, type FROM topics").fetchall()
             names = {int(i): (str(name), str(kind)) for i, name, kind in found}
@@ -53,7 +53,7 @@ class SalvagedDb3(Bag):
         self.remarks = self._salvaged(sum(t.messages for t in self._topics.values()), self._lost)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._base.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
@@ -73,15 +73,15 @@ class SalvagedDb3(Bag):
         return {str(kind): (str(text), encoding == "ros2idl") for kind, text, encoding in rows}
 
     def _rows(self) -> Iterator[_Row]:
-        """All rows that can be read, from the first on."""
+        """All readable rows, from the first on."""
         self._lost, at = 0, -LATEST
-        while self._lost < MOST_STRETCHES:
+        while self._lost < MOST_DAMAGED_PARTS:
             try:
                 for row in self._from(at):
                     at = row.number + 1
                     yield row
             except _DB3_ERRORS:
-                # a row is handed out only when the next was looked for
+                # sqlite returns a row only after it has searched for the next
                 last = self._one(at)
                 if last is not None:
                     at = last.number + 1
@@ -102,7 +102,7 @@ class SalvagedDb3(Bag):
         )
         for number, topic, stamp, data in self._base.execute(query + ends, (at,)):
             if type(number) is not int or number < at:
-                raise sqlite3.DatabaseError("pages in a circle")
+                raise sqlite3.DatabaseError("pages in a cycle")
             at = number + 1
             kinds = [type(value) for value in (topic, stamp, data)]
             if kinds == [int, int, bytes] and 0 <= stamp <= LATEST:
@@ -115,7 +115,7 @@ class SalvagedDb3(Bag):
             return None
 
     def _readable_after(self, at: int) -> int | None:
-        """How far the next row is that can be read: twice as far each time, then halved back."""
+        """Distance to the next readable row: doubled until one is found, then bisected."""
         far = 1
         while not self._readable(at + far):
             far *= 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is left of a damaged .mcap: read record by record, unreadable parts left out."""
+"""Salvage of a damaged .mcap: record by record, without unreadable parts."""
 
 import mmap
 import re
@@ -27,12 +27,13 @@ SCHEMA, CHANNEL, MESSAGE, CHUNK, LAST_KIND = 0x03, 0x04, 0x05, 0x06, 0x0F
 LARGEST_CHUNK = 1 << 30  # [bytes]
 MESSAGE_HEADER = 22  # [bytes] channel, sequence, log time, publish time
 CHUNK_HEADER = 40  # [bytes] times, size, checksum, length of the compression's name, length
-DAY = 86_400 * 10**9  # [ns]
+# [ns] one day: a candidate message further from the last one is not one
+LONGEST_GAP = 86_400 * 10**9
 _candidates = re.compile(rb"[\x05\x06]").finditer
 
 
 class SalvagedMcap(Bag):
-    """An .mcap (https://mcap.dev/spec) of which the end, the index or a chunk is lost."""
+    """An .mcap (https://mcap.dev/spec) with a damaged end, index or chunk."""
 
     kind = "ROS 2 bag"
 
@@ -57,7 +58,7 @@ class SalvagedMcap(Bag):
         self.remarks = self._salvaged(sum(t.messages for t in found), self._lost)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._data.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
@@ -68,7 +69,7 @@ class SalvagedMcap(Bag):
                 yield wanted[channel], stamp, unpacked(data)
 
     def _walk(self, *, learn: bool = False) -> Iterator[tuple[int, int, bytes]]:
-        """Channel, time and content of every message; or what the channels are, and no message."""
+        """Channel, time and content of every message; with `learn` only schemas and channels."""
         self._lost, self._latest = 0, 0
         at, size = len(MAGIC), len(self._data)
         while at + 9 <= size:
@@ -86,7 +87,7 @@ class SalvagedMcap(Bag):
             at = end
 
     def _is_chunk(self, at: int) -> bool:
-        """Whether the lengths in what could be a chunk agree with each other."""
+        """Whether the lengths of a candidate chunk are consistent."""
         if at + 9 + CHUNK_HEADER > len(self._data):
             return False
         (length,) = struct.unpack_from("<Q", self._data, at + 1)
@@ -97,11 +98,11 @@ class SalvagedMcap(Bag):
         return bool(length == CHUNK_HEADER + name + packed)
 
     def _is_message(self, at: int) -> bool:
-        """Whether there could be a message of a known channel, of about the right time."""
+        """Whether a candidate is a message of a known channel with a plausible time."""
         if at + 9 + MESSAGE_HEADER > len(self._data):
             return False
         length, channel, _, stamp = struct.unpack_from("<QHIQ", self._data, at + 1)
-        near = abs(stamp - self._latest) < DAY or (self._latest == 0 and stamp <= LATEST)
+        near = abs(stamp - self._latest) < LONGEST_GAP or (self._latest == 0 and stamp <= LATEST)
         end = at + 9 + length
         return bool(
             MESSAGE_HEADER <= length <= LARGEST_MESSAGE and end < len(self._data) and near
@@ -109,7 +110,7 @@ class SalvagedMcap(Bag):
         )  # fmt: skip
 
     def _next(self, at: int, *, messages: bool) -> int:
-        """Where the next chunk or message begins; the file's end if there is none."""
+        """Start of the next chunk or message; the file's end if there is none."""
         for found in _candidates(self._data, at):
             begin = found.start()
             if self._data[begin] == CHUNK:
@@ -163,7 +164,7 @@ def _schema(schema: tuple[str, str, str]) -> tuple[str, int, str, bool]:
 
 
 def _chunk_records(body: bytes, *, part: bool) -> bytes:
-    """The content of a chunk, or the part that is left. Raises ValueError, struct.error."""
+    """The content of a chunk; with `part` the readable part. Raises ValueError, struct.error."""
     size, crc = struct.unpack_from("<QI", body, 16)
     how = _texts(body, 28, 1)[0]
     begin = CHUNK_HEADER + len(how)

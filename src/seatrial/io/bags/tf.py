@@ -14,15 +14,15 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
 TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-BATCH = 4096  # messages decoded at once
+TF_BATCH = 4096  # messages decoded at once
 NUMBERS = (
     "translation.x", "translation.y", "translation.z",
     "rotation.x", "rotation.y", "rotation.z", "rotation.w",
 )  # fmt: skip
 STAMP = ("header.stamp.sec", "header.stamp.nanosec")
-FRAMES = ("header.frame_id", "child_frame_id")
-MOST_LISTED = 30  # edges in a message
-SMALL = 1e-4  # [rad] between two rotations: a straight line is as good as an arc
+FRAME_FIELDS = ("header.frame_id", "child_frame_id")
+MOST_EDGES = 30  # edges in a message
+SMALL_ANGLE = 1e-4  # [rad] between two rotations: below it linear interpolation is exact enough
 Edge = tuple[str, str]  # parent, child
 
 
@@ -55,7 +55,7 @@ def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> T
         )
     base = found[moving[-1]]
     pose = np.tile([0.0, 0, 0, 0, 0, 0, 1], (len(base.stamps), 1))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is no number is left out later
+    with np.errstate(over="ignore", invalid="ignore"):  # NaN is dropped later
         for edge, forward in path:
             step = found[edge]
             at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
@@ -73,7 +73,7 @@ def frame_edges(bag: Bag, name: str, *, salvage: bool) -> set[tuple[Edge, bool]]
 
 
 def _topics(bag: Bag, name: str) -> list[str]:
-    """The topic and the static one that goes with it."""
+    """The topic and its static topic."""
     found = [t for t in bag.topics.values() if is_tf(t) and t.name in (name, f"{name}_static")]
     for topic in found:
         _check_definition(bag, topic)
@@ -94,7 +94,7 @@ def _check_definition(bag: Bag, topic: Topic) -> None:
             topic.wire.require(f"transforms[0].{path}", where)
     except WireError as error:
         raise RecordingError(f"{where}: {error}") from None
-    if not all(topic.wire.has_text(f"transforms.{frame}") for frame in FRAMES):
+    if not all(topic.wire.has_text(f"transforms.{frame}") for frame in FRAME_FIELDS):
         raise RecordingError(f"{where}: its transforms do not name their frames")
 
 
@@ -105,7 +105,7 @@ def _batches(bag: Bag, names: Iterable[str]) -> Iterator[tuple[str, list[tuple[i
         batch = waiting.setdefault(topic, [])
         batch.append((arrival, raw))
         counts[topic] += 1
-        if len(batch) >= BATCH:
+        if len(batch) >= TF_BATCH:
             yield topic, waiting.pop(topic)
     yield from waiting.items()
     for topic, count in counts.items():
@@ -150,28 +150,28 @@ def _edges(bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: boo
 
 
 def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edge, bool]]:
-    """Edges from parent to child, and whether each is gone along from its own parent."""
-    came: dict[str, tuple[Edge, bool, str]] = {}
+    """Edges from parent to child, and whether each is traversed from its own parent."""
+    reached: dict[str, tuple[Edge, bool, str]] = {}
     waiting = deque([parent])
     while waiting:
         frame = waiting.popleft()
         for edge in sorted(edges):
             for begin, end, forward in ((*edge, True), (edge[1], edge[0], False)):
-                if begin == frame and end != parent and end not in came:
-                    came[end] = (edge, forward, frame)
+                if begin == frame and end != parent and end not in reached:
+                    reached[end] = (edge, forward, frame)
                     waiting.append(end)
-    if child not in came:
-        listed = ", ".join(f"{plain(p)} -> {plain(c)}" for p, c in sorted(edges)[:MOST_LISTED])
+    if child not in reached:
+        listed = ", ".join(f"{plain(p)} -> {plain(c)}" for p, c in sorted(edges)[:MOST_EDGES])
         listed = listed or "none"
-        if len(edges) > MOST_LISTED:
-            listed += f" and {len(edges) - MOST_LISTED} more"
+        if len(edges) > MOST_EDGES:
+            listed += f" and {len(edges) - MOST_EDGES} more"
         raise RecordingError(
             f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}"
         )
     path: list[tuple[Edge, bool]] = []
     frame = child
     while frame != parent:
-        edge, forward, frame = came[frame]
+        edge, forward, frame = reached[frame]
         path.append((edge, forward))
     return path[::-1]
 
@@ -213,7 +213,7 @@ def _joined(parts: list[Transforms]) -> Transforms:
 
 
 def _held(step: Transforms, n: int) -> Array:
-    """A static transform: what was said last."""
+    """A static transform: the last one."""
     return np.tile(step.values[-1], (n, 1))
 
 
@@ -228,21 +228,21 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
     a, b = values[right - 1], values[right]
     inside = (share >= 0) & (share <= 1)
     between = np.column_stack(
-        [a[:, :3] + share * (b[:, :3] - a[:, :3]), _turned(a[:, 3:], b[:, 3:], share)]
+        [a[:, :3] + share * (b[:, :3] - a[:, :3]), _slerp(a[:, 3:], b[:, 3:], share)]
     )
-    between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # even beside a NaN
+    between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # also next to a NaN
     return np.where(inside, between, np.nan)
 
 
-def _turned(a: Array, b: Array, share: Array) -> Array:
+def _slerp(a: Array, b: Array, share: Array) -> Array:
     """Rotations (n, 4) on the shorter arc from a to b, at shares (n, 1) of it."""
     a, b = _unit(a), _unit(b)
     near = np.sum(a * b, axis=1, keepdims=True)
     b, near = np.where(near < 0, -b, b), np.minimum(np.abs(near), 1.0)
     angle = np.arccos(near)
-    arc = np.where(angle > SMALL, angle, 1.0)
+    arc = np.where(angle > SMALL_ANGLE, angle, 1.0)
     left, right = np.sin((1 - share) * arc) / np.sin(arc), np.sin(share * arc) / np.sin(arc)
-    straight = angle <= SMALL
+    straight = angle <= SMALL_ANGLE
     return np.asarray(np.where(straight, a + share * (b - a), left * a + right * b))
 
 
@@ -259,7 +259,8 @@ def _inverse(a: Array) -> Array:
 def _unit(q: Array) -> Array:
     """Quaternions (n, 4) of length 1; NaN for those without a direction."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        scaled = q / np.max(np.abs(q), axis=1, keepdims=True)  # no square is too large or small
+        # so that squares neither overflow nor underflow
+        scaled = q / np.max(np.abs(q), axis=1, keepdims=True)
         return np.asarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
 
 
@@ -277,7 +278,7 @@ def _product(a: Array, b: Array) -> NDArray[np.float64]:
 
 
 def _rotated(q: Array, vector: Array) -> Array:
-    """Vectors (n, 3) turned by quaternions (n, 4)."""
+    """Vectors (n, 3) rotated by quaternions (n, 4)."""
     unit = _unit(q)
     axis = 2.0 * np.cross(unit[:, :3], vector)
     return np.asarray(vector + unit[:, 3:] * axis + np.cross(unit[:, :3], axis))

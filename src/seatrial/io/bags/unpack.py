@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Compressed parts of bags, unpacked: never more than is due, and as far as they are whole."""
+"""Decompression of bags: with a size limit, and up to the first damage."""
 
 import sys
 import tempfile
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from backports.zstd import ZstdDecompressor
 
 PIECE = 1 << 16  # [bytes] decompressed at once
-LZ4_RATIO = 256  # lz4 packs no tighter
+LZ4_RATIO = 256  # largest ratio of lz4
 LARGEST_MESSAGE = 1 << 28  # [bytes]
-ZSTD = b"\x28\xb5\x2f\xfd"  # begins what is compressed; CDR begins with 0
+ZSTD = b"\x28\xb5\x2f\xfd"  # first bytes of a compressed message; CDR starts with 0
 
 
 class Decompressor(Protocol):
-    """What bz2's, lz4's and zstd's have in common."""
+    """Common interface of bz2, lz4 and zstd."""
 
     @property
     def eof(self) -> bool:
@@ -29,7 +29,7 @@ class Decompressor(Protocol):
 
     @property
     def needs_input(self) -> bool:
-        """Whether there is no more to come from what was given."""
+        """Whether the input is used up."""
 
     def decompress(self, data: bytes, max_length: int) -> bytes:
         """The next part."""
@@ -61,8 +61,8 @@ def lz4_decompressor() -> Decompressor:
     """For frames of lz4."""
     from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
-    made: Decompressor = LZ4FrameDecompressor()
-    return made
+    found: Decompressor = LZ4FrameDecompressor()
+    return found
 
 
 def zstd_decompressor() -> "ZstdDecompressor":
@@ -81,7 +81,7 @@ def _zstd_errors() -> tuple[type[Exception], ...]:
 
 
 class UnpackedBag(Bag):
-    """A file that was compressed as a whole, unpacked for as long as it is read."""
+    """A file compressed as a whole, unpacked into a temporary folder."""
 
     def __init__(self, path: Path, opened: Callable[[Path], Bag], *, salvage: bool) -> None:
         self.path = path
@@ -97,11 +97,11 @@ class UnpackedBag(Bag):
             self._folder.cleanup()
             raise
         self.kind, self.topics, self.remarks = self._bag.kind, self._bag.topics, self._bag.remarks
-        self._bag.path = path  # for messages to people
+        self._bag.path = path  # for error messages
         self.files = (path,)
 
     def close(self) -> None:
-        """Remove what was unpacked."""
+        """Remove the temporary folder."""
         self._bag.close()
         self._folder.cleanup()
 
@@ -110,7 +110,7 @@ class UnpackedBag(Bag):
         yield from self._bag.messages(names)
 
     def _unpack(self, target: Path, *, salvage: bool) -> None:
-        """As far as it can be. Raises RecordingError where that is not all of it."""
+        """Unpack up to the first damage. Raises RecordingError where that is not the end."""
         packed = zstd_decompressor()
         with self.path.open("rb") as source, target.open("wb") as out:
             for raw in iter(lambda: source.read(PIECE), b""):
@@ -126,7 +126,7 @@ class UnpackedBag(Bag):
 
 
 def unpacked(data: bytes) -> bytes:
-    """A message, if it was compressed by itself."""
+    """A message, decompressed if it is compressed by itself."""
     if not data.startswith(ZSTD):
         return data
     return inflate(zstd_decompressor(), data, LARGEST_MESSAGE, part=True)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Numbers out of serialised ROS messages, many messages at once.
+"""Numbers from serialised ROS messages, many messages at once.
 
 Messages of one shape (equal lengths of every string and sequence) hold each field at the same
-place. One message of a shape is walked by its definition; from all the others the wanted bytes
-are taken as columns of an array.
+place. One message of a shape is walked by its definition. The fields of all others are columns of an
+array of bytes.
 """
 
 import re
@@ -32,22 +32,22 @@ PRIMITIVES = {
 }  # fmt: skip
 BASE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype, without the import
 _STAMP = [("sec", (BASE, ("int32", 0))), ("nanosec", (BASE, ("uint32", 0)))]
-BUILT_IN: dict[str, Any] = {  # types that definitions use without bringing them
+BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
     "builtin_interfaces/msg/Time": ([], _STAMP),
     "builtin_interfaces/msg/Duration": ([], _STAMP),
 }
-MOST_ELEMENTS = 4096  # of a sequence of messages; a longer one is not made of what we read
-MOST_DEPTH = 20  # of messages within messages
+MOST_ELEMENTS = 4096  # of a sequence of messages; a longer one is not a pose or a command
+MOST_NESTING = 20  # of messages within messages
 PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
 
 
 class WireError(Exception):
-    """Bytes that are not a message of the type they claim to be."""
+    """Bytes that are not a message of their type."""
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """Where a number, an array of numbers or a text stands in a message."""
+    """Position of a number, an array of numbers or a text in a message."""
 
     offset: int
     dtype: str  # of numpy; "S" for text
@@ -56,7 +56,7 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Shape:
-    """Messages of one shape as rows of bytes, and where their fields are."""
+    """Messages of one shape as rows of bytes, and the positions of their fields."""
 
     rows: NDArray[np.int64]  # (m,) which of the messages given
     data: Bytes  # (m, length)
@@ -93,7 +93,7 @@ class Shape:
         return found if len(found) == len(self.data) else found * len(self.data)
 
     def place(self, path: str) -> tuple[int, str]:
-        """Where a number stands, and its numpy type. Raises KeyError."""
+        """Position of a number, and its numpy type. Raises KeyError."""
         found = self._find(path)
         if found is None:
             raise KeyError(path)
@@ -119,14 +119,14 @@ class Shape:
 
 @dataclass(frozen=True)
 class Wire:
-    """How messages of one type are laid out: its definition, and ROS 1 or CDR."""
+    """Layout of the messages of one type: its definition, and ROS 1 or CDR."""
 
     type_name: str
     definitions: "Typesdict"
     cdr: bool
 
     def shapes(self, messages: Sequence[bytes]) -> Iterator[Shape]:
-        """The messages sorted by shape. Raises WireError on bytes that are no such message."""
+        """The messages sorted by shape. Raises WireError on bytes that are not such a message."""
         lengths = np.fromiter(map(len, messages), dtype=np.int64, count=len(messages))
         for length in np.unique(lengths):
             rows = np.flatnonzero(lengths == length)
@@ -142,7 +142,7 @@ class Wire:
                 rows, data = rows[~same], data[~same]
 
     def readable(self, messages: Sequence[bytes]) -> list[int]:
-        """Which of the messages are what they claim to be."""
+        """Indices of the messages of this type."""
         found = []
         for i, message in enumerate(messages):
             try:
@@ -169,7 +169,7 @@ class Wire:
 
     @property
     def stamped(self) -> bool:
-        """Whether its messages begin with a header."""
+        """Whether its messages start with a header."""
         fields = dict(self.definitions[self.type_name][1])
         return "header" in fields and described(fields["header"]) == ("name", "std_msgs/msg/Header")
 
@@ -185,11 +185,11 @@ class Wire:
         return described(kind) == ("base", "string")
 
     def paths(self) -> list[str]:
-        """Every number in messages of this type, sequences as name[]; for people."""
+        """Every number in messages of this type, sequences as name[]; for display."""
         return _numbers(_root(self.type_name), "", self.definitions, 0)
 
     def _fields(self, kind: Kind) -> dict[str, Kind]:
-        """What is in a message; nothing in other kinds."""
+        """Fields of a message; none of other kinds."""
         tag, detail = described(kind)
         defined = tag == "name" and detail in self.definitions
         return dict(self.definitions[detail][1]) if defined else {}
@@ -234,7 +234,7 @@ def _numbers(kind: Kind, seen: str, definitions: "Typesdict", depth: int) -> lis
         return [seen] if detail in PRIMITIVES else []
     if tag == "many":
         return _numbers(detail[0], f"{seen}[]", definitions, depth)
-    if depth > MOST_DEPTH or detail not in definitions:
+    if depth > MOST_NESTING or detail not in definitions:
         return []
     return [
         path
@@ -249,15 +249,15 @@ class _Walk:
     def __init__(self, data: bytes, wire: Wire) -> None:
         self.data = data
         self.wire = wire
-        self.guards: list[int] = []  # where lengths stand
-        self.patience = 2 * len(data) + MOST_ELEMENTS  # fields; most take bytes
+        self.guards: list[int] = []  # positions of lengths
+        self.fields_left = 2 * len(data) + MOST_ELEMENTS  # most fields take bytes
         self.found: dict[str, Leaf] = {}
         self.origin, self.order = 0, "<"
         if wire.cdr:
             if len(data) < 4 or data[0] != 0 or data[1] > 1:
                 raise WireError("is not plain CDR")
             self.origin, self.order = 4, "<" if data[1] else ">"
-            self.guards.append(0)  # the order of bytes is a matter of shape
+            self.guards.append(0)  # the byte order is part of the shape
         self.at = self.origin
 
     def leaves(self) -> Mapping[str, Leaf]:
@@ -269,14 +269,14 @@ class _Walk:
         return self.found
 
     def _message(self, name: str, path: str, depth: int) -> None:
-        if name not in self.wire.definitions or depth > MOST_DEPTH:
+        if name not in self.wire.definitions or depth > MOST_NESTING:
             raise WireError(f"uses {name}, which is not defined")
         for field, kind in self.wire.definitions[name][1]:
             self._field(kind, f"{path}.{field}" if path else field, depth)
 
     def _field(self, kind: Kind, path: str, depth: int) -> None:
-        self.patience -= 1
-        if self.patience < 0:
+        self.fields_left -= 1
+        if self.fields_left < 0:
             raise WireError("has more fields than bytes")
         tag, detail = described(kind)
         if tag == "name":
@@ -290,12 +290,12 @@ class _Walk:
     def _many(self, element: Kind, count: int, path: str, depth: int) -> None:
         tag, detail = described(element)
         if count < 0:
-            raise WireError(f"is said to have {count} elements in '{path}'")
+            raise WireError(f"states {count} elements in '{path}'")
         if tag == "base" and detail in PRIMITIVES:
             self._leaf(self._code(detail), count, path)
             return
         if count > MOST_ELEMENTS:
-            raise WireError(f"claims {count} elements in '{path}'")
+            raise WireError(f"states {count} elements in '{path}'")
         for i in range(count):
             self._field(element, f"{path}[{i}]", depth + 1)
 
@@ -340,7 +340,7 @@ class _Walk:
 
 @lru_cache(maxsize=256)
 def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesdict":
-    """Message definitions out of the text that comes with a bag. Raises WireError."""
+    """Message definitions from the text in a bag. Raises WireError."""
     from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
 
     try:
@@ -350,7 +350,7 @@ def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesd
         rule = "=" * 80 + "\n"
         for part in text.split(rule) if text.startswith(rule) else [text]:
             body = part.split("\n", 1)[1] if part.startswith("IDL: ") else part
-            body = re.sub(r"(?m)^\s*#.*$", "", body)  # what it includes stands beside it
+            body = re.sub(r"(?m)^\s*#.*$", "", body)  # included files are part of the text
             if body.strip():
                 found.update(get_types_from_idl(body))
     except (TypesysError, IndexError, KeyError, ValueError, RecursionError) as error:
@@ -361,12 +361,12 @@ def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesd
 
 
 def plain(text: str, most: int = 80) -> str:
-    """Text out of a file as one line that can be shown, and not a long one."""
+    """Text from a file as one short printable line."""
     shown = "".join(c if c.isprintable() else " " for c in text[: 4 * most])
     shown = " ".join(shown.split())
     return shown if len(shown) <= most else f"{shown[:most]} ..."
 
 
 def short_type(name: str) -> str:
-    """A type's name as people write it: geometry_msgs/PoseStamped."""
+    """The short form of a type's name: geometry_msgs/PoseStamped."""
     return name.replace("/msg/", "/")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Bags, written through rosbags: whole or not at all.
+"""Bags, written through rosbags, atomically.
 
-One message of a topic is serialised by rosbags; the others are copies of its bytes with other
-numbers at the places of the varying fields.
+rosbags serialises one message of a topic. The others are copies of its bytes with other numbers
+in the varying fields.
 """
 
 import heapq
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys.store import Typestore
 
-FORMATS = ("bag", "mcap", "db3")
-CLASSES = {  # the message that a command's field belongs to, by the field's first name
+BAG_FORMATS = ("bag", "mcap", "db3")
+CLASSES = {  # the message of a command's field, by the first name of its path
     "axes": "sensor_msgs/msg/Joy",
     "data": "std_msgs/msg/Float64MultiArray",
     "channels": "mavros_msgs/msg/RCOut",
@@ -54,7 +54,7 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
     """A .bag, .mcap or .db3 with these topics. Raises FileError."""
     path = path.resolve()
     kind = path.suffix[1:]
-    if kind not in FORMATS:
+    if kind not in BAG_FORMATS:
         raise FileError(f"{path}: expected a file name ending in .bag, .mcap or .db3")
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give a file name")
@@ -68,7 +68,7 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
 
 
 def message_for(field_path: str, where: str) -> str:
-    """The usual message that holds a command's field."""
+    """The usual message with a command's field."""
     first = field_path.split(".", maxsplit=1)[0].split("[", maxsplit=1)[0]
     if first not in CLASSES:
         raise RecordingError(
@@ -79,7 +79,7 @@ def message_for(field_path: str, where: str) -> str:
 
 
 def _write(path: Path, kind: str, topics: Sequence[BagTopic]) -> Path:
-    """The file, made beside where it will stand."""
+    """The file, written next to its final path."""
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
@@ -136,7 +136,7 @@ def _put(
         least, most = np.iinfo(kind).min, np.iinfo(kind).max
         if not (exact.min() >= least and exact.max() <= most):
             raise RecordingError(
-                f"{where}: '{path}' would hold {values.min():g} to {values.max():g}; it can hold "
+                f"{where}: '{path}' gets {values.min():g} to {values.max():g}; its range is "
                 f"{least} to {most}"
             )
     block = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots that show two models in one."""
+"""Plots of two models."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.evaluation.scores import Scored
 from seatrial.identification.uncertainty.identifiability import SHARP_ERROR, Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
-from seatrial.report.comparison.two_models import COLOURS, DASHES, LETTERS, SIGNS
+from seatrial.report.comparison.two_models import LETTERS, MODEL_COLOURS, MODEL_DASHES, MODEL_SIGNS
 from seatrial.report.evidence.actuators import Curve
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
@@ -31,15 +31,15 @@ from seatrial.report.figures.base import (
     upright,
     whiskers,
 )
-from seatrial.report.figures.known import LEAST, MOST, reach
+from seatrial.report.figures.known import LARGEST_ERROR_SHOWN, LEAST_ERROR_SHOWN, reach
 from seatrial.report.figures.prediction import above_commands
 from seatrial.report.text.names import plotly_symbol
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.statistics import NORMAL_95
 
-BELOW = (GREEN, PURPLE, ORANGE, BLACK)  # of the commands: those of the models are others
-CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces beside A and B
+COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models
+CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces, other than those of A and B
 
 
 class Rows(NamedTuple):
@@ -49,7 +49,7 @@ class Rows(NamedTuple):
 
     @property
     def place(self) -> Array:
-        """Where each is (n,)."""
+        """Position of each (n,)."""
         return -np.arange(len(self.names), dtype=float)
 
     @property
@@ -70,10 +70,10 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
     )
     rows = Rows(names)
     traces, shares = [], [np.zeros(0)]
-    for one, letter, colour, sign in zip(known, LETTERS, COLOURS, SIGNS, strict=True):
+    for one, letter, colour, sign in zip(known, LETTERS, MODEL_COLOURS, MODEL_SIGNS, strict=True):
         own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict.estimated}
         points = [
-            (np.clip(own[n], LEAST, MOST), y)
+            (np.clip(own[n], LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN), y)
             for n, y in zip(names, rows.place, strict=True)
             if n in own
         ]
@@ -97,8 +97,8 @@ def differences(found: Sequence[Pair]) -> Figure:
     points = points.reshape(-1, 2)
     changed = np.array([pair.differs for pair in tested], dtype=bool)
     traces = [
-        marks("no more than chance", points[~changed], COLOURS[0], "circle", size=9),
-        marks("changed (Holm)", points[changed], COLOURS[1], "diamond", size=11),
+        marks("not significant", points[~changed], MODEL_COLOURS[0], "circle", size=9),
+        marks("significant (Holm)", points[changed], MODEL_COLOURS[1], "diamond", size=11),
     ]
     reach = 1.1 * max(4.0, float(np.abs(points[:, 0]).max(initial=0.0)))
     return figure(
@@ -111,7 +111,7 @@ def differences(found: Sequence[Pair]) -> Figure:
 def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> Figure:
     """Curves of the thrusters of both; a colour for each model, a dash for each curve."""
     traces = []
-    for own, letter, colour in zip(found, LETTERS, COLOURS, strict=True):
+    for own, letter, colour in zip(found, LETTERS, MODEL_COLOURS, strict=True):
         for i, one in enumerate(own[:4]):
             name = f"{letter}: {one.label}"
             if (one.high > one.low).any():
@@ -124,11 +124,11 @@ def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> 
 
 def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figure:
     """RMS errors of both against the horizon, from measured starts, with intervals."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     symbol = SYMBOLS[axis]
     traces = []
     every = [[row for row in own if row.start == "stencil"] for own in rows]
-    for own, letter, colour, sign in zip(every, LETTERS, COLOURS, SIGNS, strict=True):
+    for own, letter, colour, sign in zip(every, LETTERS, MODEL_COLOURS, MODEL_SIGNS, strict=True):
         if not own:
             continue
         x = np.array([row.horizon for row in own])
@@ -139,28 +139,28 @@ def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figu
         trace = line(letter, x, rms, colour) | {"mode": "lines+markers", "marker": look}
         traces.append(trace | {"error_y": whiskers(rms, low, high, colour)})
         floor = scale * np.array([s.floor for s in scores])
-        traces.append(line(f"floor of {letter}", x, floor, colour, dash="dot"))
+        traces.append(line(f"noise floor of {letter}", x, floor, colour, dash="dot"))
     first = every[0] or every[1]
     still = scale * np.array([row.scores[symbol].stays_constant for row in first])
     x = np.array([row.horizon for row in first])
-    traces.append(line("velocity stays", x, still, ORANGE, dash="dash"))
+    traces.append(line("constant velocity", x, still, ORANGE, dash="dash"))
     ticks = x.tolist()
     return figure(
-        traces, "looking ahead [s]", f"RMS error of {symbol} [{name}]",
+        traces, "horizon [s]", f"RMS error of {symbol} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
         yaxis=room_for(traces), showlegend=True,
     )  # fmt: skip
 
 
 def velocity(model: Model, runs: tuple[Run, Run], axis: int) -> Figure:
-    """Measured velocity, predicted by both, above what drives the axis."""
+    """Measured velocity, predicted by both, above the forces of the axis."""
     run = runs[0]
     at = run.shown
     traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
-    for own, letter, colour in zip(runs, LETTERS, COLOURS, strict=True):
+    for own, letter, colour in zip(runs, LETTERS, MODEL_COLOURS, strict=True):
         if own.tested:
             traces.append(line(letter, own.t[at], own.predicted[at, axis], colour))
-    return above_commands(traces, model, run, axis, BELOW)
+    return above_commands(traces, model, run, axis, COMMAND_COLOURS)
 
 
 def overlaid(figures: Sequence[Figure], keep: str) -> Figure:
@@ -170,7 +170,7 @@ def overlaid(figures: Sequence[Figure], keep: str) -> Figure:
         for trace in one["data"]:
             own = trace["name"] == keep
             if own:
-                look = {"color": COLOURS[i], "width": 2.0, "dash": DASHES[i]}
+                look = {"color": MODEL_COLOURS[i], "width": 2.0, "dash": MODEL_DASHES[i]}
                 more = {"type": "scatter", "mode": "lines", "name": letter, "line": look}
                 traces.append({k: trace[k] for k in ("x", "y")} | more)
             elif i == 0:
@@ -181,7 +181,7 @@ def overlaid(figures: Sequence[Figure], keep: str) -> Figure:
 def start_and_stop(models: tuple[Model, Model], axis: int, until: float) -> Figure:
     """Speed from rest under the largest command of each, then without any, until [s]."""
     traces = []
-    for model, letter, colour in zip(models, LETTERS, COLOURS, strict=True):
+    for model, letter, colour in zip(models, LETTERS, MODEL_COLOURS, strict=True):
         t, v = driven(model, axis)
         half = float(t[-1]) / 2.0
         first, second = t <= until, (t >= half) & (t <= half + 2.0 * until)

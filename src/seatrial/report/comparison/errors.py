@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What both models leave, in the same plots."""
+"""Residuals of both models in the same plots."""
 
 from string import Template
 
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.two_models import Both
+from seatrial.report.comparison.two_models import ModelPair
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import errors as draw_errors
 from seatrial.report.figures.base import Figure
@@ -13,7 +13,7 @@ from seatrial.report.text import prose
 from seatrial.util.frames import AXES, SYMBOLS
 
 
-def errors(pair: Both) -> Section | None:
+def errors(pair: ModelPair) -> Section | None:
     """Autocorrelations and histograms of recordings that both can predict."""
     if pair.evidence is None:
         return None
@@ -27,9 +27,9 @@ def errors(pair: Both) -> Section | None:
             parts.append(foldable(a.name, "errors of both", _one(store_of(i)), opened=i == opened))
     if not parts:
         return None
-    said = Template(prose.BOTH_ERRORS).substitute(horizon=f"{pair.horizon:g}")
-    html = f"""<section id="errors"><h2>What is left</h2>
-<p class="note">{said}</p>
+    note = Template(prose.BOTH_ERRORS).substitute(horizon=f"{pair.horizon:g}")
+    html = f"""<section id="errors"><h2>Residuals</h2>
+<p class="note">{note}</p>
 {"".join(parts)}</section>"""
     return Section("errors", "Residuals", html, figures)
 
@@ -37,10 +37,10 @@ def errors(pair: Both) -> Section | None:
 def _figures(a: Run, b: Run) -> dict[str, Figure]:
     found = {}
     for axis, symbol in enumerate(SYMBOLS):
-        spread = [draw_errors.outline(run, axis) for run in (a, b)]
-        hung = [draw_errors.correlation(run, axis) for run in (a, b)]
-        found[f"histogram-{symbol}"] = draw.overlaid(spread, "errors")
-        found[f"autocorrelation-{symbol}"] = draw.overlaid(hung, "errors")
+        outlines = [draw_errors.outline(run, axis) for run in (a, b)]
+        correlated = [draw_errors.correlation(run, axis) for run in (a, b)]
+        found[f"histogram-{symbol}"] = draw.overlaid(outlines, "errors")
+        found[f"autocorrelation-{symbol}"] = draw.overlaid(correlated, "errors")
     return found
 
 

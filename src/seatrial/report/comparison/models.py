@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""What two models are: verdict, what is known, parameters, actuators, boat, provenance."""
+"""Sections on two models: verdict, accuracy, parameters, actuators, boat, provenance."""
 
 from itertools import zip_longest
 
 from seatrial.evaluation.comparison.console import changes_text, prediction_text
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.two_models import LETTERS, Both
-from seatrial.report.evidence.actuators import answers, curves
+from seatrial.report.comparison.two_models import LETTERS, ModelPair
+from seatrial.report.evidence.actuators import curves, step_responses
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.sections.known import said, share
+from seatrial.report.sections.known import share, verdict_text
+from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
 from seatrial.report.sections.provenance import facts_of
 from seatrial.report.text import prose
-from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, between
-from seatrial.report.text.cells import known as told
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit
+from seatrial.report.text.cells import known as number_or_dash
 from seatrial.report.text.equations import equations
 from seatrial.report.text.markup import listing
 from seatrial.report.text.names import names_in, sentence
@@ -25,7 +26,7 @@ from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 
-def verdict(pair: Both) -> Section:
+def verdict(pair: ModelPair) -> Section:
     """What is compared, what changed, whether it matters."""
     found = pair.found
     sides = "; ".join(
@@ -33,11 +34,11 @@ def verdict(pair: Both) -> Section:
         + (f", {minutes(side.length)})" if side.recordings else ")")
         for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
     )
-    lines = [f"{sides}.", " ".join(map(_opened, changes_text(found))).replace(" (*)", "")]
+    lines = [f"{sides}.", " ".join(map(_opened, changes_text(found)))]
     if found.better:
         lines += [f"{name} s ahead, {prediction_text(found, name)}." for name in found.better]
     else:
-        lines.append("Next: give recordings, to see whether it matters for prediction.")
+        lines.append("Next: give recordings, to test whether the change matters for prediction.")
     names = names_in(*pair.models)
     text = "".join(f"<p>{sentence(line, names)}</p>" for line in lines)
     notes = "".join(
@@ -51,8 +52,8 @@ def verdict(pair: Both) -> Section:
     return Section("verdict", "", html)
 
 
-def known(pair: Both) -> Section:
-    """How well either knows its parameters."""
+def known(pair: ModelPair) -> Section:
+    """Accuracy of the parameters of both."""
     names = list(
         dict.fromkeys(f.name for one in pair.known for f in one.findings if f.verdict.estimated)
     )
@@ -63,7 +64,7 @@ def known(pair: Both) -> Section:
             own = {f.name: f for f in one.findings}.get(name)
             given = own is None or not own.verdict.estimated
             row += [NOTHING, NOTHING] if own is None or given else [
-                share(own), Text(said(own))
+                share(own), Text(verdict_text(own))
             ]  # fmt: skip
         rows.append(row)
     head = ("parameter", "relative error A", "verdict A", "relative error B", "verdict B")
@@ -77,7 +78,7 @@ def known(pair: Both) -> Section:
     )
 
 
-def parameters(pair: Both) -> Section:
+def parameters(pair: ModelPair) -> Section:
     """Every parameter of both, the difference, and the equations."""
     table = differences(pair)
     numbers = "".join(
@@ -91,13 +92,13 @@ def parameters(pair: Both) -> Section:
         label = "differences in standard errors"
         drawn = plot(ALL, "differences", label, "tall", rows=len(tested))
     html = f"""<section id="model"><h2>What changed</h2>
-<p class="note">{prose.AXES} {prose.DIFFERENCES}</p>
+<p class="note">{prose.AXES_NOTE} {prose.DIFFERENCES}</p>
 {drawn}{table.html()}
 <h3>Equations with numbers</h3>{numbers}</section>"""
     return Section("model", "What changed", html, {ALL: figures}, (table,))
 
 
-def differences(pair: Both) -> Table:
+def differences(pair: ModelPair) -> Table:
     """Values, difference, its size in standard errors, and the probability of chance."""
     found = pair.found
     head = (
@@ -115,7 +116,7 @@ def differences(pair: Both) -> Table:
     marked = frozenset(i for i, one in enumerate(found.pairs) if one.differs)
     for place, rest in enumerate((found.only_a, found.only_b)):
         for only in rest:
-            value: list[Cell] = [Number(only.value), told(only.error or None, 2)]
+            value: list[Cell] = [Number(only.value), number_or_dash(only.error or None, 2)]
             cells = [*value, NOTHING, NOTHING] if place == 0 else [NOTHING, NOTHING, *value]
             why = Text(only.why or f"only in {LETTERS[place]}")
             rows.append([Name(only.name), *cells, NOTHING, NOTHING, why, Unit(only.unit)])
@@ -125,64 +126,56 @@ def differences(pair: Both) -> Table:
 def _difference(one: Pair) -> list[Cell]:
     chance = "given" if one.p is None else "< 0.001" if one.p < 0.001 else f"{one.p:.3f}"
     return [
-        Name(one.name), Number(one.a), told(one.error_a or None, 2), Number(one.b),
-        told(one.error_b or None, 2), Number(one.difference, 2), told(one.z, 2), Text(chance),
+        Name(one.name), Number(one.a), number_or_dash(one.error_a or None, 2), Number(one.b),
+        number_or_dash(one.error_b or None, 2), Number(one.difference, 2), number_or_dash(one.z, 2), Text(chance),
         Unit(one.unit),
     ]  # fmt: skip
 
 
-def actuators(pair: Both) -> Section:
-    """Curves and answers of both."""
+def actuators(pair: ModelPair) -> Section:
+    """Static curves and step responses of both."""
     static = draw.curves(
         [curves(m) for m in pair.models], "command [command units]", "thrust [share of full]",
         {"xaxis": {"range": [-1.02, 1.02]}},
     )  # fmt: skip
-    answer = draw.curves(
-        [answers(m) for m in pair.models], "time since the command [s]", "force [share of its end]",
+    response = draw.curves(
+        [step_responses(m) for m in pair.models], "time since the command [s]", "force [share of final value]",
         {"yaxis": {"range": [-0.05, 1.1]}},
     )  # fmt: skip
     html = f"""<section id="actuators"><h2>Actuators</h2>
 <p class="note">{prose.ACTUATORS}</p>
 <div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
-{plot(ALL, "answer", "force after a step of the command", "middle", "after a full command at 0 s")}</div>
+{plot(ALL, "answer", "force after a step of the command", "middle", "step response, full command at 0 s")}</div>
 </section>"""
-    return Section("actuators", "Actuators", html, {ALL: {"curve": static, "answer": answer}})
+    return Section("actuators", "Actuators", html, {ALL: {"curve": static, "answer": response}})
 
 
-def boat(pair: Both) -> Section:
-    """What both mean for the boat."""
-    units = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))
+def boat(pair: ModelPair) -> Section:
+    """Physics that both imply."""
     axes = [
         one.axis
         for one in pair.physics[0].axes
         if one.axis in {o.axis for o in pair.physics[1].axes}
     ]
-    head = ("axis", "model", "command", "top speed", "95 % of it", "unit", "time to 63 % [s]", "95 % of that [s]",
-            "coasts", "95 % of the way", "unit of the way")  # fmt: skip
     rows: list[list[Cell]] = []
     figures: dict[str, Figure] = {}
     for axis in axes:
         own = [next(o for o in side.axes if o.axis == axis) for side in pair.physics]
-        for letter, one in zip(LETTERS, own, strict=True):
-            f = one.found
-            rows.append(
-                [
-                    Text(AXES[axis]), Text(letter), Number(f.command, 2), Number(f.top_speed, 3),
-                    between(one.top_speed), Text(units[axis][0]), Number(f.rise_time, 3),
-                    between(one.rise_time), Number(f.coast, 3), between(one.coast), Text(units[axis][1]),
-                ]
-            )  # fmt: skip
+        rows += [
+            [Text(AXES[axis]), Text(letter), *physics_cells(one)]
+            for letter, one in zip(LETTERS, own, strict=True)
+        ]
         until = min(60.0, 6.0 * max(2.0 / 6.0, *(one.found.rise_time for one in own)))
         figures[f"start-{SYMBOLS[axis]}"] = draw.start_and_stop(pair.models, axis, until)
-    table = Table("boat", "What the models mean for the boat", head, rows)
-    drawn = "".join(plot(ALL, name, "getting going, coming to rest", "middle") for name in figures)
+    table = Table("boat", "Physics of both models", ("axis", "model", *PHYSICS_HEAD), rows)
+    drawn = "".join(plot(ALL, name, "start and stop", "middle") for name in figures)
     html = f"""<section id="physics"><h2>The boat</h2>
 <div class="three">{drawn}</div>
 {table.html()}<p class="note">{prose.PHYSICS}</p></section>"""
     return Section("physics", "Boat", html, {ALL: figures}, (table,))
 
 
-def advised(pair: Both) -> Section | None:
+def advised(pair: ModelPair) -> Section | None:
     """What to do next with either."""
     if pair.evidence is None:
         return None
@@ -205,7 +198,7 @@ def _todo(one: Evidence) -> str:
     return listing(found, "advice") if found else prose.ALL_WELL
 
 
-def provenance(pair: Both) -> Section:
+def provenance(pair: ModelPair) -> Section:
     """Where both come from."""
     sides = [facts_of(model) for model in pair.models]
     rows: list[list[Cell]] = [

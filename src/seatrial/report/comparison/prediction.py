@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""How both models predict the same recordings."""
+"""Head-to-head prediction of the same recordings."""
 
 from seatrial.evaluation.assessment import pooled
 from seatrial.evaluation.comparison.prediction import PredictionRow
 from seatrial.report.comparison import draw
-from seatrial.report.comparison.two_models import LETTERS, Both
+from seatrial.report.comparison.two_models import LETTERS, ModelPair
 from seatrial.report.figures import recorded as draw_recorded
 from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import (
@@ -19,26 +19,26 @@ from seatrial.report.sections.base import (
 from seatrial.report.sections.prediction import linked, sizes
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Number, Text, between
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 
-def recorded(pair: Both) -> Section | None:
+def recorded(pair: ModelPair) -> Section | None:
     """The recordings that both predict."""
     if pair.evidence is None:
         return None
     runs = pair.evidence[0].runs
-    html = f"""<section id="recorded"><h2>What was recorded</h2>
+    html = f"""<section id="recorded"><h2>Recordings</h2>
 <div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
-{plot(ALL, "timeline", "when poses and commands were usable", "square", "what is missing, when")}</div>
+{plot(ALL, "timeline", "when poses and commands were usable", "square", "missing data over time")}</div>
 </section>"""
     figures = {"tracks": draw_recorded.tracks(runs), "timeline": draw_recorded.timeline(runs)}
     return Section("recorded", "Recordings", html, {ALL: figures})
 
 
-def horizons(pair: Both) -> Section | None:
-    """Errors against the horizon, and whether the difference may be chance."""
+def horizons(pair: ModelPair) -> Section | None:
+    """Errors against the horizon, with the interval of their difference."""
     if pair.evidence is None:
         return None
     chosen = [
@@ -51,32 +51,32 @@ def horizons(pair: Both) -> Section | None:
     html = f"""<section id="horizons"><h2>Which predicts better</h2>
 <p class="note">{prose.BOTH_HORIZONS}</p>
 {three(ALL, "horizons", "RMS errors of both against the horizon", "middle")}
-{table.html()}<p class="note">{prose.AHEAD}</p></section>"""
+{table.html()}<p class="note">{prose.HEAD_TO_HEAD}</p></section>"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
     return Section("horizons", "Which predicts better", html, {ALL: figures}, (table,))
 
 
 def ahead_table(found: list[PredictionRow]) -> Table:
     """RMS errors of both from the same starts, with the interval of their difference."""
-    head = ("velocity", "horizon [s]", "RMS A", "RMS B", "unit", "A − B", "95 % of it", "better")
+    head = ("velocity", "horizon [s]", "RMS A", "RMS B", "unit", "A − B", "95 % interval", "better")
     rows: list[list[Cell]] = []
     for row in found:
         seen = [letter for letter, s in zip(LETTERS, (row.seen_a, row.seen_b), strict=True) if s]
         more = f" (seen by {' and '.join(seen)})" if seen else ""
         rows.append([Text(f"{row.recording}, {row.horizon:g} s{more}")])
         for axis, symbol in enumerate(SYMBOLS):
-            (unit, scale), one = UNITS[axis], row.axes[symbol]
+            (unit, scale), one = ERROR_UNITS[axis], row.axes[symbol]
             rows.append(
                 [
                     Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Number(one.a, 3, scale),
                     Number(one.b, 3, scale), Text(unit), Number(one.difference, 2, scale),
-                    between(one.interval, 2, scale), Text(one.better or "no difference seen"),
+                    between(one.interval, 2, scale), Text(one.better or "not significant"),
                 ]
             )  # fmt: skip
     return Table("ahead", "RMS errors of both models", head, rows)
 
 
-def ahead(pair: Both) -> Section | None:
+def ahead(pair: ModelPair) -> Section | None:
     """Measured, and predicted by both."""
     if pair.evidence is None:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Two models with all that is told of either, and of them together."""
+"""Two models with the evidence on each, and their comparison."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from seatrial.report.evidence.physics import Physics, physics
 from seatrial.report.figures.base import BLUE, RED
 
 LETTERS = ("A", "B")
-COLOURS = (BLUE, RED)
-SIGNS = ("circle", "square")
-DASHES = ("solid", "dash")
+MODEL_COLOURS = (BLUE, RED)
+MODEL_SIGNS = ("circle", "square")
+MODEL_DASHES = ("solid", "dash")
 
 
 @dataclass(frozen=True)
-class Both:
+class ModelPair:
     """A and B, in this order."""
 
     models: tuple[Model, Model]
@@ -30,15 +30,15 @@ class Both:
     horizon: float  # [s]
 
 
-def both(
+def model_pair(
     a: Model, b: Model, recordings: Sequence[Recording], found: Comparison, horizon: float
-) -> Both:
-    """All of it."""
-    told = None
+) -> ModelPair:
+    """Both models with their evidence on the recordings."""
+    evidence = None
     if recordings:
-        told = collect(a, recordings, horizon), collect(b, recordings, horizon)
-    return Both(
+        evidence = collect(a, recordings, horizon), collect(b, recordings, horizon)
+    return ModelPair(
         (a, b), (identifiability(a), identifiability(b)),
-        (told[0].physics, told[1].physics) if told else (physics(a), physics(b)),
-        told, found, horizon,
+        (evidence[0].physics, evidence[1].physics) if evidence else (physics(a), physics(b)),
+        evidence, found, horizon,
     )  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the thrusters make of a command, asked of the core: static curve, and answer to a step."""
+"""The actuator chain by the core: static curve and step response."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.util.frames import Array
 
-DRAWS = 200  # of the constants, for bands
-SEED = 7
-POINTS = 241  # of a curve
-BEFORE, AFTER = 0.5, 3.0  # [s] around a step at the least
+CHAIN_DRAWS = 200  # of the constants
+CHAIN_SEED = 7
+CURVE_POINTS = 241
+BEFORE_STEP, AFTER_STEP = 0.5, 3.0  # [s] that a step response shows at least
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One answer with its 95 % band, and whose it is."""
+    """A static curve or a step response with its 95 % band, and the actuators or inputs it is of."""
 
     names: tuple[str, ...]
     x: Array  # (n,) command, or time since the step [s]
@@ -28,7 +28,7 @@ class Curve:
 
     @property
     def label(self) -> str:
-        """Whose, in short."""
+        """The names, shortened."""
         if len(self.names) <= 3:
             return ", ".join(self.names)
         return f"{self.names[0]} … {self.names[-1]}, {len(self.names)} alike"
@@ -37,24 +37,24 @@ class Curve:
 def curves(model: Model) -> list[Curve]:
     """Thrust against command of every kind of actuator, the others at rest."""
     vehicle = model.vehicle
-    x = np.linspace(-1.0, 1.0, POINTS)
+    x = np.linspace(-1.0, 1.0, CURVE_POINTS)
     drawn = _drawn(model)
     found: list[Curve] = []
     for k, name in enumerate(vehicle.actuators):
-        commands = np.zeros((POINTS, len(vehicle.actuators)))
-        sign = vehicle.actuator_signs[k]  # drawn as the file counts
+        commands = np.zeros((CURVE_POINTS, len(vehicle.actuators)))
+        sign = vehicle.actuator_signs[k]  # drawn in the file's signs
         commands[:, k] = sign * x
         every = sign * np.array([_core.curve(vehicle.chain, q, k, commands) for q in drawn])
         _add(found, _curve((name,), x, every))
     return found
 
 
-def answers(model: Model) -> list[Curve]:
-    """Force after a step of each input from rest to full, as a share of where it ends."""
+def step_responses(model: Model) -> list[Curve]:
+    """Force after a step of each input from rest to full, over its final value."""
     vehicle = model.vehicle
     drawn = _drawn(model)
     longest = 4.0 * max([_slowest(model, q) for q in drawn[:1]])
-    t = np.linspace(-max(BEFORE, longest / 4.0), max(AFTER, longest), POINTS)
+    t = np.linspace(-max(BEFORE_STEP, longest / 4.0), max(AFTER_STEP, longest), CURVE_POINTS)
     references = [vehicle.file.scales[name].reference for name in vehicle.scales]
     scales = np.array([references], dtype=float).reshape(1, len(references))
     found: list[Curve] = []
@@ -69,7 +69,7 @@ def answers(model: Model) -> list[Curve]:
 
 
 def _add(found: list[Curve], new: Curve) -> None:
-    """To the curve that is the same, or as another."""
+    """Join the names of equal curves; append a new one."""
     for place, old in enumerate(found):
         if np.allclose(old.y, new.y, atol=1e-3):
             found[place] = Curve((*old.names, *new.names), old.x, old.y, old.low, old.high)
@@ -78,7 +78,7 @@ def _add(found: list[Curve], new: Curve) -> None:
 
 
 def _step(model: Model, q: Array, commands: Array, scales: Array, t: Array) -> Array:
-    """The force that a step moves most, over its last value; NaN where it moves none."""
+    """The force that a step changes most, over its final value; NaN where it changes none."""
     begin = np.array([t[0] - 60.0, 0.0])
     trace = _core.ThrustTrace(model.vehicle.chain, q, begin, commands, begin[:1], scales)
     forces = np.asarray(trace.forces(t))
@@ -106,7 +106,7 @@ def _drawn(model: Model) -> Array:
         return np.array(own)
     spectrum, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
-    normal = np.random.default_rng(SEED).normal(size=(DRAWS, len(spectrum)))
+    normal = np.random.default_rng(CHAIN_SEED).normal(size=(CHAIN_DRAWS, len(spectrum)))
     moved = own + normal @ root.T
     kinds = [name.partition(".")[0] for name in model.vehicle.constants.names]
     low = np.array(

@@ -14,46 +14,48 @@ from seatrial.report.text.numbers import (
     AT_FLOOR,
     GOOD_RATIO,
     floors,
-    not_told_apart,
+    insignificant,
     ratio_word,
     rms_and_ratio,
 )
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES, SYMBOLS
 
-MANY_MASKED = 0.1  # share of the poses left out that deserves a look at the sensor
-BIASED = 0.5  # share of the RMS error from which on a constant part is worth a remark
-BEYOND = 1.2  # times the range of speeds that the model was made from
+MANY_EXCLUDED = 0.1  # share of excluded poses above which the sensor needs a check
+BIASED = 0.5  # bias over RMS error above which a constant cause is reported
+BEYOND_ENVELOPE = 1.2  # times the identified speeds: extrapolation is reported above it
 
 
 def advice(evidence: Evidence) -> list[str]:
-    """Sentences; none where nothing stands out."""
+    """Sentences; none where there is no open issue."""
     model, runs = evidence.model, evidence.runs
     if evidence.physics.unstable:
         return [
-            "Do not use this model; identify again from driving at several speeds in every axis, "
-            "after a look at the recordings and the vehicle file's signs with inspect."
+            "Do not use this model. Check the recordings and the vehicle file's signs with inspect, "
+            "then identify again from driving at several speeds in every axis."
         ]
     found = _poor_axes(runs)
     if not any(r.unseen for r in runs if r.tested):
         found.append(
             "Validate on a recording that the model has not seen: drive one more run, or identify "
-            "from a part of the recordings only. A model always looks good on its own data."
+            "from a part of the recordings. Scores on the identification data are optimistic."
         )
     found += _one_sided(runs)
     computed = next_drive(evidence.known, evidence.gains)
-    found += computed or _loose(model)
-    found += _floored(runs)
-    return found + [s for r in runs for s in (*_masked(r), *_biased(r), *_beyond(model, r))]
+    found += computed or _insignificant(model)
+    found += _at_floor(runs)
+    return found + [
+        s for r in runs for s in (*_many_excluded(r), *_biased(r), *_beyond_envelope(model, r))
+    ]
 
 
-def _loose(model: Model) -> list[str]:
-    loose = not_told_apart(model)
-    if not loose:
+def _insignificant(model: Model) -> list[str]:
+    names = insignificant(model)
+    if not names:
         return []
     return [
-        f"{joined(loose)} cannot be distinguished from zero by these recordings: drive "
-        "longer, at more speeds, or take these terms out of the structure."
+        f"These recordings do not distinguish {joined(names)} from zero: drive longer and at more "
+        "speeds, or remove these terms from the structure."
     ]
 
 
@@ -65,14 +67,14 @@ def _poor_axes(runs: Sequence[Run]) -> list[str]:
     floor = floors(chosen)
     return [
         f"The {name} prediction is {ratio_word(ratio[axis])}: drive "
-        f"a minute more of {name} pulses to both sides, at several strengths, and look "
+        f"one minute more of {name} pulses in both directions at several amplitudes. Then check "
         f"whether the {name} equation lacks a term, a latency or a dead zone."
         for axis, name in enumerate(AXES)
         if ratio[axis] > GOOD_RATIO and rms[axis] >= AT_FLOOR * floor[axis]
     ]
 
 
-def _floored(runs: Sequence[Run]) -> list[str]:
+def _at_floor(runs: Sequence[Run]) -> list[str]:
     chosen = judged(runs)
     if not chosen:
         return []
@@ -81,8 +83,8 @@ def _floored(runs: Sequence[Run]) -> list[str]:
     if not axes:
         return []
     return [
-        f"The error in {joined(axes)} is at the floor that pose noise sets: a better model could not "
-        "score better here; a longer horizon or better poses would tell more."
+        f"The error in {joined(axes)} is at the noise floor of the poses, so the score does not measure "
+        "the model: use a longer horizon or better poses."
     ]
 
 
@@ -93,18 +95,18 @@ def _one_sided(runs: Sequence[Run]) -> list[str]:
         driven = [r.excitation for r in chosen if r.excitation.rms[axis] >= EXCITED]
         if driven and not any(e.both_signs[axis] for e in driven):
             found.append(
-                f"The {name} commands go almost only to one side: drive {name} pulses to the other "
-                "side too, or the model is proved for one side only."
+                f"The {name} commands have almost only one sign, so the model is validated for one "
+                f"direction only: drive {name} pulses in the other direction too."
             )
     return found
 
 
-def _masked(run: Run) -> list[str]:
-    if run.masked <= MANY_MASKED:
+def _many_excluded(run: Run) -> list[str]:
+    if run.excluded <= MANY_EXCLUDED:
         return []
     return [
-        f"{run.name}: {100 * run.masked:.0f} % of the poses had to be left out; look at "
-        "its faults above and at the pose sensor."
+        f"{run.name}: {100 * run.excluded:.0f} % of the poses are excluded; check its faults above "
+        "and the pose sensor."
     ]
 
 
@@ -119,12 +121,12 @@ def _biased(run: Run) -> list[str]:
     if not axes:
         return []
     return [
-        f"{run.name}: the errors in {joined(axes)} lean to one side; wind, a current, a "
-        "tether or an offset of the commands would do that."
+        f"{run.name}: the errors in {joined(axes)} are biased. Possible causes: wind, a current, a "
+        "tether or an offset of the commands."
     ]
 
 
-def _beyond(model: Model, run: Run) -> list[str]:
+def _beyond_envelope(model: Model, run: Run) -> list[str]:
     if not run.unseen:
         return []
     nu = run.measured[np.isfinite(run.measured[:, 0])]
@@ -136,13 +138,13 @@ def _beyond(model: Model, run: Run) -> list[str]:
         for i, (name, sign) in enumerate(zip(AXES, SYMBOLS, strict=True))
         if sign in model.envelope.speeds
         and (
-            low[i] < BEYOND * min(model.envelope.speeds[sign][0], 0.0)
-            or high[i] > BEYOND * max(model.envelope.speeds[sign][1], 0.0)
+            low[i] < BEYOND_ENVELOPE * min(model.envelope.speeds[sign][0], 0.0)
+            or high[i] > BEYOND_ENVELOPE * max(model.envelope.speeds[sign][1], 0.0)
         )
     ]
     if not axes:
         return []
     return [
-        f"{run.name}: faster in {joined(axes)} than anything that the model was made "
-        "from; identify from faster driving too."
+        f"{run.name}: {joined(axes)} exceeds the speeds of the identification data, so the model "
+        "extrapolates; identify from faster driving too."
     ]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Everything that the report tells of one model, computed once."""
+"""All results that the report shows of one model, computed once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,10 +34,10 @@ class Evidence:
     scores: Scores
     known: Identifiability
     physics: Physics
-    point: ReferencePoint | None  # what information is counted around; None: see `silent`
-    alone: tuple[RecordingInformation, ...]  # what each recording says by itself
-    gains: tuple[ManoeuvreGain, ...]  # what more driving would tell
-    silent: str  # why there is no information
+    point: ReferencePoint | None  # where the information is linearised; None: see `no_information`
+    by_recording: tuple[RecordingInformation, ...]  # each recording's own estimate
+    gains: tuple[ManoeuvreGain, ...]  # expected information of further manoeuvres
+    no_information: str  # why there is none; empty: there is
 
     @property
     def horizon(self) -> float:
@@ -63,17 +63,17 @@ def collect(
         else assess_from(model, recordings, scores)
     )
     runs = gather(model, found)
-    point, each, gained, silent = _information(model, runs)
+    point, each, gained, reason = _information(model, runs)
     return Evidence(
         model, tuple(runs), scores or scores_of(model, found, horizon), identifiability(model), physics(model),
-        point, each, gained, silent,
+        point, each, gained, reason,
     )  # fmt: skip
 
 
 def _information(
     model: Model, runs: Sequence[Run]
 ) -> tuple[ReferencePoint | None, tuple[RecordingInformation, ...], tuple[ManoeuvreGain, ...], str]:
-    """What each recording says by itself, and what more driving would; or why that is not known."""
+    """Information of each recording and of further manoeuvres; or why there is none."""
     recordings = [run.recording for run in runs]
     period = float(np.median([r.period for r in recordings]))
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a model means for the boat, with the uncertainty of its coefficients."""
+"""Physics that a model implies, with the uncertainty of its coefficients."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,10 +12,10 @@ from seatrial.boat.schema import Integration
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 
-DRAWS = 60  # of the coefficients
-SEED = 20
-COARSE = 1 / 12  # [s] step of the integration that does for intervals
-LEAST = 0.5  # share of the draws that must be a boat for an interval to be said
+PHYSICS_DRAWS = 60  # of the coefficients
+PHYSICS_SEED = 20
+COARSE_STEP = 1 / 12  # [s] of the integration; enough for intervals
+MOST_UNSTABLE = 0.5  # share of unstable draws from which on no interval is given
 
 
 @dataclass(frozen=True)
@@ -34,21 +34,23 @@ class Physics:
     """All driven axes, or why there are none."""
 
     axes: tuple[Spread, ...]
-    unstable: str  # what makes the model no boat; empty: it is one
-    lost: float  # share of the draws that are unstable
+    unstable: str  # why the model is unstable; empty: it is stable
+    unstable_share: float  # of the draws
 
 
 def physics(model: Model) -> Physics:
-    """Top speeds, rise times and ways to stop, with intervals from draws of the coefficients."""
+    """Top speeds, rise times and stopping distances, with intervals from draws of the coefficients."""
     try:
         found = axis_physics(model)
     except ModelError as error:
         return Physics((), str(error), 0.0)
     drawn = _drawn(model)
     stable = [one for one in drawn if one is not None]
-    lost = 1.0 - len(stable) / len(drawn) if drawn else 0.0
-    told = stable if drawn and lost < LEAST else []
-    return Physics(tuple(_spread(place, one, told) for place, one in enumerate(found)), "", lost)
+    unstable = 1.0 - len(stable) / len(drawn) if drawn else 0.0
+    kept = stable if drawn and unstable < MOST_UNSTABLE else []
+    return Physics(
+        tuple(_spread(place, one, kept) for place, one in enumerate(found)), "", unstable
+    )
 
 
 def _spread(place: int, found: AxisPhysics, drawn: Sequence[Sequence[AxisPhysics]]) -> Spread:
@@ -64,14 +66,14 @@ def _spread(place: int, found: AxisPhysics, drawn: Sequence[Sequence[AxisPhysics
 
 
 def _drawn(model: Model) -> list[list[AxisPhysics] | None]:
-    """`sanity` of coefficients drawn from their covariance; None where they make no boat."""
+    """`axis_physics` of coefficients drawn from their covariance; None where they are unstable."""
     n = len(model.coefficients)
     root = _root(model.covariance[:n, :n])
     if not root.any():
         return []
-    normal = np.random.default_rng(SEED).normal(size=(DRAWS, n))
+    normal = np.random.default_rng(PHYSICS_SEED).normal(size=(PHYSICS_DRAWS, n))
     own = model.integration
-    step = max(own.step, COARSE) if own.scheme == "runge-kutta" else own.step
+    step = max(own.step, COARSE_STEP) if own.scheme == "runge-kutta" else own.step
     model = replace(model, integration=Integration(own.scheme, step))
     found: list[list[AxisPhysics] | None] = []
     for draw in model.coefficients + normal @ root.T:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the report needs of each recording, computed once and laid on one time base."""
+"""Each recording's series for the report, computed once, on one time base."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,15 +20,15 @@ from seatrial.recording.velocity import motion
 from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import Array
 
-WINDOW = 40.0  # [s] that a plot opens at, as in Figs. 5 and 6
+PLOT_WINDOW = 40.0  # [s] that a plot shows at first, as in Figs. 5 and 6
 WINDOW_STEP = 5.0  # [s] between the windows that are compared
-DRAWN = 16_000  # rows of all recordings together that are drawn at the most
-NEARLY_ALL = 0.95  # share of the best window's predictions that a window must have
+MOST_ROWS = 16_000  # drawn of all recordings together
+NEARLY_ALL_PREDICTED = 0.95  # of the best window's predictions: a window with fewer is not chosen
 
 
 @dataclass(frozen=True)
 class Run:
-    """One recording beside its predictions. A row of NaN stands where a line must break."""
+    """One recording with its predictions. A row of NaN breaks a line."""
 
     assessment: Assessment
     excitation: Excitation
@@ -37,7 +37,9 @@ class Run:
     measured: Array  # (n, 3) [m/s, m/s, rad/s]
     predicted: Array  # (n, 3) [m/s, m/s, rad/s]; NaN where there is none
     forces: Array  # (n, forces) [command units]
-    window: tuple[float, float]  # [s] busy stretch that the plots open at
+    window: tuple[
+        float, float
+    ]  # [s] interval with the strongest commands: the plots show it at first
     shown: NDArray[np.intp]  # rows that are drawn
 
     @property
@@ -61,7 +63,7 @@ class Run:
         return self.assessment.prediction is not None
 
     @property
-    def lost(self) -> str:
+    def failure(self) -> str:
         """Why there is no prediction."""
         return str(self.assessment.failure or "")
 
@@ -69,14 +71,14 @@ class Run:
     def prediction(self) -> Prediction:
         """At the chosen horizon. Raises ModelError where there is none."""
         if self.assessment.prediction is None:
-            raise ModelError(self.lost)
+            raise ModelError(self.failure)
         return self.assessment.prediction
 
     @property
     def score(self) -> RecordingScore:
         """Raises ModelError where there is none."""
         if self.assessment.score is None:
-            raise ModelError(self.lost)
+            raise ModelError(self.failure)
         return self.assessment.score
 
     @property
@@ -86,7 +88,7 @@ class Run:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Disturbances, errors beyond the expected, what else could not be had."""
+        """Disturbances, errors above the expected RMS, results that are not available."""
         return self.assessment.findings
 
     @property
@@ -96,26 +98,26 @@ class Run:
         return None if filtered is None else filtered.noise
 
     @property
-    def masked(self) -> float:
-        """Share of the poses that were left out."""
+    def excluded(self) -> float:
+        """Share of excluded poses."""
         return 1.0 - self.recording.usable
 
 
 def gather(model: Model, found: Sequence[Assessment]) -> list[Run]:
     """Every recording with its predictions, as given, on its time base.
 
-    A recording that a model runs away from is kept, with the reason. Raises RecordingError where
+    A recording on which the model diverges is kept, with the reason. Raises RecordingError where
     none is as long as the horizon.
     """
     short = [one.failure for one in found if isinstance(one.failure, RecordingError)]
     if len(short) == len(found):
         raise short[0]
-    every = max(1, -(-sum(len(one.recording.t) for one in found) // DRAWN))
+    every = max(1, -(-sum(len(one.recording.t) for one in found) // MOST_ROWS))
     return [_run(model, one, every) for one in found]
 
 
 def judged(runs: Sequence[Run]) -> list[Run]:
-    """The recordings that a model is judged by: those that it has not seen, if there are any."""
+    """The recordings that score the model: those that it has not seen, if there are any."""
     chosen = {id(one) for one in judging([run.assessment for run in runs])}
     return [run for run in runs if id(run.assessment) in chosen]
 
@@ -161,25 +163,27 @@ def time_base(recording: Recording) -> tuple[Array, NDArray[np.intp]]:
     return base, row
 
 
-def thinned(there: NDArray[np.bool_], every: int) -> NDArray[np.intp]:
-    """Every so-manieth row, and where samples begin and end, so that lines break where they did."""
-    keep = np.arange(len(there)) % every == 0
-    edge = np.flatnonzero(np.diff(there))
+def thinned(present: NDArray[np.bool_], every: int) -> NDArray[np.intp]:
+    """Each `every`-th row, and the ends of every interval, so that lines keep their breaks."""
+    keep = np.arange(len(present)) % every == 0
+    edge = np.flatnonzero(np.diff(present))
     keep[edge] = keep[edge + 1] = True
     keep[[0, -1]] = True
     return np.flatnonzero(keep)
 
 
 def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[float, float]:
-    """The most strongly driven `WINDOW` [s] among those with nearly all possible predictions."""
+    """The `PLOT_WINDOW` [s] with the strongest commands, among those with nearly all predictions."""
     end = float(t[-1])
-    if end <= WINDOW:
+    if end <= PLOT_WINDOW:
         return 0.0, end
-    starts = np.append(np.arange(0.0, end - WINDOW, WINDOW_STEP), end - WINDOW)
-    first, last = np.searchsorted(t, starts), np.searchsorted(t, starts + WINDOW)
+    starts = np.append(np.arange(0.0, end - PLOT_WINDOW, WINDOW_STEP), end - PLOT_WINDOW)
+    first, last = np.searchsorted(t, starts), np.searchsorted(t, starts + PLOT_WINDOW)
     count = np.concatenate([[0], np.cumsum(predicted)])
     effort = np.concatenate([[0.0], np.cumsum(np.sum(forces**2, axis=1))])
     found = count[last] - count[first]
-    strength = np.where(found >= NEARLY_ALL * found.max(), effort[last] - effort[first], -1.0)
+    strength = np.where(
+        found >= NEARLY_ALL_PREDICTED * found.max(), effort[last] - effort[first], -1.0
+    )
     best = float(starts[int(np.argmax(strength))])
-    return best, best + WINDOW
+    return best, best + PLOT_WINDOW

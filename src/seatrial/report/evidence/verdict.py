@@ -14,9 +14,9 @@ from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
     AT_FLOOR,
-    UNITS,
+    ERROR_UNITS,
+    expected_rms,
     floors,
-    foreseen,
     minutes,
     names_of,
     ratio_word,
@@ -25,7 +25,7 @@ from seatrial.report.text.numbers import (
 from seatrial.util.format import joined, shortened
 from seatrial.util.frames import AXES, Array
 
-ALL_WELL = "use it within the speeds and commands that it was made from."
+USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identification data."
 
 
 def verdict(evidence: Evidence) -> list[str]:
@@ -41,18 +41,18 @@ def identified(evidence: Evidence) -> str:
     parts += [f"{_count(len(constants), 'constant')} of the thrusters"] if constants else []
     what = f"{model.name}: {joined(parts)}"
     if not model.recordings:
-        return f"{what}, {model.estimator.method}{_told(known)}."
+        return f"{what}, {model.estimator.method}{_accuracy(known)}."
     length = minutes(sum(r.length for r in model.recordings))
     names = [r.name for r in model.recordings]
     listed = shortened(names)
     return (
         f"{what}, identified by {model.estimator.method} from {_count(len(names), 'recording')}, "
-        f"{length} in all ({listed}){_told(known)}."
+        f"{length} in all ({listed}){_accuracy(known)}."
     )
 
 
-def _told(known: Identifiability) -> str:
-    """How many are sharp, and which may not be relied on."""
+def _accuracy(known: Identifiability) -> str:
+    """How many are sharp, and which are not reliable."""
     if not known.names:
         return "; none has a standard error"
     found = [f for f in known.findings if f.verdict.estimated]
@@ -64,52 +64,56 @@ def _told(known: Identifiability) -> str:
 
 
 def predicted(evidence: Evidence) -> str:
-    """How well velocities are predicted, in words, numbers, and against no model at all."""
+    """Prediction of velocities: verdict, RMS errors, ratio to constant velocity."""
     runs = judged(evidence.runs)
     if evidence.physics.unstable:
         return f"It can't be used: {evidence.physics.unstable}."
     if not runs:
-        return f"It predicts none of the recordings: {evidence.runs[0].lost}."
+        return f"It predicts none of the recordings: {evidence.runs[0].failure}."
     rms, ratio = rms_and_ratio(runs)
     groups: dict[str, list[str]] = {}
     for axis, share in zip(AXES, ratio.tolist(), strict=True):
         groups.setdefault(ratio_word(share), []).append(axis)
-    said = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
-    sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), UNITS, strict=True)]
+    verdicts = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
+    sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), ERROR_UNITS, strict=True)]
     shares = [number(share, 2) for share in ratio.tolist()]
     kind = "that it has not seen" if runs[0].unseen else "that it was identified from"
-    lost = len(evidence.runs) - len(evidence.tested)
-    missing = f"; {lost} of {len(evidence.runs)} recordings could not be predicted" if lost else ""
+    failed = len(evidence.runs) - len(evidence.tested)
+    missing = (
+        f"; {failed} of {len(evidence.runs)} recordings could not be predicted" if failed else ""
+    )
     return (
-        f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {said}: "
-        f"off by {joined(sizes)} (RMS), {joined(shares)} of the error of a velocity that stays as "
-        f"it is{_at_floor(runs, rms)}{missing}."
+        f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {verdicts}: "
+        f"RMS error {joined(sizes)}, {joined(shares)} times that of constant "
+        f"velocity{_at_floor(runs, rms)}{missing}."
     )
 
 
 def _at_floor(runs: Sequence[Run], rms: Array) -> str:
-    """What pose noise alone makes."""
+    """The noise floor."""
     noise = floors(runs)
-    sizes = [f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), UNITS, strict=True)]
-    all_of_it = bool(np.all(rms < AT_FLOOR * noise))
-    more = ", which is all of it" if all_of_it else ""
-    return f"; pose noise alone makes {joined(sizes)}{more}{_foreseen(runs, rms)}"
+    sizes = [
+        f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
+    ]
+    at_floor = bool(np.all(rms < AT_FLOOR * noise))
+    more = ", not exceeded" if at_floor else ""
+    return f"; the noise floor is {joined(sizes)}{more}{_over_expected(runs, rms)}"
 
 
-def _foreseen(runs: Sequence[Run], rms: Array) -> str:
-    """What the model itself says of that."""
-    own = foreseen(runs)
+def _over_expected(runs: Sequence[Run], rms: Array) -> str:
+    """RMS error over the expected RMS."""
+    own = expected_rms(runs)
     if own is None:
         return ""
     times = [number(t, 2) for t in (rms / own).tolist()]
-    return f"; the error is {joined(times)} times what the model foresees of itself"
+    return f"; the error is {joined(times)} times the expected RMS"
 
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
     odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     found = [*odd, *advice(evidence)]
-    first = found[0] if found else ALL_WELL
+    first = found[0] if found else USE_WITHIN_ENVELOPE
     start = first[0].lower() if first[1:2].islower() else first[0]
     return f"Next: {start}{first[1:]}"
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The thrusters' curve with its dead zone, and their answer to a step with latency and lag."""
+"""Static curve of the thrusters with its dead zone, and step response with latency and lag."""
 
 from collections.abc import Sequence
 
 from seatrial.boat.model import Model
-from seatrial.report.evidence.actuators import Curve, answers, curves
+from seatrial.report.evidence.actuators import Curve, curves, step_responses
 from seatrial.report.figures.base import (
     BLACK,
     ORANGE,
@@ -18,10 +18,10 @@ from seatrial.report.figures.base import (
     upright,
 )
 
-MEMBERS = 8  # curves of one plot at most
+MOST_CURVES = 8  # of one plot
 
 
-def static(model: Model) -> Figure:
+def static_curve(model: Model) -> Figure:
     """Thrust against command, with 95 % bands and the edges of the dead zones."""
     each = model.vehicle.constants.of_each
     edges = {
@@ -38,19 +38,19 @@ def static(model: Model) -> Figure:
     )  # fmt: skip
 
 
-def answer(model: Model) -> Figure:
-    """Force after a full command at 0 s, with 95 % bands; where it has 63 %."""
-    found = answers(model)
+def step_response(model: Model) -> Figure:
+    """Force after a full command at 0 s, with 95 % bands."""
+    found = step_responses(model)
     shapes = [upright(0.0, BLACK, "dash")]
     return figure(
-        _drawn(found), "time since the command [s]", "force [share of its end]",
+        _drawn(found), "time since the command [s]", "force [share of final value]",
         yaxis={"range": [-0.05, 1.1]}, shapes=shapes, showlegend=True,
     )  # fmt: skip
 
 
 def _drawn(found: Sequence[Curve]) -> list[Figure]:
     traces = []
-    for i, one in enumerate(found[:MEMBERS]):
+    for i, one in enumerate(found[:MOST_CURVES]):
         colour, dash = colour_of(i)
         if (one.high > one.low).any():
             band = area(

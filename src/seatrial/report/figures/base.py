@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What all plots share: colours that can be told apart, lines, marks, intervals, axes."""
+"""Common to all plots: colours, lines, marks, intervals, axes."""
 
 from collections.abc import Sequence
 from html import escape
@@ -15,12 +15,12 @@ Figure = dict[str, Any]
 
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7",
-)  # Okabe and Ito (2008): told apart by colour-blind readers  # fmt: skip
+)  # Okabe and Ito (2008): distinct for colour-blind readers  # fmt: skip
 SHADE = "rgba(0,114,178,0.15)"
 WARM = "rgba(230,159,0,0.18)"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
-FEW_DECADES = 2.6  # of a logarithmic axis: there is room for 2 and 5, too
-DASHES = ("solid", "dash", "dot")  # once round the colours, the next dash
+FEW_DECADES = 2.6  # of a logarithmic axis: below it 2 and 5 are ticks, too
+DASHES = ("solid", "dash", "dot")  # the next dash after each cycle of colours
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY)
 COMMAND = "F [command units]"
@@ -59,7 +59,7 @@ def marks(name: str, points: Array, colour: str, sign: str, size: int = 7) -> Fi
 def area(
     name: str, x: Array, low: Array, high: Array, colour: str, *, shade: str = SHADE
 ) -> Figure:
-    """What lies between two curves."""
+    """The area between two curves."""
     found = line(name, np.concatenate([x, x[::-1]]), np.concatenate([high, low[::-1]]), colour)
     return found | {"fill": "toself", "fillcolor": shade, "line": {"width": 0, "color": colour},
                     "hoverinfo": "skip"}  # fmt: skip
@@ -87,7 +87,7 @@ def _across(ends: Figure, colour: str, dash: str) -> Figure:
 
 
 def figure(traces: Sequence[Figure], x: str, y: str, **layout: Any) -> Figure:  # noqa: ANN401
-    """A figure with titles on its axes; `xaxis`, `yaxis` and the like are added to."""
+    """A figure with titles on its axes; `xaxis`, `yaxis` and the like extend them."""
     whole: Figure = {"xaxis": {"title": {"text": x}}, "yaxis": {"title": {"text": y}}}
     for name, value in layout.items():
         whole[name] = whole[name] | value if name in whole else value
@@ -121,12 +121,12 @@ def room_for(traces: Sequence[Figure]) -> Figure:
 
 
 def colour_of(place: int) -> tuple[str, str]:
-    """Colour and dash of the so-manieth of several."""
+    """Colour and dash of the curve at `place`."""
     return CYCLE[place % len(CYCLE)], DASHES[place // len(CYCLE) % len(DASHES)]
 
 
 def force_name(model: Model, place: int) -> str:
-    """A force's name with Plotly's subscripts; what the user wrote stays text."""
+    """A force's name with Plotly's subscripts; markup in it is escaped."""
     return plotly_symbol(model.structure.forces[place].name)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from seatrial.util.frames import Array
 
-DIGITS = 5  # significant digits of a column's largest number
-WIDE = 100.0  # a positive column that spans more may stand on a logarithmic axis
-LEAST = 4  # and has so many digits of its smallest number, too
+COLUMN_DIGITS = 5  # significant digits of a column's largest number
+WIDE_SPAN = 100.0  # largest over smallest: above it a column may be on a logarithmic axis
+SMALLEST_DIGITS = 4  # significant digits of the smallest number of such a column
 
 
 def pack(figures: Mapping[str, object]) -> str:
@@ -48,8 +48,8 @@ def safe_json(content: object) -> str:
 
 
 def rounded(value: float) -> float | None:
-    """A number with `DIGITS` significant digits; null where it is none."""
-    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
+    """A number with `COLUMN_DIGITS` significant digits; null where it is none."""
+    return float(f"{value:.{COLUMN_DIGITS}g}") if np.isfinite(value) else None
 
 
 def encode(values: Array) -> list[int | None]:
@@ -67,15 +67,18 @@ def _exponent(values: Array) -> int:
     largest = float(np.abs(values).max(initial=0.0))
     if largest == 0.0:
         return 0
-    exponent = int(np.floor(np.log10(largest))) - DIGITS + 1
+    exponent = int(np.floor(np.log10(largest))) - COLUMN_DIGITS + 1
     smallest = float(values.min())
-    if largest <= WIDE * smallest or smallest <= 0.0:
+    if largest <= WIDE_SPAN * smallest or smallest <= 0.0:
         return exponent
-    return max(min(exponent, int(np.floor(np.log10(smallest))) - LEAST + 1), exponent - DIGITS)
+    return max(
+        min(exponent, int(np.floor(np.log10(smallest))) - SMALLEST_DIGITS + 1),
+        exponent - COLUMN_DIGITS,
+    )
 
 
 def decode(column: list[int | None]) -> Array:
-    """The numbers of a column, NaN where null: what `report.js` does."""
+    """The numbers of a column, NaN where null: as `report.js`."""
     exponent = column[0] or 0
     steps = np.array([0 if d is None else d for d in column[1:]], dtype=np.int64)
     total = np.cumsum(steps)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of what is left: how errors are spread, how they are correlated, what they follow."""
+"""Plots of residuals: histogram, autocorrelation, correlation with commands and forces."""
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.text.names import plotly_symbol
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS
 from seatrial.util.statistics import NORMAL_95, autocorrelation, moving_average_band, white_band
 
@@ -34,12 +34,12 @@ BINS = 41  # of a histogram
 BIN_RANGE = 4.0  # standard deviations to either side that a histogram shows
 LAGS = 3  # horizons that an autocorrelation reaches over
 GROUPS = 9  # of a command, in each of which errors are averaged
-FEWEST = 3  # predictions without overlap that a mean is of
+FEWEST_INDEPENDENT = 3  # predictions without overlap in a mean
 
 
 def histogram(run: Run, axis: int) -> Figure:
     """Errors over the whole run beside a normal curve of the same mean and spread."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     errors = run.prediction.errors[:, axis] * scale
     spread, mean = float(np.std(errors)), float(np.mean(errors))
     titles = f"error in {SYMBOLS[axis]} [{name}]", "share of errors [%]"
@@ -58,7 +58,7 @@ def histogram(run: Run, axis: int) -> Figure:
 
 def outline(run: Run, axis: int) -> Figure:
     """Errors over the whole run as a line, for two models in one plot."""
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     errors = run.prediction.errors[:, axis] * scale
     reach = BIN_RANGE * float(np.sqrt(np.mean(errors**2)))
     share, edges = np.histogram(errors, np.linspace(-reach, reach, BINS + 1) if reach > 0 else BINS)
@@ -97,8 +97,8 @@ def correlation(run: Run, axis: int) -> Figure:
     return figure(traces, *titles, **layout, shapes=[reach])
 
 
-def followed(run: Run, axis: int) -> Figure:
-    """Correlation of what the filter did not foresee with every force, over lags."""
+def residual_correlations(run: Run, axis: int) -> Figure:
+    """Correlation of the filter's innovations with every force, over lags."""
     own = [c for c in run.correlations if c.residual == SYMBOLS[axis]]
     traces, shapes = [], []
     for i, found in enumerate(own):
@@ -119,24 +119,24 @@ def followed(run: Run, axis: int) -> Figure:
 def against_command(model: Model, run: Run, axis: int) -> Figure:
     """Mean error in groups of the commands that drive the axis, with 95 % intervals.
 
-    Samples of overlapping predictions count as one a horizon.
+    Overlapping predictions count as one per horizon.
     """
-    name, scale = UNITS[axis]
+    name, scale = ERROR_UNITS[axis]
     found = run.prediction
     errors = scale * found.errors[:, axis]
     traces = []
     for n, place in enumerate(forces_in(model, axis)):
         command = np.interp(found.t, run.t, run.forces[:, place])
         edges = np.unique(np.quantile(command, np.linspace(0.0, 1.0, GROUPS + 1)))
-        if len(edges) < FEWEST:
+        if len(edges) < FEWEST_INDEPENDENT:
             continue
         group = np.clip(np.searchsorted(edges, command, side="right") - 1, 0, len(edges) - 2)
         rows = []
         for g in range(len(edges) - 1):
             mine = errors[group == g]
-            apart = len(mine) / found.steps
-            if apart >= FEWEST:
-                half = NORMAL_95 * float(np.std(mine)) / np.sqrt(apart)
+            independent = len(mine) / found.steps
+            if independent >= FEWEST_INDEPENDENT:
+                half = NORMAL_95 * float(np.std(mine)) / np.sqrt(independent)
                 rows.append((float(command[group == g].mean()), float(mine.mean()), half))
         if not rows:
             continue

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""How recordings agree: each one's score, and what each alone makes of the parameters."""
+"""Homogeneity across recordings: scores and own estimates of each."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.report.evidence.homogeneity import Repeat
+from seatrial.report.evidence.homogeneity import Homogeneity
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
     BLACK,
@@ -22,27 +22,27 @@ from seatrial.report.figures.base import (
 from seatrial.report.text.names import plotly_symbol
 from seatrial.util.frames import AXES, SYMBOLS
 
-LETTERS = 48  # that fit below a plot
-ROOM = 0.7  # of a row that its marks take
-COLOURS = (0, 1, 2)  # of surge, sway and yaw
+LABEL_LETTERS = 48  # that fit below a plot
+ROW_SHARE = 0.7  # of a row that its marks take
+AXIS_COLOURS = (0, 1, 2)  # of surge, sway and yaw
 
 
 def scores(runs: Sequence[Run]) -> Figure:
-    """Error over that of a velocity that stays, by recording and axis, with 95 % intervals."""
+    """RMS error over that of constant velocity, by recording and axis, with 95 % intervals."""
     tested = [run for run in runs if run.tested]
-    most = max(16, LETTERS // max(1, len(tested)))
+    most = max(16, LABEL_LETTERS // max(1, len(tested)))
     traces = []
     for axis, symbol in enumerate(SYMBOLS):
         found = [run.score.scores[symbol] for run in tested]
         y = np.array([s.ratio for s in found])
         ends = [s.ratio_interval or (s.ratio, s.ratio) for s in found]
         x = np.arange(len(tested)) + 0.2 * (axis - 1)
-        colour, _ = colour_of(COLOURS[axis])
+        colour, _ = colour_of(AXIS_COLOURS[axis])
         low, high = np.array(ends).reshape(-1, 2).T
         trace = marks(AXES[axis], np.column_stack([x, y]), colour, SIGNS[axis], size=9)
         traces.append(trace | {"opacity": 1.0, "error_y": whiskers(y, low, high, colour)})
     return figure(
-        traces, "", "error / constant velocity's [–]",
+        traces, "", "RMS error / constant velocity's [–]",
         xaxis={
             "tickvals": list(range(len(tested))), "ticktext": [shortened(run.name, most) for run in tested],
             "range": [-0.6, len(tested) - 0.4],
@@ -51,23 +51,23 @@ def scores(runs: Sequence[Run]) -> Figure:
     )  # fmt: skip
 
 
-def parameters(found: Repeat) -> Figure:
-    """What each recording alone makes of each parameter, relative to the model's value [%]."""
+def parameters(found: Homogeneity) -> Figure:
+    """Each recording's own estimate of each parameter, relative to the model's value [%]."""
     names = [row.name for row in found.rows]
     count = len(found.recordings)
     traces = []
     for i, recording in enumerate(found.recordings):
         rows = [(k, row.shifts[i], row.errors[i]) for k, row in enumerate(found.rows)]
-        told = np.array([r for r in rows if np.isfinite(r[2])]).reshape(-1, 3)
-        if not len(told):
+        shown = np.array([r for r in rows if np.isfinite(r[2])]).reshape(-1, 3)
+        if not len(shown):
             continue
-        offset = ROOM * ((i + 0.5) / count - 0.5)
+        offset = ROW_SHARE * ((i + 0.5) / count - 0.5)
         colour, _ = colour_of(i)
-        y, x, half = -told[:, 0] - offset, 100.0 * told[:, 1], 196.0 * told[:, 2]
+        y, x, half = -shown[:, 0] - offset, 100.0 * shown[:, 1], 196.0 * shown[:, 2]
         trace = marks(recording, np.column_stack([x, y]), colour, SIGNS[i % len(SIGNS)], size=7)
         traces.append(trace | {"opacity": 1.0, "error_x": whiskers(x, x - half, x + half, colour)})
     return figure(
-        traces, "away from the model's value [%]", "",
+        traces, "difference from the model's value [%]", "",
         yaxis={
             "tickvals": [-float(k) for k in range(len(names))],
             "ticktext": [plotly_symbol(name) for name in names], "range": [-len(names) + 0.4, 0.6],

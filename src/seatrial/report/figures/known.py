@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well each parameter is known, at a glance."""
+"""Relative error of each parameter."""
 
 import numpy as np
 
@@ -32,13 +32,13 @@ LOOKS = {  # of a verdict
     ParameterVerdict.ZERO: (PURPLE, "cross"),
     ParameterVerdict.LOST: (RED, "x-thin-open"),
 }
-LEAST, MOST = 0.01, 1000.0  # [%] that the axis reaches at the most
+LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN = 0.01, 1000.0  # [%] of relative errors
 
 
 def errors(found: Identifiability) -> Figure:
     """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
     rows = [f for f in found.findings if f.verdict.estimated]
-    share = np.clip([100.0 * f.relative for f in rows], LEAST, MOST)
+    share = np.clip([100.0 * f.relative for f in rows], LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN)
     place = -np.arange(len(rows), dtype=float)
     traces = []
     for verdict, (colour, sign) in LOOKS.items():
@@ -57,8 +57,10 @@ def errors(found: Identifiability) -> Figure:
 
 
 def reach(share: Array) -> tuple[float, float]:
-    """What an axis of relative errors shows [%]: all of them, and the limits of the verdicts."""
+    """Range of an axis of relative errors [%]: all of them, and the limits of the verdicts."""
     if not len(share):
         return 1.0, 100.0
     low, high = float(share.min()), float(share.max())
-    return max(LEAST, 0.5 * min(low, 100 * SHARP_ERROR)), max(200 * USABLE_ERROR, 1.6 * high)
+    return max(LEAST_ERROR_SHOWN, 0.5 * min(low, 100 * SHARP_ERROR)), max(
+        200 * USABLE_ERROR, 1.6 * high
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Getting going and coming to rest."""
+"""Start from rest and stop."""
 
 import numpy as np
 
@@ -18,14 +18,14 @@ from seatrial.report.figures.base import (
     upright,
 )
 
-LONGER = 6.0  # rise times that are shown of either
+RISE_TIMES_SHOWN = 6.0  # of start and of stop
 
 
 def start_and_stop(model: Model, found: Spread) -> Figure:
     """Speed from rest under the largest command, then without any; top speed, 63 % of it."""
     t, v = driven(model, found.axis)
     one = found.found
-    shown = float(np.clip(LONGER * one.rise_time, 2.0, RUN))
+    shown = float(np.clip(RISE_TIMES_SHOWN * one.rise_time, 2.0, RUN))
     first, second = t <= shown, (t >= RUN) & (t <= RUN + 2.0 * shown)
     traces = [
         line("command on at 0 s", t[first], v[first], BLUE, width=2.0),

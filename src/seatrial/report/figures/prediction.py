@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Measured against predicted velocity, and errors against how far ahead one looks."""
+"""Measured and predicted velocity, and errors against the horizon."""
 
 from collections.abc import Sequence
 
@@ -24,17 +24,17 @@ from seatrial.report.figures.base import (
     speed,
     whiskers,
 )
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS
 
-STARTS = (
+START_KINDS = (
     ("stencil", "measured start", BLUE, "square"),
-    ("filter", "filter's start", RED, "circle"),
+    ("filter", "filter start", RED, "circle"),
 )
 
 
 def velocity(model: Model, run: Run, axis: int) -> Figure:
-    """Measured and predicted velocity above what drives the axis, Fig. 4."""
+    """Measured and predicted velocity above the forces of the axis, Fig. 4."""
     at = run.shown
     traces = [line("measured", run.t[at], run.measured[at, axis], BLACK)]
     if run.tested:
@@ -45,7 +45,7 @@ def velocity(model: Model, run: Run, axis: int) -> Figure:
 def above_commands(
     traces: Sequence[Figure], model: Model, run: Run, axis: int, colours: Sequence[str]
 ) -> Figure:
-    """Traces of one velocity over time, and below them what drives the axis."""
+    """Traces of one velocity over time, and below them the forces of the axis."""
     at, below = run.shown, []
     for n, place in enumerate(forces_in(model, axis)):
         trace = line("", run.t[at], run.forces[at, place], colours[n % len(colours)])
@@ -59,10 +59,10 @@ def above_commands(
 
 
 def horizons(rows: Sequence[Scored], axis: int) -> Figure:
-    """RMS error against the horizon with 95 % intervals, the floor, and that of no model at all."""
-    name, scale = UNITS[axis]
+    """RMS error against the horizon with 95 % intervals, noise floor, expected RMS, constant velocity."""
+    name, scale = ERROR_UNITS[axis]
     traces = []
-    for start, label, colour, sign in STARTS:
+    for start, label, colour, sign in START_KINDS:
         own = [row for row in rows if row.start == start]
         if not own:
             continue
@@ -79,20 +79,21 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
         )  # fmt: skip
         floor = scale * np.array([s.floor for s in scores])
         traces.append(
-            line("floor", x, floor, colour, dash="dot") | {"showlegend": start == STARTS[0][0]}
+            line("noise floor", x, floor, colour, dash="dot")
+            | {"showlegend": start == START_KINDS[0][0]}
         )
-        foreseen = [s.foreseen for s in scores if s.foreseen is not None]
-        if len(foreseen) == len(scores):
-            trace = line("foreseen", x, scale * np.array(foreseen), colour, dash="dashdot")
-            traces.append(trace | {"showlegend": start == STARTS[0][0]})
-    still = [row for row in rows if row.start == "stencil"]
-    if still:
-        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
-        x = np.array([row.horizon for row in still])
-        traces.append(line("velocity stays", x, values, ORANGE, dash="dash"))
+        expected = [s.foreseen for s in scores if s.foreseen is not None]
+        if len(expected) == len(scores):
+            trace = line("expected RMS", x, scale * np.array(expected), colour, dash="dashdot")
+            traces.append(trace | {"showlegend": start == START_KINDS[0][0]})
+    stencil = [row for row in rows if row.start == "stencil"]
+    if stencil:
+        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in stencil])
+        x = np.array([row.horizon for row in stencil])
+        traces.append(line("constant velocity", x, values, ORANGE, dash="dash"))
     ticks = sorted({row.horizon for row in rows})
     return figure(
-        traces, "looking ahead [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
+        traces, "horizon [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
         yaxis=room_for(traces), showlegend=True,
     )  # fmt: skip

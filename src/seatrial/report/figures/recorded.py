@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of what was recorded: tracks, when what was usable, which speeds met which commands."""
+"""Plots of recordings: tracks, usable intervals, coverage of speeds and commands."""
 
 from collections.abc import Sequence
 
@@ -31,29 +31,30 @@ from seatrial.report.figures.base import (
 from seatrial.util.frames import Array
 
 SCATTER = 1000  # points of a scatter at most
-SLIVER = 150.0  # of the longest recording: shorter gaps would not be seen
+# part of the longest recording to which shorter gaps are widened, to be visible
+SHORTEST_GAP = 150.0
 MARGIN = 0.05  # of the tracks, left and right of them
 TRACKS = 6000  # points of all tracks together
-CELLS = 12  # of the coverage, each way
-LARGEST, SMALLEST = 17.0, 3.5  # [px] a cell's mark where the boat was most, and least
-ROOT = 0.3  # of the time, so that short stays are seen beside long ones
-MISSING = (  # what is missing in a recording, and its colour
-    ("poses left out", {FaultKind.MARKED, FaultKind.NOT_FINITE, FaultKind.STAMP, FaultKind.FROZEN}, ORANGE),
+COVERAGE_CELLS = 12  # of the coverage, each way
+LARGEST, SMALLEST = 17.0, 3.5  # [px] mark of the cell with most and with least time
+MARK_POWER = 0.3  # of the time, so that marks of short times stay visible
+MISSING = (  # kinds of missing data, and their colours
+    ("excluded poses", {FaultKind.MARKED, FaultKind.NOT_FINITE, FaultKind.STAMP, FaultKind.FROZEN}, ORANGE),
     ("jumps", {FaultKind.EXCURSION, FaultKind.JUMP}, RED),
     ("no poses", {FaultKind.GAP}, PURPLE),
-    ("left out as asked", {FaultKind.EXCLUDED}, GREEN),
+    ("excluded (--without)", {FaultKind.EXCLUDED}, GREEN),
     ("no commands", {FaultKind.SILENT, FaultKind.NO_NUMBER}, SKY),
 )  # fmt: skip
 
 
 def track(run: Run) -> Figure:
-    """Where the boat was [m], with left-out poses and jumps."""
+    """Track [m], with excluded poses and jumps."""
     recording = run.recording
-    left_out = recording.eta[~recording.valid, :2]
-    left_out = left_out[np.isfinite(left_out).all(axis=1)]
+    excluded = recording.eta[~recording.valid, :2]
+    excluded = excluded[np.isfinite(excluded).all(axis=1)]
     traces = [
         line("track", run.position[run.shown, 0], run.position[run.shown, 1], BLUE),
-        marks("left out", left_out, ORANGE, "x-thin-open"),
+        marks("excluded", excluded, ORANGE, "x-thin-open"),
     ]
     ends = [(f.start, f.end) for f in recording.faults if f.kind is FaultKind.JUMP]
     if ends:
@@ -100,7 +101,7 @@ def timeline(runs: Sequence[Run]) -> Figure:
     traces = [line("recorded", np.concatenate(spans), rows, BLUE, width=8.0)]
     for name, kinds, colour in MISSING:
         found = [
-            (f.start, max(f.end, f.start + longest / SLIVER), place)
+            (f.start, max(f.end, f.start + longest / SHORTEST_GAP), place)
             for run, place in zip(runs, places.tolist(), strict=True)
             for f in run.recording.faults
             if f.kind in kinds
@@ -119,7 +120,7 @@ def timeline(runs: Sequence[Run]) -> Figure:
 
 
 def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
-    """Seconds that each speed met each command of the axis' own force, larger marks for longer."""
+    """Time [s] at each speed and command of the axis' own force, as the size of marks."""
     places = forces_in(model, axis)
     layout: Figure = {"showlegend": True, "legend": {"itemsizing": "constant"}}
     if not places:
@@ -130,7 +131,7 @@ def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
     if not len(every):
         return figure([], COMMAND, speed(axis), **layout)
     reach = np.maximum(np.abs(every).max(axis=0), 1e-9)
-    edges = [np.linspace(-r, r, CELLS + 1) for r in reach]
+    edges = [np.linspace(-r, r, COVERAGE_CELLS + 1) for r in reach]
     counts = [_seconds(points, run, edges) for points, run in zip(own, runs, strict=True)]
     most = float(np.sum(counts, axis=0).max())
     middle = [0.5 * (e[1:] + e[:-1]) for e in edges]
@@ -143,11 +144,11 @@ def cells(model: Model, runs: Sequence[Run], axis: int) -> Figure:
         if not mine:
             continue
         seconds = np.sum(mine, axis=0).ravel()
-        there = seconds > 0
-        size = np.maximum(LARGEST * (seconds[there] / most) ** ROOT, SMALLEST)
-        trace = marks(name, np.column_stack([x[there], y[there]]), colour, sign)
+        visited = seconds > 0
+        size = np.maximum(LARGEST * (seconds[visited] / most) ** MARK_POWER, SMALLEST)
+        trace = marks(name, np.column_stack([x[visited], y[visited]]), colour, sign)
         trace["marker"] |= {"size": size.round(1).tolist()}
-        trace["text"] = [f"{s:.1f} s" for s in seconds[there].tolist()]
+        trace["text"] = [f"{s:.1f} s" for s in seconds[visited].tolist()]
         traces.append(trace)
     return figure(traces, f"{force_name(model, places[0])} [command units]", speed(axis), **layout)
 
@@ -158,7 +159,7 @@ def _seconds(points: Array, run: Run, edges: Sequence[Array]) -> Array:
 
 
 def coverage(model: Model, run: Run, axis: int) -> Figure:
-    """Which speeds met which commands: where the model knows the boat."""
+    """Coverage: speed against command."""
     good = np.flatnonzero(np.isfinite(run.measured[:, axis]))
     good = good[:: max(1, -(-len(good) // SCATTER))]
     traces = []

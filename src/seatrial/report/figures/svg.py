@@ -12,9 +12,9 @@ from seatrial.report.figures.svg_axes import Axis, axis_of
 from seatrial.report.figures.svg_marks import DASH, bars, fmt, line_path, symbols, whiskers
 from seatrial.util.frames import Array
 
-WIDTH, HEIGHT, ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
+WIDTH, HEIGHT, PLOT_ROW = 640.0, 420.0, 18.0  # [px] of a plot, and a row of one that has rows
 LEFT, RIGHT, TOP, BOTTOM = 66.0, 12.0, 12.0, 46.0  # [px] around the plot
-LEGEND, LETTER = 18.0, 6.3  # [px] a row of the legend, a letter
+LEGEND_ROW, LETTER_WIDTH = 18.0, 6.3  # [px] a row of the legend, a letter
 TEXT, GRID = "#1a1d21", "#dfe3e7"
 
 
@@ -23,9 +23,9 @@ def svg(figure: Figure) -> str:
     layout = figure["layout"]
     traces = [t for t in figure["data"] if len(np.atleast_1d(np.asarray(t["x"])))]
     entries, rows = _legend(traces, layout)
-    top = TOP + LEGEND * rows
-    wide = _longest(layout.get("yaxis", {})) * LETTER
-    height = max(HEIGHT, top + BOTTOM + ROW * len(layout.get("yaxis", {}).get("ticktext", [])))
+    top = TOP + LEGEND_ROW * rows
+    wide = _longest(layout.get("yaxis", {})) * LETTER_WIDTH
+    height = max(HEIGHT, top + BOTTOM + PLOT_ROW * len(layout.get("yaxis", {}).get("ticktext", [])))
     box = (max(LEFT, wide + 20.0), top, WIDTH - RIGHT, height - BOTTOM)
     x, panels = _axes(traces, layout, box)
     parts = [_frame(x, y, title) for y, title in panels.values()]
@@ -79,7 +79,7 @@ def _alike(x: Axis, y: Axis) -> tuple[Axis, Axis]:
 
 
 def _values(traces: Sequence[Figure], key: str) -> Array:
-    """All that must be seen, with the ends of intervals."""
+    """All values, with the ends of intervals."""
     parts = [np.zeros(0)]
     for trace in traces:
         value = np.asarray(trace[key], dtype=float)
@@ -159,16 +159,16 @@ def _shape(shape: Mapping[str, Any], x: Axis, y: Axis) -> str:
 
 
 def _legend(traces: Sequence[Figure], layout: Figure) -> tuple[str, int]:
-    """Names with their looks in rows above the plot, and how many rows."""
+    """Names with their symbols in rows above the plot, and the number of rows."""
     named = [t for t in traces if t.get("showlegend", True) and t.get("name")]
     if not named or (len(named) == 1 and not layout.get("showlegend")):
         return "", 0
     parts, at, row = [], LEFT, 0
     for trace in named:
-        width = 34.0 + LETTER * len(unescape(_plain(trace["name"])))
+        width = 34.0 + LETTER_WIDTH * len(unescape(_plain(trace["name"])))
         if at + width > WIDTH - RIGHT and at > LEFT:
             at, row = LEFT, row + 1
-        y = TOP + LEGEND * row + 4
+        y = TOP + LEGEND_ROW * row + 4
         parts.append(_key(trace, at, y))
         parts.append(f'<text x="{fmt(at + 24)}" y="{fmt(y + 4)}">{_words(trace["name"])}</text>')
         at += width
@@ -196,7 +196,7 @@ def _plain(text: str) -> str:
 
 
 def _words(text: str) -> str:
-    """Text whose subscripts are lowered; it is escaped already, but for Plotly's own."""
+    """Text with lowered subscripts; it is escaped already, except Plotly's own tags."""
     safe = escape(unescape(text), quote=False)
     safe = safe.replace("&lt;sub&gt;", '<tspan dy="3" font-size="8">')
     return safe.replace("&lt;/sub&gt;", '</tspan><tspan dy="-3">\u200b</tspan>')

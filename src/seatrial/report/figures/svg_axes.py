@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where values stand on an axis of an SVG plot, and its ticks."""
+"""Positions of values on an axis of an SVG plot, and its ticks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from seatrial.util.frames import Array
 
-STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
-WANTED = 6  # ticks
+TICK_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)  # times a power of ten
+WANTED_TICKS = 6
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Axis:
     given: tuple[tuple[float, str], ...] = ()  # ticks
 
     def place(self, values: ArrayLike) -> Array:
-        """Pixels of values; NaN where there is no place."""
+        """Pixels of values; NaN where the value is not on the axis."""
         found = np.asarray(values, dtype=float)
         if self.logarithmic:
             positive = found > 0
@@ -53,8 +53,8 @@ class Axis:
 
     def _even(self) -> list[tuple[float, str]]:
         span = self.end - self.begin
-        power = 10.0 ** np.floor(np.log10(span / WANTED))
-        step = next(s * power for s in STEPS if span / (s * power) <= WANTED + 1)
+        power = 10.0 ** np.floor(np.log10(span / WANTED_TICKS))
+        step = next(s * power for s in TICK_STEPS if span / (s * power) <= WANTED_TICKS + 1)
         first = np.ceil(self.begin / step - 1e-9)
         count = int(np.floor(self.end / step + 1e-9) - first) + 1
         values = ((first + np.arange(count)) * step).tolist()

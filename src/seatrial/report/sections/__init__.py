@@ -1,33 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The report's sections, one file each, in the order in which they stand on the page."""
+"""The report's sections, one file each."""
 
-from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.sections import (
-    actuators,
-    advice,
-    coefficients,
-    errors,
-    homogeneity,
-    horizons,
-    known,
-    physics,
-    prediction,
-    provenance,
-    recorded,
-    scores,
-    verdict,
-)
 from seatrial.report.sections.base import Section
-
-ORDER = (
-    verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
-    homogeneity, physics, advice, provenance,
-)  # fmt: skip
-
-
-def all_sections(evidence: Evidence) -> list[Section]:
-    """All that there is something to say in."""
-    return [found for one in ORDER if (found := one.section(evidence)) is not None]
-
+from seatrial.report.sections.order import all_sections
 
 __all__ = ["Section", "all_sections"]

@@ -6,7 +6,7 @@ from html import escape
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import actuators as draw
 from seatrial.report.sections.base import ALL, Section, plot
-from seatrial.report.sections.known import said
+from seatrial.report.sections.known import verdict_text
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text, between, known
 from seatrial.report.text.table import Table
@@ -14,7 +14,7 @@ from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:
-    """What the thrusters make of a command."""
+    """Static curve and step response."""
     model = evidence.model
     scheme = f"Allocation: {model.vehicle.scheme.value}."
     if not model.vehicle.constants.names and not any(g.table for g in model.vehicle.file.chain):
@@ -25,9 +25,9 @@ def section(evidence: Evidence) -> Section:
     html = f"""<section id="actuators"><h2>Actuators</h2>
 <p class="note">{escape(scheme)} {prose.ACTUATORS}</p>
 <div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
-{plot(ALL, "answer", "force after a step of the command", "middle", "after a full command at 0 s")}</div>
+{plot(ALL, "answer", "force after a step of the command", "middle", "step response, full command at 0 s")}</div>
 {table.html()}</section>"""
-    figures = {"curve": draw.static(model), "answer": draw.answer(model)}
+    figures = {"curve": draw.static_curve(model), "answer": draw.step_response(model)}
     return Section("actuators", "Actuators", html, {ALL: figures}, (table,))
 
 
@@ -44,7 +44,7 @@ def constants(evidence: Evidence) -> Table:
         rows.append(
             [
                 Name(name), Number(value), known(found.error if found.error > 0 else None, 2),
-                between(interval), Text(chain.unit(name)), Text(said(found)),
+                between(interval), Text(chain.unit(name)), Text(verdict_text(found)),
             ]
         )  # fmt: skip
         marked |= set() if found.verdict.reliable else {place}

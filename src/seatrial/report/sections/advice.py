@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What to do next, and what more driving would tell."""
+"""What to do next, and the expected information of further manoeuvres."""
 
 from html import escape
 
@@ -12,7 +12,7 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import advice as draw
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.text import prose
-from seatrial.report.text.cells import Cell, Name, Number, Said, Text
+from seatrial.report.text.cells import Cell, Name, Number, Text, Worded
 from seatrial.report.text.markup import listing
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.table import Table
@@ -22,17 +22,17 @@ from seatrial.util.statistics import NORMAL_95
 def section(evidence: Evidence) -> Section:
     """Sentences, then the expected gain by parameter."""
     todo = [sentence(text, names_in(evidence.model)) for text in advice(evidence)]
-    said = listing(todo, "advice") if todo else prose.ALL_WELL
+    items = listing(todo, "advice") if todo else prose.ALL_WELL
     if not evidence.gains:
-        why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.silent)}</p>"
-        html = f'<section id="advice"><h2>The next drive</h2>\n{said}\n{why}</section>'
+        why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.no_information)}</p>"
+        html = f'<section id="advice"><h2>The next drive</h2>\n{items}\n{why}</section>'
         return Section("advice", "Next drive", html)
     table = gained(evidence)
     other = evidence.model.estimator.method != OUTPUT_ERROR
     more = f" {prose.OTHER_METHOD}" if other else ""
     html = f"""<section id="advice"><h2>The next drive</h2>
-{said}
-<h3>What more driving would tell</h3>
+{items}
+<h3>Expected information of further driving</h3>
 <p class="note">{prose.GAINS}{more}</p>
 {plot(ALL, "halving", "time to halve every interval", "tall", rows=len(evidence.gains))}
 {table.html()}</section>"""
@@ -42,14 +42,14 @@ def section(evidence: Evidence) -> Section:
 
 def gained(evidence: Evidence) -> Table:
     """For every parameter the best manoeuvre."""
-    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after", "of")
+    head = ("parameter", "value", "± (95 %)", "± after 1 min", "halved after", "manoeuvre")
     rows: list[list[Cell]] = [
         [
             Name(g.parameter), Number(g.value, 3), Number(NORMAL_95 * g.error, 2),
             Number(NORMAL_95 * g.after, 2),
-            Said(g.seconds, drive_time(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
+            Worded(g.seconds, drive_time(g.seconds) if np.isfinite(g.seconds) else "never", "s"),
             Text(g.manoeuvre),
         ]
         for g in evidence.gains
     ]  # fmt: skip
-    return Table("gains", "What more driving would tell", head, rows)
+    return Table("gains", "Expected information of further driving", head, rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a section is: its text, the plots that it names, its tables."""
+"""A section: its text, its plots, its tables."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,8 +10,8 @@ from seatrial.report.figures.base import Figure
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
-HEAD, ROW = 130, 21  # [px] of a plot with rows: around them, and each
-ALL = "all"  # the store of plots that belong to no recording
+ROWS_HEAD, ROW_HEIGHT = 130, 21  # [px] of a plot with rows: around them, and each
+ALL = "all"  # the store of plots of all recordings together
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ def store_of(place: int) -> str:
 def plot(
     store: str, figure: str, label: str, size: str, caption: str = "", *, rows: int = 0
 ) -> str:
-    """Where a plot will be drawn; `label` is what it shows, for those who can't see it.
+    """Placeholder of a plot; `label` is its text alternative.
 
-    `rows`: how many it has, where that makes its height.
+    `rows`: their number, where it determines the height.
     """
     above = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
-    high = f' style="height:{HEAD + ROW * rows}px"' if rows else ""
+    high = f' style="height:{ROWS_HEAD + ROW_HEIGHT * rows}px"' if rows else ""
     return (
         f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
         f'role="img" aria-label="{escape(label)}"></div></figure>'
@@ -61,11 +61,11 @@ def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:
 
 
 def fine(title: str, inside: str) -> str:
-    """What only few want to see."""
+    """Details, folded."""
     return f'<details class="fine"><summary>{escape(title)}</summary>{inside}</details>'
 
 
 def first_of(runs: Sequence[Run]) -> int:
-    """The recording that is open from the start: the first that the model has not seen."""
+    """The recording that is unfolded at first: the first that the model has not seen."""
     fresh = (i for i, run in enumerate(runs) if run.unseen and run.tested)
     return next(fresh, next((i for i, run in enumerate(runs) if run.tested), 0))

@@ -6,7 +6,7 @@ from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
-from seatrial.report.sections.known import said
+from seatrial.report.sections.known import verdict_text
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, between, known
 from seatrial.report.text.equations import equations
@@ -24,9 +24,9 @@ def section(evidence: Evidence) -> Section:
     found = ""
     if model.estimator.steps:
         tables.append(steps(model))
-        found = f"<h3>How they were found</h3>{tables[-1].html()}"
+        found = f"<h3>Estimation steps</h3>{tables[-1].html()}"
     html = f"""<section id="model"><h2>Coefficients and equations</h2>
-<p class="note">{prose.AXES}{other} {prose.TOLD_APART.format(SIGNIFICANT)}</p>
+<p class="note">{prose.AXES_NOTE}{other} {prose.SIGNIFICANCE_NOTE.format(SIGNIFICANT)}</p>
 {tables[0].html()}
 <h3>Equations</h3>
 {equations(structure)}
@@ -54,7 +54,7 @@ def coefficients(evidence: Evidence) -> Table:
             known(found.error if found.error > 0 else None, 2),
             between(interval),
             Unit(model.structure.units[name]),
-            Text(said(found)),
+            Text(verdict_text(found)),
         ]
         if own_axes:
             row.append(Number(-value if name in model.structure.flipped_coefficients else value))
@@ -64,7 +64,7 @@ def coefficients(evidence: Evidence) -> Table:
 
 
 def steps(model: Model) -> Table:
-    """The least-squares steps that found the coefficients."""
+    """The least-squares steps of the estimate."""
     head = ("step", "coefficients", "from", "rows", "condition", "R²")
     rows: list[list[Cell]] = [
         [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is left: histograms, autocorrelations, residuals against inputs."""
+"""Residuals: histograms, autocorrelations, residuals against inputs."""
 
 from collections.abc import Sequence
 from html import escape
@@ -16,11 +16,11 @@ from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number
 from seatrial.report.text.names import names_in, sentence
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
-MOST_SAID = 4  # sentences on the residuals of a recording
+MOST_CORRELATIONS = 4  # sentences on the residuals of a recording
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -31,9 +31,9 @@ def section(evidence: Evidence) -> Section | None:
     parts = "\n".join(
         _one(run, i, names, opened=i == first) for i, run in enumerate(evidence.runs) if run.tested
     )
-    said = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
-    html = f"""<section id="errors"><h2>What is left</h2>
-<p class="note">{said}</p>
+    note = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
+    html = f"""<section id="errors"><h2>Residuals</h2>
+<p class="note">{note}</p>
 {parts}</section>"""
     figures = {
         store_of(i): _figures(evidence, run) for i, run in enumerate(evidence.runs) if run.tested
@@ -43,7 +43,7 @@ def section(evidence: Evidence) -> Section | None:
 
 def correlations(evidence: Evidence) -> Table:
     """The largest correlation of every residual with every force."""
-    head = ("residual", "force", "correlation", "lag [s]", "limit of chance", "beyond")
+    head = ("residual", "force", "correlation", "lag [s]", "limit", "significant")
     rows: list[list[Cell]] = []
     for run in evidence.tested:
         rows.append([Text(run.name)])
@@ -64,37 +64,37 @@ def _figures(evidence: Evidence, run: Run) -> dict[str, Figure]:
         found[f"autocorrelation-{symbol}"] = draw.correlation(run, axis)
         found[f"command-{symbol}"] = draw.against_command(evidence.model, run, axis)
         if run.correlations:
-            found[f"followed-{symbol}"] = draw.followed(run, axis)
+            found[f"followed-{symbol}"] = draw.residual_correlations(run, axis)
     return found
 
 
 def _one(run: Run, place: int, names: Sequence[str], *, opened: bool) -> str:
-    told = sorted(
+    significant = sorted(
         (c for c in run.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
     )
-    said = [sentence(in_words(c), names) for c in told[:MOST_SAID]]
-    if len(told) > MOST_SAID:
-        said.append(f"and {len(told) - MOST_SAID} more, in the plots")
-    if run.correlations and not told:
-        said = ["residuals follow no force by more than chance"]
+    lines = [sentence(in_words(c), names) for c in significant[:MOST_CORRELATIONS]]
+    if len(significant) > MOST_CORRELATIONS:
+        lines.append(f"and {len(significant) - MOST_CORRELATIONS} more, in the plots")
+    if run.correlations and not significant:
+        lines = ["no residual is significantly correlated with a force"]
     parts = "".join(_axis(run, place, axis) for axis in range(3))
-    return foldable(run.name, sizes(run), listing(said) + parts, opened=opened)
+    return foldable(run.name, sizes(run), listing(lines) + parts, opened=opened)
 
 
 def _axis(run: Run, place: int, axis: int) -> str:
-    sign, (name, scale), store = SYMBOLS[axis], UNITS[axis], store_of(place)
+    sign, (name, scale), store = SYMBOLS[axis], ERROR_UNITS[axis], store_of(place)
     found = run.score.scores[sign]
-    told = (
+    summary = (
         f"RMS {number(found.rms * scale, 2)} {name}, mean {number(found.bias * scale, 2)} {name}, "
         f"kurtosis {number(found.kurtosis, 2)}"
     )
     drawn = [
-        plot(store, f"histogram-{sign}", f"histogram of the errors: {told}", "small"),
+        plot(store, f"histogram-{sign}", f"histogram of the errors: {summary}", "small"),
         plot(store, f"autocorrelation-{sign}", "autocorrelation of the errors", "small"),
         plot(store, f"command-{sign}", "mean error against the commands", "small"),
     ]
     if run.correlations:
         label = "correlation of residuals with forces"
         drawn.append(plot(store, f"followed-{sign}", label, "small"))
-    return f"""<h4>{AXES[axis].capitalize()} <i>{sign}</i> <span class="told">{escape(told)}</span></h4>
+    return f"""<h4>{AXES[axis].capitalize()} <i>{sign}</i> <span class="told">{escape(summary)}</span></h4>
 <div class="four">{"".join(drawn)}</div>"""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Whether recordings agree: scores, and what each alone makes of the parameters."""
+"""Homogeneity across recordings: scores, and each recording's own estimates."""
 
 from html import escape
 
-from seatrial.report.evidence.homogeneity import Repeat, repeat
+from seatrial.report.evidence.homogeneity import Homogeneity, homogeneity
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import homogeneity as draw
 from seatrial.report.figures.base import Figure
@@ -19,34 +19,34 @@ def section(evidence: Evidence) -> Section | None:
     """Only where there are two recordings or more."""
     if len(evidence.runs) < 2:
         return None
-    found = repeat(evidence)
+    found = homogeneity(evidence)
     figures: dict[str, Figure] = {}
     parts, tables = [], []
     if len(evidence.tested) > 1:
         figures["repeat-scores"] = draw.scores(evidence.tested)
         parts.append(
-            plot(ALL, "repeat-scores", "error over constant velocity's, by recording", "middle",
-                 "error over that of a velocity that stays, by recording")
+            plot(ALL, "repeat-scores", "RMS error over that of constant velocity, by recording", "middle",
+                 "RMS error over that of constant velocity, by recording")
         )  # fmt: skip
     if found is None:
-        parts.append(f"<p>{escape(prose.NO_INFORMATION)} {escape(evidence.silent)}.</p>")
+        parts.append(f"<p>{escape(prose.NO_INFORMATION)} {escape(evidence.no_information)}.</p>")
     else:
         figures["repeat-parameters"] = draw.parameters(found)
         tables = [shifts(found)]
-        told = sentence(_said(found), names_in(evidence.model))
-        parts.append(f"<p>{told}</p><p class='note'>{prose.REPEAT}</p>")
-        label = "what each recording alone makes of each parameter"
+        result = sentence(_result(found), names_in(evidence.model))
+        parts.append(f"<p>{result}</p><p class='note'>{prose.HOMOGENEITY}</p>")
+        label = "each recording's own estimate of each parameter"
         high = len(found.rows) * max(1, len(evidence.runs) // 3)
         parts.append(plot(ALL, "repeat-parameters", label, "tall", label, rows=high))
         parts.append(fine("as a table", tables[0].html()))
-    html = f"""<section id="repeat"><h2>Do recordings agree?</h2>
+    html = f"""<section id="repeat"><h2>Homogeneity across recordings</h2>
 {"".join(parts)}</section>"""
-    return Section("repeat", "Agreement", html, {ALL: figures}, tuple(tables))
+    return Section("repeat", "Homogeneity", html, {ALL: figures}, tuple(tables))
 
 
-def shifts(found: Repeat) -> Table:
+def shifts(found: Homogeneity) -> Table:
     """Each recording's own value, as a share of the model's."""
-    head = ("parameter", *(f"{name} [%]" for name in found.recordings), "spread [%]", "p of chance")
+    head = ("parameter", *(f"{name} [%]" for name in found.recordings), "spread [%]", "p (Cochran)")
     rows: list[list[Cell]] = [
         [
             Name(row.name),
@@ -56,17 +56,18 @@ def shifts(found: Repeat) -> Table:
         ]
         for row in found.rows
     ]
-    marked = frozenset(i for i, row in enumerate(found.rows) if row.name in found.unlike)
-    return Table("repeat", "What each recording alone makes of the parameters", head, rows, marked)
+    marked = frozenset(i for i, row in enumerate(found.rows) if row.name in found.inhomogeneous)
+    return Table("repeat", "Each recording's own estimates", head, rows, marked)
 
 
-def _said(found: Repeat) -> str:
+def _result(found: Homogeneity) -> str:
     if not any(row.p is not None for row in found.rows):
-        return "No parameter is told well enough by two recordings to compare them."
-    if not found.unlike:
-        return "Where several recordings tell a parameter, they agree as far as their errors let one see."
+        return "No parameter is determined by two recordings, so they can't be compared."
+    if not found.inhomogeneous:
+        return (
+            "No significant difference between recordings in any parameter that several determine."
+        )
     return (
-        f"Recordings differ by more than chance in {joined(found.unlike)}: something changed between "
-        "them (payload, battery, current), or the structure lacks what would explain it; the "
-        "intervals above are too narrow by that."
+        f"Recordings differ significantly in {joined(found.inhomogeneous)}, so the intervals above are too "
+        "narrow. Possible causes: a change of payload, battery or current between them, or model mismatch."
     )

@@ -12,13 +12,13 @@ from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import ALL, Section, fine, three
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Text, between, known
-from seatrial.report.text.numbers import UNITS, names_of
+from seatrial.report.text.numbers import ERROR_UNITS, names_of
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section | None:
-    """The recordings that the model is judged by, taken together."""
+    """The recordings that score the model, pooled."""
     chosen = judged(evidence.runs)
     rows = evidence.scores.pooled
     if not rows:
@@ -30,8 +30,8 @@ def section(evidence: Evidence) -> Section | None:
     )  # fmt: skip
     kind = "not seen" if chosen[0].unseen else "seen: identified from"
     notes = "".join(f"<p>{escape(note)}</p>" for note in _findings(evidence.runs))
-    html = f"""<section id="horizons"><h2>How far ahead</h2>
-<p class="note">{escape(names_of(chosen))} ({kind}), all together. {prose.HORIZONS}</p>
+    html = f"""<section id="horizons"><h2>Prediction error against horizon</h2>
+<p class="note">{escape(names_of(chosen))} ({kind}), pooled. {prose.HORIZONS_NOTE}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
 {notes}{fine("as a table", table.html())}{fine("by recording", every.html())}</section>"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
@@ -42,13 +42,13 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Score
     """Scores by horizon, start and axis; a group for each of several recordings."""
     head = (
         "velocity", "horizon [s]", "start", "RMS error", "95 %", "unit", "stays constant", "ratio",
-        "floor", "foreseen", "predictions",
+        "floor", "expected", "predictions",
     )  # fmt: skip
     rows: list[list[Cell]] = []
     for title, found in groups:
         rows += [[Text(title)]] if title else []
         for axis, symbol in enumerate(SYMBOLS):
-            unit, scale = UNITS[axis]
+            unit, scale = ERROR_UNITS[axis]
             for row in found:
                 score = row.scores[symbol]
                 rows.append(

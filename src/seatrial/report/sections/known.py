@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is known of each parameter, and what only of some together; before any residual."""
+"""Accuracy of each parameter and of their combinations; before any residual."""
 
 from html import escape
 
@@ -35,7 +35,7 @@ def section(evidence: Evidence) -> Section:
 <p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
         return Section("known", "What is known", html)
     lines = [*map(combined, found.combinations), *condition_said(found)]
-    said = [sentence(line, names) for line in lines]
+    combinations = [sentence(line, names) for line in lines]
     scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
@@ -43,7 +43,7 @@ def section(evidence: Evidence) -> Section:
 <p class="note">{prose.KNOWN}</p>
 {warned}<div class="pair wider">{table.html()}
 {plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
-{listing([*said, *notes])}
+{listing([*combinations, *notes])}
 <h3>Correlations</h3>
 <p class="note">{prose.CORRELATIONS}</p>
 {correlation_map(found)}</section>"""
@@ -93,8 +93,8 @@ def share(found: ParameterAccuracy) -> Cell:
     return Number(found.relative, 2, 100.0, " %") if found.relative < 1.0 else Text("> 100 %")
 
 
-def said(found: ParameterAccuracy) -> str:
-    """The verdict, and how much there may be of what is not distinguishable from zero."""
+def verdict_text(found: ParameterAccuracy) -> str:
+    """The verdict; of an insignificant parameter its upper limit."""
     text = found.verdict.value
     if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
         text += f", at most {percent(found.reach)} of full thrust"
@@ -106,4 +106,4 @@ def _row(found: ParameterAccuracy) -> list[Cell]:
     if found.partners:
         name, rho = found.partners[0]
         partner = Name(name, f" ({number(rho, 2)})")
-    return [Name(found.name), share(found), Text(said(found)), partner]
+    return [Name(found.name), share(found), Text(verdict_text(found)), partner]

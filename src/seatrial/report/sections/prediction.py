@@ -5,17 +5,17 @@ from html import escape
 from string import Template
 
 from seatrial.report.evidence.model_evidence import Evidence
-from seatrial.report.evidence.runs import WINDOW, Run
+from seatrial.report.evidence.runs import PLOT_WINDOW, Run
 from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
 from seatrial.report.text import prose
 from seatrial.report.text.markup import number
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import AXES, SYMBOLS
 
 BUTTONS = (
     ("whole", "whole run"),
-    ("window", f"{WINDOW:g} s"),
+    ("window", f"{PLOT_WINDOW:g} s"),
     ("earlier", "‹ earlier"),
     ("later", "later ›"),
 )
@@ -25,9 +25,9 @@ def section(evidence: Evidence) -> Section:
     """Each recording, foldable."""
     runs, horizon = evidence.runs, f"{evidence.horizon:g}"
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
-    said = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{WINDOW:g}")
+    note = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{PLOT_WINDOW:g}")
     html = f"""<section id="prediction"><h2>Measured and predicted, {horizon}&nbsp;s ahead</h2>
-<p class="note">{said}</p>
+<p class="note">{note}</p>
 {parts}</section>"""
     figures = {
         store_of(i): {
@@ -39,13 +39,13 @@ def section(evidence: Evidence) -> Section:
 
 
 def sizes(run: Run) -> str:
-    """Whether it was seen, and its errors."""
+    """Seen or not, and its RMS errors."""
     kind = "not seen" if run.unseen else "seen"
     if not run.tested:
         return f"{kind}; no prediction"
     found = [
         f"{sign} {number(run.score.scores[sign].rms * scale, 2)} {name}"
-        for sign, (name, scale) in zip(SYMBOLS, UNITS, strict=True)
+        for sign, (name, scale) in zip(SYMBOLS, ERROR_UNITS, strict=True)
     ]
     return f"{kind}; RMS error {', '.join(found)}"
 
@@ -64,10 +64,10 @@ def linked(run: Run, inside: str) -> str:
 
 
 def _one(run: Run, place: int, *, opened: bool) -> str:
-    lost = "" if run.tested else f'<p class="warning">{escape(run.lost)}</p>'
+    warning = "" if run.tested else f'<p class="warning">{escape(run.failure)}</p>'
     drawn = "".join(
         f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
         + plot(store_of(place), f"velocity-{s}", f"{axis} velocity, measured and predicted", "wide")
         for axis, s in zip(AXES, SYMBOLS, strict=True)
     )
-    return foldable(run.name, sizes(run), lost + linked(run, drawn), opened=opened)
+    return foldable(run.name, sizes(run), warning + linked(run, drawn), opened=opened)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where everything comes from."""
+"""Provenance: version, method, settings, noise, files, envelope."""
 
 from html import escape
 from importlib.metadata import version
@@ -35,7 +35,7 @@ def facts(evidence: Evidence) -> list[tuple[str, str]]:
 
 
 def facts_of(model: Model) -> list[tuple[str, str]]:
-    """Names and values of what a model is."""
+    """Names and values that describe a model."""
     noise, step, process = model.noise, model.integration, model.noise.process
     settings = {k: v for k, v in model.estimator.settings.items() if f"{v}"}
     chosen = ", ".join(f"{k} = {v}" for k, v in settings.items()) or "none"
@@ -57,7 +57,8 @@ def facts_of(model: Model) -> list[tuple[str, str]]:
     if process is not None:
         walks = f"{number(1e3 * process.walk_linear, 2)} mm/s, {number(1e3 * process.walk_yaw, 2)} mrad/s"
         forces = f"{number(process.disturbance_linear, 2)} m/s², {number(process.disturbance_yaw, 2)} rad/s²"
-        text = f"walk {walks} in a second; force {forces}, lasting {number(process.memory, 2)} s"
+        memory = number(process.memory, 2)
+        text = f"velocity random walk {walks} per √s; disturbance force {forces}, correlation time {memory} s"
     return [*found, ("process noise", text)]
 
 
@@ -83,7 +84,7 @@ def files(evidence: Evidence) -> Table:
 
 
 def envelope(model: Model) -> Table:
-    """Ranges of speeds and forces that the model was made from, forward-left-up."""
+    """Ranges of speeds and forces in the identification data, forward-left-up."""
     units = ("m/s", "m/s", "rad/s")
     rows: list[list[Cell]] = [
         [Name(n), Number(low, 3), Number(high, 3), Text(units[SYMBOLS.index(n)])]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What was recorded: tracks, gaps, which speeds met which commands."""
+"""Recordings: tracks, gaps, coverage of speeds and commands."""
 
 from collections.abc import Sequence
 from string import Template
@@ -30,14 +30,14 @@ def section(evidence: Evidence) -> Section:
     """All recordings together, then each."""
     model, runs = evidence.model, evidence.runs
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
-    said = Template(prose.RECORDED).substitute(scatter=draw.SCATTER)
-    html = f"""<section id="recorded"><h2>What was recorded</h2>
-<p class="note">{said}</p>
+    note = Template(prose.RECORDED_NOTE).substitute(scatter=draw.SCATTER)
+    html = f"""<section id="recorded"><h2>Recordings</h2>
+<p class="note">{note}</p>
 <div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
-{plot(ALL, "timeline", "when poses and commands were usable", "square", "what is missing, when")}</div>
+{plot(ALL, "timeline", "when poses and commands were usable", "square", "missing data over time")}</div>
 {summary(evidence).html()}
 <h3>Speeds against commands</h3>
-{three(ALL, "cells", "time spent at each speed and command")}
+{three(ALL, "cells", "time at each speed and command")}
 {parts}</section>"""
     figures = {
         ALL: {
@@ -54,14 +54,14 @@ def section(evidence: Evidence) -> Section:
 
 def summary(evidence: Evidence) -> Table:
     """A row for each recording."""
-    head = ("recording", "length [s]", "poses", "rate [Hz]", "left out [%]", "faults", "use")
+    head = ("recording", "length [s]", "poses", "rate [Hz]", "excluded [%]", "faults", "use")
     rows: list[list[Cell]] = []
     for run in evidence.runs:
         recording = run.recording
         rows.append(
             [
                 Text(recording.name), Number(recording.duration, 4), Text(f"{len(recording.t)}"),
-                Number(1.0 / recording.period, 3), Number(run.masked, 2, 100.0),
+                Number(1.0 / recording.period, 3), Number(run.excluded, 2, 100.0),
                 Text(f"{len(recording.faults)}"), Text("not seen" if run.unseen else "identified from"),
             ]
         )  # fmt: skip
@@ -69,7 +69,7 @@ def summary(evidence: Evidence) -> Table:
 
 
 def excitations(runs: tuple[Run, ...]) -> Table:
-    """What the commands excited, of every recording."""
+    """Excitation of every recording."""
     rows: list[Sequence[Cell]] = []
     for run in runs:
         rows += [[Text(run.name)], *excited(run).rows]
@@ -77,7 +77,7 @@ def excitations(runs: tuple[Run, ...]) -> Table:
 
 
 def excited(run: Run) -> Table:
-    """What the commands excited, by axis."""
+    """Excitation by axis."""
     found = run.excitation
     rows: list[list[Cell]] = [
         [
@@ -89,7 +89,7 @@ def excited(run: Run) -> Table:
         ]
         for i, name in enumerate(AXES)
     ]
-    head = ("commands in", "RMS", "largest", "share of effort", "both ways")
+    head = ("commands in", "RMS", "largest", "share of effort", "both signs")
     return Table("excitation", f"Excitation of {run.name}", head, rows)
 
 
@@ -120,7 +120,7 @@ def _one(run: Run, place: int, *, opened: bool) -> str:
     recording, store = run.recording, store_of(place)
     facts = (
         f"{minutes(recording.duration)}, {len(recording.t)} poses at "
-        f"{number(1.0 / recording.period, 3)} Hz, {100 * run.masked:.1f} % left out"
+        f"{number(1.0 / recording.period, 3)} Hz, {100 * run.excluded:.1f} % excluded"
     )
     broken = "<p>No faults found.</p>"
     if recording.faults:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Table III for all axes, and what its columns mean."""
+"""Table III for all axes, and the definitions of its columns."""
 
 from string import Template
 
@@ -7,7 +7,7 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Text, between, known
-from seatrial.report.text.numbers import UNITS
+from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -18,17 +18,17 @@ def section(evidence: Evidence) -> Section | None:
         return None
     table = scores(evidence)
     marked = prose.MARKED if table.marked else ""
-    said = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
+    definitions = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
     html = f"""<section id="scores"><h2>Scores {evidence.horizon:g} s ahead</h2>
 {table.html()}
-{marked}<dl class="note">{said}</dl></section>"""
+{marked}<dl class="note">{definitions}</dl></section>"""
     return Section("scores", "Scores", html, tables=(table,))
 
 
 def scores(evidence: Evidence) -> Table:
     """All velocities of every recording; the axis that dominates one is marked (Table III)."""
     head = (
-        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "foreseen", "excess",
+        "velocity", "RMS error", "unit", "stays constant", "ratio", "floor", "expected", "excess",
         "bias", "kurtosis", "95 % of RMS", "95 % of ratio",
     )  # fmt: skip
     rows: list[list[Cell]] = []
@@ -36,7 +36,7 @@ def scores(evidence: Evidence) -> Table:
     for run in evidence.tested:
         rows.append([Text(run.name + ("" if run.unseen else " (seen)"))])
         for axis, sign in enumerate(SYMBOLS):
-            found, (name, scale) = run.score.scores[sign], UNITS[axis]
+            found, (name, scale) = run.score.scores[sign], ERROR_UNITS[axis]
             marked |= {len(rows)} if run.score.excited == AXES[axis] else set()
             rows.append(
                 [

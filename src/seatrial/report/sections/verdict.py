@@ -11,14 +11,16 @@ from seatrial.report.text.names import names_in, sentence
 
 
 def section(evidence: Evidence) -> Section:
-    """The first thing that is read."""
+    """The head of the page."""
     model = evidence.model
     names = names_in(model)
-    said = "".join(f"<p>{sentence(line, names)}</p>" for line in verdict(evidence))
-    warned = "".join(f'<p class="warning">{sentence(t, names)}</p>' for t in model_concerns(model))
+    lines = "".join(f"<p>{sentence(line, names)}</p>" for line in verdict(evidence))
+    warnings = "".join(
+        f'<p class="warning">{sentence(t, names)}</p>' for t in model_concerns(model)
+    )
     html = f"""<header><h1>{escape(model.name)}</h1>
-<p class="subtitle">Dynamic model, identified and put to the test</p></header>
+<p class="subtitle">Dynamic model, identified and validated</p></header>
 <section id="verdict"><h2 class="quiet">Verdict</h2>
-<div class="said">{said}</div>
-{warned}</section>"""
+<div class="said">{lines}</div>
+{warnings}</section>"""
     return Section("verdict", "", html)

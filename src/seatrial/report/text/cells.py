@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What may stand in a cell of a table: the same content for the page, for CSV and for LaTeX."""
+"""Cells of a table: the same content for the page, for CSV and for LaTeX."""
 
 import re
 from abc import ABC, abstractmethod
@@ -81,8 +81,8 @@ class Interval(Cell):
     scale: float = 1.0
 
     @property
-    def told(self) -> int:
-        """Digits that tell both ends apart."""
+    def shown_digits(self) -> int:
+        """Digits that distinguish both ends."""
         width, size = abs(self.high - self.low), max(abs(self.low), abs(self.high))
         if not 0.0 < width < size:
             return self.digits
@@ -90,7 +90,7 @@ class Interval(Cell):
 
     def html(self) -> str:
         """Both ends."""
-        ends = [data(x, self.told, self.scale) for x in (self.low, self.high)]
+        ends = [data(x, self.shown_digits, self.scale) for x in (self.low, self.high)]
         return " to ".join(ends)
 
     def ends(self) -> tuple[str, str]:
@@ -103,13 +103,13 @@ class Interval(Cell):
 
     def latex(self) -> str:
         """Both ends."""
-        ends = [latex_number(x * self.scale, self.told) for x in (self.low, self.high)]
+        ends = [latex_number(x * self.scale, self.shown_digits) for x in (self.low, self.high)]
         return " to ".join(ends)
 
 
 @dataclass(frozen=True)
-class Said(Cell):
-    """A number that people say in other words: half a minute."""
+class Worded(Cell):
+    """A number that is shown in words: half a minute."""
 
     value: float
     words: str
@@ -171,7 +171,7 @@ class Unit(Cell):
 
 @dataclass(frozen=True)
 class Nothing(Cell):
-    """There is no such number."""
+    """No number."""
 
     def html(self) -> str:
         """A dash."""

@@ -12,7 +12,7 @@ _LETTERS = {
 
 
 def latex_text(text: str) -> str:
-    """Text that means the same to LaTeX."""
+    """Text escaped for LaTeX."""
     return "".join(_LETTERS.get(letter, letter) for letter in text)
 
 

@@ -12,7 +12,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number as people write it: `digits` significant, a true minus, powers of ten."""
+    """A number as text: `digits` significant, a true minus, powers of ten."""
     if not np.isfinite(value):
         return NOT_A_NUMBER
     text = f"{value:#.{digits}g}"
@@ -24,7 +24,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def data(value: float, digits: int = 4, scale: float = 1.0) -> str:
-    """A number that carries its full value for machines; `scale` is for the eye only."""
+    """A number that carries its full value for machines; `scale` only changes the text."""
     return f'<data value="{value!r}">{number(value * scale, digits)}</data>'
 
 

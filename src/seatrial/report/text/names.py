@@ -16,9 +16,9 @@ _DOT = "\u0307"  # combining, above
 
 @dataclass(frozen=True)
 class Symbol:
-    """A coefficient, velocity, acceleration or force, taken apart; or a word."""
+    """A coefficient, velocity, acceleration or force, parsed; or a word."""
 
-    letter: str  # of a word all of it
+    letter: str  # the whole of a word
     below: str = ""  # subscript
     dotted: bool = False
     bars: bool = False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The report's words for numbers."""
+"""Numbers in the report: pooled errors, verdicts, lengths of time."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,9 +11,10 @@ from seatrial.report.evidence.runs import Run
 from seatrial.util.format import shortened
 from seatrial.util.frames import Array
 
-GOOD_RATIO = 0.8  # above this share of the constant-velocity error an axis needs work
-AT_FLOOR = 1.1  # an RMS below this many floors says no more about the model
-UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))  # of errors, and what makes them
+GOOD_RATIO = 0.8  # RMS over constant velocity's: above it an axis gets advice
+AT_FLOOR = 1.1  # times the floor: a smaller RMS does not measure the model
+# of errors, and the factor from SI
+ERROR_UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))
 _RATIO_WORDS = (
     (0.2, "very well"),
     (0.5, "well"),
@@ -30,7 +31,7 @@ def minutes(seconds: float) -> str:
 
 
 def ratio_word(ratio: float) -> str:
-    """How well that predicts, by its error over that of 'velocity stays constant'."""
+    """Verdict on a ratio: RMS error over that of constant velocity."""
     return next((word for limit, word in _RATIO_WORDS if ratio <= limit), _RATIO_WORDS[-1][1])
 
 
@@ -40,20 +41,20 @@ def pooled(runs: Sequence[Run], pick: Callable[[Run], Array]) -> Array:
 
 
 def rms_and_ratio(runs: Sequence[Run]) -> tuple[Array, Array]:
-    """RMS errors (3,) [m/s, m/s, rad/s] over some runs, and as shares of 'stays constant'."""
+    """RMS errors (3,) [m/s, m/s, rad/s] over some runs, and over those of constant velocity."""
     rms = pooled(runs, lambda r: r.prediction.errors)
     still = pooled(runs, lambda r: r.prediction.measured - r.prediction.start)
     return rms, np.divide(rms, still, out=np.full(3, np.inf), where=still > 0)
 
 
 def floors(runs: Sequence[Run]) -> Array:
-    """RMS (3,) [m/s, m/s, rad/s] that a perfect model would score."""
+    """RMS (3,) [m/s, m/s, rad/s] of a perfect model."""
     squares = [np.broadcast_to(r.prediction.floor**2, r.prediction.errors.shape) for r in runs]
     return np.asarray(np.sqrt(np.mean(np.concatenate(squares), axis=0)))
 
 
-def foreseen(runs: Sequence[Run]) -> Array | None:
-    """RMS (3,) [m/s, m/s, rad/s] that the model says of itself; None where it does not."""
+def expected_rms(runs: Sequence[Run]) -> Array | None:
+    """RMS (3,) [m/s, m/s, rad/s] that the model expects; None where it states no process noise."""
     squares = [
         np.broadcast_to(r.prediction.foreseen**2, r.prediction.errors.shape)
         for r in runs
@@ -64,12 +65,12 @@ def foreseen(runs: Sequence[Run]) -> Array | None:
     return np.asarray(np.sqrt(np.mean(np.concatenate(squares), axis=0)))
 
 
-def not_told_apart(model: Model) -> list[str]:
+def insignificant(model: Model) -> list[str]:
     """Coefficients within two standard errors of 0."""
     errors = model.standard_errors
     return [n for n, v in model.values.items() if abs(v) < SIGNIFICANT * errors[n]]
 
 
 def names_of(runs: Sequence[Run]) -> str:
-    """`S1, S2 and S3`; of many the first, and how many more."""
+    """`S1, S2 and S3`; of many the first, and the number of the others."""
     return shortened([run.name for run in runs])

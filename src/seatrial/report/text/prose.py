@@ -1,94 +1,94 @@
 # SPDX-License-Identifier: MIT
 """The report's fixed sentences, as HTML; `$horizon` [s] and the like are filled in."""
 
-ALL_WELL = "<p>Nothing stands out: use the model within its envelope.</p>"
+ALL_WELL = "<p>No open issue: use the model within its envelope.</p>"
 
-AXES = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, turning left is
-positive)."""
+AXES_NOTE = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
+left)."""
 
 OTHER_AXES = """ The vehicle file and model.yaml are in forward-right-down axes, where some signs are
 opposite (last column)."""
 
-TOLD_APART = "A coefficient is distinguishable from zero when it is at least {:g} standard errors away from it."
+SIGNIFICANCE_NOTE = (
+    "A coefficient is significant when it is at least {:g} standard errors away from zero."
+)
 
 LEAST_SQUARES = """<p class="note">The standard errors are those of least squares. They cover scatter,
-also scatter that is correlated over time, but not the bias that pose noise causes: the poses are
-differentiated, so the regressors are noisy too, and that moves the coefficients, drag most of all,
-by an amount that no interval here shows. R² is low because accelerations from differentiated poses are mostly
-noise; the predictions below are the measure of the model.</p>"""
+including scatter that is correlated over time. They do not cover the bias that pose noise causes: the
+regressors are differentiated poses, and their noise attenuates the coefficients, drag most of all.
+No interval here shows that bias. R² is low because accelerations from differentiated poses are mostly
+noise. Judge the model by its predictions below.</p>"""
 
-KNOWN = """Standard error over value. Sharp: known to 5 %. Usable: to 20 % (the dashed and the dotted line).
-Errors of latency, lag and dead zone count against 0.1 s and 0.1, or against the value if that is larger. Two
-parameters that are correlated are poorly known each, and their combination well."""
+KNOWN = """Relative error: standard error over value. Sharp: up to 5 %. Usable: up to 20 % (dashed and dotted
+line). Errors of latency, lag and dead zone are relative to 0.1 s and 0.1, or to the value if it is larger.
+Of two correlated parameters each is uncertain, and their combination is well determined."""
 
-NOTHING_ESTIMATED = """Nothing was estimated: the model's values were given, without standard errors. So nothing
-can be said of how well the recordings know them."""
+NOTHING_ESTIMATED = """Nothing was estimated: the model's values are given, without standard errors. The
+recordings therefore determine no uncertainty."""
 
-CORRELATIONS = """In per cent; blue: as one is larger, the other is smaller."""
+CORRELATIONS = """In per cent. Blue: the estimates of two parameters are negatively correlated."""
 
-ACTUATORS = """What the thrusters make of a command: a static curve, flat within the dead zone (dotted
-edges), then a delay (latency: transport and offset of the clocks, which can't be told apart, and may be
-negative) and a first-order lag. Shaded: 95 % of what the standard errors allow."""
+ACTUATORS = """From command to thrust: a static curve, flat within the dead zone (dotted edges), then a
+latency and a first-order lag. The latency is transport delay plus clock offset, which the data do not
+separate; it may be negative. Shaded: 95 % interval from the standard errors."""
 
-RECORDED = """Left-out poses are not used anywhere; no velocity reaches over a gap or a jump, and no
-prediction over a stretch without commands. Marks are the larger the longer the boat was at that speed under that
-command: the model knows the boat there, and guesses elsewhere. The scatter plots of a recording are a sample of
-at most $scatter instants."""
+RECORDED_NOTE = """Excluded poses are not used anywhere. No velocity spans a gap or a jump, and no prediction spans
+an interval without commands. A larger mark means more time at that speed and command. The model is
+identified there and extrapolates elsewhere. The scatter plots of a recording are a sample of at most
+$scatter instants."""
 
-HORIZONS = """RMS error with 95 % intervals (bootstrap over blocks of time), from two kinds of start: the
-velocity that five poses give, and the one that the model's own filter knows at that instant, as on board.
-Dotted: the floor that pose noise sets; dash-dotted: what the model foresees of itself; dashed: a velocity that
-stays as it is, what one has without a model."""
+HORIZONS_NOTE = """RMS error with 95 % intervals (block bootstrap), from two kinds of start: the velocity from five
+poses, and the state of the model's own filter, as on board. Dotted: noise floor of the poses. Dash-dotted:
+expected RMS of the model. Dashed: constant velocity, the baseline without a model."""
 
-PREDICTION = """From every usable pose the model alone is driven for $horizon s by the recorded
-commands; its velocity is drawn beside the one measured at that later instant. The plots open at the
-busiest $window s: drag over a stretch to zoom in, double-click for the whole run."""
+PREDICTION = """From every usable pose the recorded commands drive the model open-loop for $horizon s. The
+predicted velocity is drawn beside the measured one at that later instant. The plots open at the
+$window s with the strongest commands. Drag to zoom in; double-click for the whole run."""
 
-ERRORS = """Errors are measured minus predicted, $horizon s ahead, over the whole run. Histogram: beside a
-normal curve. Autocorrelation: predictions that start less than $horizon s apart share what happened in between,
-so even a perfect model's errors are correlated up to that lag (dotted line), and over the four poses more that
-two differentiated velocities can share; only beyond should they stay within the bands: the narrow one of white
-errors, or the wider one of such overlapping errors. Mean error against command: away from 0, the curve of the
-thrusters or a term is wrong there. Residuals against inputs: what the model's filter did not foresee from
-pose to pose, correlated with every force; within the dashed lines chance explains all of it, dotted is the
-limit for one lag alone."""
+ERRORS = """Errors are measured minus predicted, $horizon s ahead, over the whole run. Histogram: with the
+normal density of the same mean and variance. Autocorrelation: predictions that start less than $horizon s
+apart overlap, so a perfect model's errors are correlated up to that lag (dotted line). Differentiated
+velocities share poses over four more. Beyond that lag the errors stay within the narrow band if they are
+white, or within the wide band of overlapping predictions. Mean error against command: a mean away from 0
+indicates a wrong thruster curve or a wrong term. Residuals against inputs: the innovations of the model's
+filter, correlated with every force. Within the dashed lines no correlation is significant; dotted is the
+limit for a single lag."""
 
-REPEAT = """What one recording's poses alone would make of each parameter, the noise as it is, with its 95 %
-interval. Left out where a recording knows a
-parameter to less than 35 %. p: that recordings differ so much by chance (Cochran's Q)."""
+HOMOGENEITY = """Each parameter estimated from the poses of a single recording, with the noise of the model, and
+its 95 % interval. A recording is left out where its relative error is above 35 %. p: probability of such
+differences by chance (Cochran's Q)."""
 
-NO_INFORMATION = "What each recording says of the parameters is not known:"
+NO_INFORMATION = "The information of each recording is not available:"
 
-PHYSICS = """One axis at a time, the others held still, at the largest recorded command, then without any until
+PHYSICS = """One axis at a time, the others held still, at the largest recorded command, then without command until
 2 % of the speed is left. Intervals: coefficients drawn from their covariance."""
 
-RISE = "Upright dotted line: 63 % of the top speed is reached."
+RISE = "Vertical dotted line: 63 % of the top speed is reached."
 
-GAINS = """Expected information: each manoeuvre is simulated with this model for a minute, with its own noise of
-poses and motion, and added to what is known already. Given is the one that halves the interval soonest, or a
-simpler one that is nearly as soon. In a small pool drive it in several legs. Where the model is wrong, so is
-this."""
+GAINS = """Expected information: each manoeuvre is simulated with this model for a minute, with the model's pose
+noise and process noise, and added to the information of the recordings. The table lists the manoeuvre that
+halves the interval soonest, or a simpler one that takes nearly the same time. In a small pool drive it in
+several legs. The result depends on the model: model mismatch invalidates it."""
 
-OTHER_METHOD = """It is what the method output-error makes of a drive; others need more."""
+OTHER_METHOD = """The times hold for the method output-error; other methods need longer."""
 
-NO_GAINS = "What a manoeuvre would tell can't be computed."
+NO_GAINS = "The expected information of a manoeuvre can't be computed."
 
 MARKED = """<p class="note">Marked: the axis that dominates a recording, the pairing of the paper's
 Table III.</p>"""
 
-SCORES = """<dt>stays constant</dt><dd>RMS error of assuming that the velocity $horizon s later is
-what it is now: what one has without a model.</dd>
-<dt>ratio</dt><dd>RMS error divided by that. Below 1 the model is worth having; 0.5 halves the error.
-It tells little where the boat was not driven.</dd>
-<dt>floor</dt><dd>What a perfect model would score, because the velocities that it starts from and is
-compared with are noisy themselves.</dd>
-<dt>foreseen</dt><dd>What the model says that it would score: the floor, the force that it leaves out and its
-uncertain coefficients. More than that: the boat, the wind or the water are not what they were.</dd>
-<dt>excess</dt><dd>What is left of the RMS error without the floor, √(RMS² − floor²): the model's own
-part.</dd>
+SCORES = """<dt>stays constant</dt><dd>RMS error of the constant-velocity prediction over $horizon s, the
+baseline without a model.</dd>
+<dt>ratio</dt><dd>RMS error divided by that of constant velocity. Below 1 the model improves on the baseline;
+0.5 halves the error. It means little in an axis without excitation.</dd>
+<dt>floor</dt><dd>Noise floor: the RMS error of a perfect model, from the noise of the velocities at start
+and end.</dd>
+<dt>expected</dt><dd>Expected RMS of the model: noise floor, process noise and parameter covariance. A larger
+RMS error means that boat, wind or water changed.</dd>
+<dt>excess</dt><dd>Excess over the floor, √(RMS² − floor²): the share of the model itself.</dd>
 <dt>bias</dt><dd>Mean of measured minus predicted: wind, a current, an offset of the commands.</dd>
-<dt>kurtosis</dt><dd>3 for a normal distribution; more means rare large errors.</dd>
-<dt>(seen)</dt><dd>The model was identified from this recording, so its score flatters.</dd>
+<dt>kurtosis</dt><dd>3 for a normal distribution; a larger value means rare large errors.</dd>
+<dt>(seen)</dt><dd>The model was identified from this recording, so its score is optimistic.</dd>
 <dt>why errors are not white</dt><dd>Predictions start at every pose and reach $horizon s ahead, so
 neighbours overlap. The errors of k-step predictions are a moving average of order k − 1 even for a
 perfect model: correlated below lag k, uncorrelated from there on. The five-point stencil shares poses
@@ -99,15 +99,15 @@ NO_CONSTANTS = "The chain has no constants: commands act at once and in full."
 ENVELOPE = """Speeds from the 0.5th to the 99.5th percentile, commands from the lowest to the highest,
 of the recordings that the model was identified from."""
 
-DIFFERENCES = """Differences in standard errors of the difference, were both models independent; dotted: 95 % of
-one alone. Marked: beyond chance for the largest of so many (Holm)."""
+DIFFERENCES = """Differences in standard errors of the difference, for independent models. Dotted: 95 % limits of
+a single test. Marked: significant after Holm's correction."""
 
-BOTH_HORIZONS = """All recordings together, each model from the measured velocity (five poses). Dotted: the floor
-that pose noise sets; dashed: a velocity that stays as it is."""
+BOTH_HORIZONS = """All recordings together, each model from the measured velocity (five poses). Dotted: noise
+floor of the poses. Dashed: constant velocity."""
 
-AHEAD = """Both models from the same starts (the mean of both filters, or measured velocities where one can't
-be had), at the same instants. The interval of the difference is by bootstrap over blocks of time,
-of paired errors."""
+HEAD_TO_HEAD = """Both models from the same starts, at the same instants. The start is the mean of both filters,
+or the measured velocity where a filter is not available. The interval of the difference is a block
+bootstrap of paired errors."""
 
-BOTH_ERRORS = """Errors $horizon s ahead, over the whole run: how often which, and how they are correlated. The
-bands are those of A's errors: the narrow one of white errors, the wider one of overlapping predictions."""
+BOTH_ERRORS = """Errors $horizon s ahead, over the whole run: distribution and autocorrelation. The bands are those
+of A's errors: the narrow one of white errors, the wide one of overlapping predictions."""

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-from seatrial.report.text.cells import Cell, Interval, Said, Text
+from seatrial.report.text.cells import Cell, Interval, Text, Worded
 from seatrial.report.text.latex import latex_text
 
-LONGEST_WORD = 30  # characters of a cell that may stand on one line, to the right
+LONGEST_WORD = 30  # characters of a cell that stays on one line, to the right
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Table:
     caption: str
     head: tuple[str, ...]
     rows: Sequence[Sequence[Cell]]
-    marked: frozenset[int] = field(default_factory=frozenset)  # rows that stand out
+    marked: frozenset[int] = field(default_factory=frozenset)  # rows that are highlighted
     numbers: bool = True  # columns of numbers, to the right
 
     def html(self) -> str:
-        """For the page; it scrolls sideways by itself where it is too wide."""
+        """For the page; it scrolls sideways where it is too wide."""
         top = "".join(
             f'<th scope="col"{_kind(words)}>{escape(cell)}</th>'
             for cell, words in zip(self.head, self.wordy, strict=True)
@@ -116,6 +116,6 @@ def _kind(wordy: bool) -> str:
 
 
 def _unit(column: Sequence[Cell]) -> str:
-    """What a column of words is in as numbers."""
-    units = {cell.unit for cell in column if isinstance(cell, Said) and cell.unit}
+    """The unit of a column of worded numbers."""
+    units = {cell.unit for cell in column if isinstance(cell, Worded) and cell.unit}
     return f" [{', '.join(sorted(units))}]" if units else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Another robot moves as the boat would (El-MallARD, reference 3 of the paper)."""
+"""A carrier robot that moves like the boat (El-MallARD, reference 3 of the paper)."""
 
 from seatrial.simulation.mimic.follow import Carrier, Mimic, MimicHealth, Motion
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Commands to a virtual boat in, a velocity for a holonomic carrier out, the carrier's poses back in.
+"""A virtual boat from commands, and the velocity with which a holonomic carrier follows it.
 
-The core (`core/include/seatrial/simulation/mimic.hpp`) does it, here and in the ROS nodes alike.
+The core (`core/include/seatrial/simulation/mimic.hpp`) computes it, here and in the ROS nodes.
 """
 
 import enum
@@ -30,7 +30,7 @@ ADVICE = {
 
 
 class MimicHealth(enum.Flag):
-    """How a velocity is to be taken; what each asks for is in `advice`."""
+    """Conditions of a velocity; `advice` states what to do."""
 
     NO_POSE = 1
     SPEED_LIMITED = 2
@@ -57,14 +57,14 @@ class Carrier(Strict, frozen=True):
     yaw_rate: Positive | None = None  # [rad/s]
     acceleration: Positive | None = None  # [m/s^2]
     yaw_acceleration: Positive | None = None  # [rad/s^2]
-    lag: NotNegative | None = None  # [s] delay and time constant together, made up for ahead
-    gain: NotNegative | None = None  # [1/s] of the way back to the virtual boat's pose
-    pose_timeout: Positive | None = None  # [s] after its last pose it is led without
-    lost: Positive | None = None  # [m] from the virtual boat it is stopped
+    lag: NotNegative | None = None  # [s] delay plus time constant, compensated
+    gain: NotNegative | None = None  # [1/s] on the pose error to the virtual boat
+    pose_timeout: Positive | None = None  # [s] open-loop after this long without a carrier pose
+    lost: Positive | None = None  # [m] from the virtual boat at which it is stopped
 
     @property
     def core(self) -> _core.Carrier:
-        """The core's. Raises MimicError."""
+        """The core's carrier. Raises MimicError."""
         made = _core.Carrier()
         for name, value in msgspec.structs.asdict(self).items():
             if value is not None:
@@ -77,11 +77,11 @@ class Carrier(Strict, frozen=True):
 
 @dataclass(frozen=True)
 class Motion:
-    """What the carrier is to do, and how it is going; forward-left-up."""
+    """Commanded velocity of the carrier, and the state; forward-left-up."""
 
     time: float  # [s]
     velocity: Array  # (3,) for the carrier: forward, left [m/s], yaw [rad/s]
-    asked: Array  # (3,) the same before the carrier's limits
+    asked: Array  # (3,) velocity before the carrier's limits
     pose: Array  # (3,) of the virtual boat: x, y [m], psi [rad], in the carrier's odometry frame
     nu: Array  # (3,) of the virtual boat: u, v [m/s], r [rad/s]
     mismatch: Array  # (3,) boat minus carrier at its last pose, in the carrier's frame [m, m, rad]
@@ -113,11 +113,11 @@ class Mimic:
         return self._core.command(t, row_of(values, "command", self.model.vehicle.inputs))
 
     def pose(self, t: float, eta: ArrayLike) -> bool:
-        """The carrier's pose (3,) of time t [s] by its own odometry; False where it was not used."""
+        """The carrier's pose (3,) at t [s] by its own odometry; False where it is not used."""
         return self._core.pose(t, row_of(eta, "pose", POSE))
 
     def at(self, t: float) -> Motion:
-        """What the carrier is to do from t [s] on; t rises from call to call."""
+        """The carrier's motion from t [s] on; t increases from call to call."""
         time, velocity, asked, boat, mismatch, health = self._core.at(t)
         return Motion(
             time, velocity, asked, boat[:3], boat[3:], mismatch, MimicHealth(health)  # type: ignore[arg-type]

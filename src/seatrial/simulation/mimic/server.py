@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The loop of `seatrial mimic`: commands and the carrier's poses as lines in, its velocity out.
+"""The loop of `seatrial mimic`: commands and the carrier's poses in, its velocity out, as lines.
 
-Lines in are those of `seatrial predict --live` (docs/live.md); clocks as there.
+Input lines and clocks as in `seatrial predict --live` (docs/live.md).
 """
 
 from collections.abc import Callable, Iterator
@@ -29,28 +29,28 @@ class MimicStream(Stream):
         self._newest = 0  # [ns]
 
     def use(self, event: Event, now: int) -> Iterator[str]:
-        """As of `Stream`."""
+        """See `Stream`."""
         if event.kind not in ("pose", "command"):
             raise LiveError(f"expected pose or command; got {event.kind}")
         stamp = self.stamp_of(event, now)
         if not self.system:
             self._refuse_leap(event, stamp)
             self._newest = max(self._newest, stamp)
-            yield from self.due(stamp - 1)  # of what was known before
+            yield from self.due(stamp - 1)  # from the inputs before this one
         put = self.mimic.pose if event.kind == "pose" else self.mimic.command
         if not put(stamp / NANO, event.values):
             raise LiveError(
-                f"{event.kind} at {stamp / NANO:.6f} s was not used: too old, or no number"
+                f"{event.kind} at {stamp / NANO:.6f} s was not used: too old, or not a number"
             )
 
     def _refuse_leap(self, event: Event, stamp: int) -> None:
         if not self._newest or stamp <= self._newest + STAMP_LEAP:
             return
-        self._newest = stamp  # believed where the next one is there, too
+        self._newest = stamp  # accepted if the next one confirms it
         raise LiveError(f"{event.kind} at {stamp / NANO:.3f} s leaps ahead; left out")
 
     def line(self, stamp: int) -> str:
-        """What the carrier is to do."""
+        """The carrier's motion."""
         motion, flip = self.mimic.at(stamp / NANO), self._flip
         answer = {
             "t": motion.time,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A simulated carrier: four mecanum wheels that lag and slip, and an odometry that sees it late."""
+"""A simulated carrier: four mecanum wheels with lag and slip, and a delayed odometry."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ TO_BODY = np.linalg.pinv(TO_WHEELS)
 
 @dataclass(frozen=True)
 class Ground:
-    """How bad wheels, floor and odometry are."""
+    """Errors of wheels, floor and odometry."""
 
     lag: float = 0.1  # [s] time constant of the wheels' speeds
-    delay: float = 0.04  # [s] until a velocity acts
-    worn: float = 0.03  # share of speed that each wheel loses or gains for good, standard deviation
+    delay: float = 0.04  # [s] until a velocity takes effect
+    worn: float = 0.03  # constant relative error of each wheel's speed, standard deviation
     slips_per_minute: float = 20.0  # of any one wheel
-    slip: float = 0.5  # share of speed that it then loses
+    slip: float = 0.5  # relative loss of speed during a slip
     slip_length: float = 0.3  # [s]
     pose_rate: float = 20.0  # [Hz]
     pose_delay: float = 0.06  # [s]
@@ -33,7 +33,7 @@ class Ground:
 
 
 class SimulatedCarrier:
-    """Steps of `dt` [s]; its true pose is `eta` (3,), what its odometry says comes by `poses`."""
+    """Steps of `dt` [s]; its true pose is `eta` (3,), its odometry is `poses`."""
 
     def __init__(self, ground: Ground, dt: float, seed: int) -> None:
         self.ground, self.dt = ground, dt
@@ -49,7 +49,7 @@ class SimulatedCarrier:
         self.time = 0.0
 
     def step(self, velocity: Array) -> None:
-        """On by dt under a velocity (3,)."""
+        """Advance by dt under a velocity (3,)."""
         ground, dt = self.ground, self.dt
         self._pending.append(np.asarray(velocity))
         wanted = TO_WHEELS @ self._pending.popleft()
@@ -65,7 +65,7 @@ class SimulatedCarrier:
             self._measure()
 
     def poses(self) -> list[tuple[float, Array]]:
-        """Stamp [s] and pose (3,) of what has arrived since the last call."""
+        """Stamp [s] and pose (3,) of the poses since the last call."""
         found = []
         while self._sent and self._sent[0][0] <= self.time:
             _, stamp, pose = self._sent.popleft()
@@ -82,6 +82,6 @@ class SimulatedCarrier:
 
 
 def _moved(eta: Array, nu: Array, dt: float) -> Array:
-    """By a body velocity (3,), along the middle heading."""
+    """Pose after dt at a body velocity (3,), by the midpoint heading."""
     middle = np.array([eta[2] + 0.5 * dt * nu[2]])
     return np.asarray(eta + dt * _core.rotate(middle, np.ascontiguousarray(nu[None]), False)[0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of allocation: what wrenches can be had, and what thrusters are told along a drive."""
+"""Plots of allocation: attainable wrenches, and thruster commands along a recording."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from seatrial.control.allocation.schemes import PLAIN, Drive
 from seatrial.report.figures.base import ORANGE, Figure, colour_of, figure, level, line
 from seatrial.util.frames import AXES, Array
 
-DIRECTIONS = 241  # of an attainable set's outline
-WINDOW = 30.0  # [s] of commands that are drawn
-POINTS = 1500  # of a curve of commands at most
+OUTLINE_POINTS = 241  # of an attainable set's outline
+COMMANDS_WINDOW = 30.0  # [s] of commands that are drawn
+MOST_COMMANDS = 1500  # drawn of a curve of commands
 
 
 def slices(found: AllocationComparison, first: int, second: int) -> Figure:
@@ -34,16 +34,16 @@ def slices(found: AllocationComparison, first: int, second: int) -> Figure:
 
 
 def outline(allocator: Allocator, first: int, second: int) -> tuple[Array, Array]:
-    """The largest wrench in every direction of a plane through rest, of which all less is given."""
-    angle = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS)
-    directions = np.zeros((DIRECTIONS, 3))
+    """The largest attainable wrench in every direction of a plane through zero."""
+    angle = np.linspace(0.0, 2.0 * np.pi, OUTLINE_POINTS)
+    directions = np.zeros((OUTLINE_POINTS, 3))
     directions[:, first], directions[:, second] = np.cos(angle), np.sin(angle)
     ends = allocator.reach(directions)[:, None] * directions
     return ends[:, first], ends[:, second]
 
 
 def shown(found: AllocationComparison) -> list[tuple[str, Allocator]]:
-    """Schemes that are possible, without the one that leaves the curve out."""
+    """Schemes that are possible, without the one that ignores the curves."""
     return [
         (row.name, row.allocator)
         for row in found.rows
@@ -52,7 +52,7 @@ def shown(found: AllocationComparison) -> list[tuple[str, Allocator]]:
 
 
 def commands(found: AllocationComparison, place: int, thruster: int) -> Figure:
-    """What a thruster is told by every scheme, with the edges of its dead zone."""
+    """A thruster's commands by every scheme, with the edges of its dead zone."""
     traces = []
     drives = [(row.name, row.drives[place]) for row in found.rows if row.drives]
     start = busiest(drives[0][1], thruster)
@@ -64,22 +64,22 @@ def commands(found: AllocationComparison, place: int, thruster: int) -> Figure:
     shapes = [level(edges[0], ORANGE), level(-edges[1], ORANGE)] if edges.any() else []
     return figure(
         traces, "time [s]", "command [command units]", shapes=shapes, showlegend=True,
-        xaxis={"range": [start, start + WINDOW]},
+        xaxis={"range": [start, start + COMMANDS_WINDOW]},
     )  # fmt: skip
 
 
 def busiest(drive: Drive, thruster: int) -> float:
-    """Where the window [s] begins in which a thruster's command changes its sign most often."""
+    """Start [s] of the window in which a thruster's command changes its sign most often."""
     turned = np.diff(np.sign(drive.commands[:, thruster])) != 0
     count = np.concatenate([[0], np.cumsum(turned)])
-    ends = np.searchsorted(drive.t, drive.t + WINDOW) - 1
+    ends = np.searchsorted(drive.t, drive.t + COMMANDS_WINDOW) - 1
     return float(drive.t[int(np.argmax(count[ends] - count))])
 
 
 def _stairs(drive: Drive, thruster: int, start: float) -> tuple[Array, Array]:
     """Commands within the window, each held until the next."""
-    inside = np.flatnonzero((drive.t >= start) & (drive.t <= start + WINDOW))
-    inside = inside[:: max(1, len(inside) // POINTS)]
+    inside = np.flatnonzero((drive.t >= start) & (drive.t <= start + COMMANDS_WINDOW))
+    inside = inside[:: max(1, len(inside) // MOST_COMMANDS)]
     t, c = drive.t[inside], drive.commands[inside, thruster]
     return np.repeat(t, 2)[1:], np.repeat(c, 2)[:-1]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page's sections: what is chosen and why, authority, idling, and what drives cost."""
+"""The page's sections: chosen scheme, authority, idle commands, recorded commands."""
 
 from html import escape
 
@@ -18,7 +18,7 @@ PLANES = ((0, 1), (0, 2), (1, 2))
 
 
 def verdict(found: AllocationComparison) -> Section:
-    """The scheme asked for, what it turned out to be, and the boat's thrusters."""
+    """The requested scheme, the one in use, and the boat's thrusters."""
     own = found.allocator
     kind = (
         "identified coefficients, rows divided by their norms"
@@ -43,14 +43,14 @@ def verdict(found: AllocationComparison) -> Section:
 
 
 def authority(found: AllocationComparison) -> Section:
-    """Attainable wrenches: slices, and each axis alone."""
+    """Attainable wrenches: slices, and one axis at a time."""
     head = ("scheme", *AXES)
     rows: list[list[Cell]] = [
         [Text(row.name), *(Interval(-b, a) for a, b in np.asarray(row.authority).tolist())]
         for row in found.rows
         if row.authority is not None
     ]
-    table = Table("authority", "Most of each axis alone", head, rows)
+    table = Table("authority", "Largest wrench of one axis", head, rows)
     figures: dict[str, Figure] = {}
     drawn = ""
     for first, second in PLANES:
@@ -60,15 +60,15 @@ def authority(found: AllocationComparison) -> Section:
         drawn += plot(ALL, name, label, "square", label)
     html = f"""<section id="authority"><h2>Authority</h2>
 <div class="three">{drawn}</div>
-{table.html()}<p class="note">Every wrench within an outline is given exactly. One thruster's unit is
+{table.html()}<p class="note">Every wrench within an outline is attained exactly. The unit of a thruster is
 its thrust at command 1.</p></section>"""
     return Section("authority", "Authority", html, {ALL: figures}, (table,))
 
 
 def idling(found: AllocationComparison) -> Section:
-    """Commands and power with no wrench asked; schemes that this boat can't have."""
+    """Commands and power at zero wrench; schemes that are not possible."""
     names = found.allocator.thrusters
-    head = ("scheme", "power", *names, "keeps its thrusters out by")
+    head = ("scheme", "power", *names, "outside the dead zones by")
     rows: list[list[Cell]] = []
     for row in found.rows:
         if row.allocator is not None:
@@ -76,11 +76,11 @@ def idling(found: AllocationComparison) -> Section:
             rows.append([Text(row.name), Number(row.allocator.idle_power, 3), *idle, Text(row.why)])
         elif not row.drives:
             rows.append([Text(row.name), NOTHING, *(NOTHING for _ in names), Text(row.why)])
-    table = Table("idle", "At rest", head, rows)
-    html = f"""<section id="idle"><h2>At rest</h2>
+    table = Table("idle", "At zero wrench", head, rows)
+    html = f"""<section id="idle"><h2>At zero wrench</h2>
 {table.html()}<p class="note">Power: thrust to the power of 3/2 (momentum theory); 1 is one thruster at
 full command.</p></section>"""
-    return Section("idle", "At rest", html, tables=(table,))
+    return Section("idle", "At zero wrench", html, tables=(table,))
 
 
 def driven(found: AllocationComparison) -> Section | None:
@@ -109,8 +109,8 @@ def driven(found: AllocationComparison) -> Section | None:
         )  # fmt: skip
     html = f"""<section id="drives"><h2>Along recorded commands</h2>
 {"".join(parts)}<p class="note">A crossing: a command enters its thruster's dead zone, or jumps over it.
-Wrench error: RMS of the wrench given less the wrench asked, over the RMS of the wrench asked; limits
-count. Limited: share of the time in which limits take part of the wrench.</p></section>"""
+Wrench error: RMS of resulting minus requested wrench, over the RMS of the requested one; limits
+count. Limited: share of the time in which limits reduce the wrench.</p></section>"""
     return Section("drives", "Drives", html, figures, tuple(tables))
 
 
@@ -132,5 +132,5 @@ def _drive_table(found: AllocationComparison, place: int) -> Table:
 
 
 def _most(drive: Drive) -> int:
-    """The thruster that crosses most often."""
+    """The thruster with most crossings."""
     return int(np.argmax(list(drive.crossings.values())))

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from seatrial.control.tuning.design import LIMIT
+from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.control.tuning.responses import Curves
 from seatrial.report.figures.base import (
     BLACK,
@@ -22,9 +22,9 @@ OMEGA = "angular frequency [rad/s]"
 
 
 def step(curves: Curves, axis: int, knob: float) -> Figure:
-    """After a step of the reference; dotted: the reference."""
+    """Step response; dotted: the reference."""
     return _banded(
-        curves, axis, "time [s]", "share of the step",
+        curves, axis, "time [s]", "response over step",
         shapes=[level(1.0, BLACK)], xaxis={"range": [0.0, 12.0 * knob]}, yaxis={"range": [-0.1, 1.6]},
     )  # fmt: skip
 
@@ -47,9 +47,9 @@ def phase(curves: Curves, axis: int) -> Figure:
 
 
 def sensitivity(curves: Curves, axis: int) -> Figure:
-    """Over how much of a disturbance is left; dotted: what is allowed."""
+    """|S| over frequency; dotted: the limit."""
     return _banded(
-        curves, axis, OMEGA, "sensitivity", shapes=[level(LIMIT, ORANGE)],
+        curves, axis, OMEGA, "sensitivity", shapes=[level(SENSITIVITY_LIMIT, ORANGE)],
         xaxis=_along(curves), yaxis={"range": [0.0, 2.2]},
     )  # fmt: skip
 

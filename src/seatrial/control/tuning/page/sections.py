@@ -6,8 +6,8 @@ from html import escape
 import numpy as np
 
 from seatrial.control import Tuning
-from seatrial.control.tuning.console import UNITS, remarks
-from seatrial.control.tuning.design import LIMIT
+from seatrial.control.tuning.console import POSE_UNITS, remarks
+from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.control.tuning.loops import Margins
 from seatrial.control.tuning.page import draw
 from seatrial.control.tuning.responses import Responses
@@ -18,18 +18,18 @@ from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 MARGINS = """Each loop with the other two closed, the worst of rest, of the fastest motion along each axis both
-ways, and of a turn at speed. Gain: by how much thrust may be stronger than the model says. Delay: how much may
-come on top. Sensitivity: over how much a disturbance is amplified at worst; up to $limit is allowed, which leaves
-at least 29° of phase and a factor of 2 in gain."""
-STEPS = """Without feed-forward, at rest, for errors so small that no thruster is at its limit. A controller with
-an integral must overshoot a step; a reference that the boat can follow, with feed-forward, has none. Shaded: what
-the model's standard errors allow."""
+ways, and of a turn at speed. Gain margin: factor by which thrust may exceed the model's. Delay: additional
+delay that keeps the loop stable. Sensitivity: largest |S|, the worst amplification of a disturbance. The limit
+$limit guarantees a phase margin of 29° and a gain margin of 2."""
+STEPS = """Without feed-forward, at rest, for errors so small that no thruster saturates. A controller with
+integral action overshoots a step. It does not overshoot a feasible reference with feed-forward. Shaded: draws of
+the model's covariance."""
 BODE = """The loop of each axis with the other two closed, at rest, with exact delays. Dotted: 0&nbsp;dB, phase
-−180°, the sensitivity that is allowed."""
+−180°, the limit of the sensitivity."""
 
 
 def gains(tuning: Tuning) -> Section:
-    """What the controller is told."""
+    """Gains in command units."""
     rows: list[list[Cell]] = [
         [
             Text(axis), *(Number(float(x)) for x in row),
@@ -37,18 +37,18 @@ def gains(tuning: Tuning) -> Section:
             Number(float(full), 3), Text(f"{unit}/s²"), Number(float(delay), 3),
         ]
         for axis, unit, row, full, delay in zip(
-            AXES, UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
+            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
         )
     ]  # fmt: skip
     head = ("axis", "P", "I", "D", "unit", "full command", "", "delay [s]")
     table = Table("gains", "Gains in command units", head, rows)
-    said = "".join(f"<p>{sentence(text)}</p>" for text in remarks(tuning))
+    lines = "".join(f"<p>{sentence(text)}</p>" for text in remarks(tuning))
     html = f"""<header><h1>{escape(tuning.model.name)}</h1>
 <p class="subtitle">{tuning.action.upper()} tracking controller by internal model control, knob
 {tuning.knob:g}&nbsp;s, {tuning.rate:g}&nbsp;Hz</p></header>
 <section id="gains"><h2>Gains</h2>
 {table.html()}
-{said}</section>"""
+{lines}</section>"""
     return Section("gains", "Gains", html, tables=(table,))
 
 
@@ -57,7 +57,7 @@ def safety(tuning: Tuning) -> Section:
     drawn = (
         f"Worst of {tuning.draws} draws of the model (seed {tuning.seed}), steepest slope of the thrusters"
         if tuning.draws
-        else "The model states no standard errors; steepest slope of the thrusters"
+        else "The model has no standard errors; steepest slope of the thrusters"
     )
     rows: list[list[Cell]] = [
         [Text("The model")],
@@ -65,10 +65,17 @@ def safety(tuning: Tuning) -> Section:
         [Text(drawn)],
         *_rows(tuning.worst),
     ]
-    head = ("axis", "gain, factor", "phase [deg]", "delay [s]", "sensitivity", "crossover [rad/s]")
+    head = (
+        "axis",
+        "gain margin",
+        "phase margin [deg]",
+        "delay [s]",
+        "sensitivity",
+        "crossover [rad/s]",
+    )
     table = Table("margins", "Margins", head, rows)
     html = f"""<section id="margins"><h2>Margins</h2>
-{table.html()}<p class="note">{MARGINS.replace("$limit", f"{LIMIT:g}")}</p></section>"""
+{table.html()}<p class="note">{MARGINS.replace("$limit", f"{SENSITIVITY_LIMIT:g}")}</p></section>"""
     return Section("margins", "Margins", html, tables=(table,))
 
 
@@ -108,7 +115,7 @@ def bode(curves: Responses) -> Section:
 
 
 def provenance(tuning: Tuning) -> Section:
-    """What was tuned for."""
+    """Model, recordings, axes, inputs, delay."""
     model = tuning.model
     facts = [
         ("model", f"{model.name}, by {model.estimator.method}"),

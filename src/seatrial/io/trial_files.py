@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Simulated trials as files, as a robot would leave them: tables or bags, the truth beside."""
+"""Simulated trials as tables or bags, and the truth in its own folder."""
 
 from pathlib import Path
 
@@ -12,23 +12,23 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.poses import pose_columns
 from seatrial.io.bags.recording import field_path
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
+from seatrial.io.digests import DIGESTS, edited, noted
 from seatrial.io.reader import COMMAND_FILE, POSE_FILE
 from seatrial.io.table import TO_NANOSECONDS
-from seatrial.io.written import DIGESTS, edited, noted
 from seatrial.simulation.plan import PlanFile
 from seatrial.simulation.trials import SUFFIX, Trial
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
 
-EPOCH = 1_700_000_000 * 10**9  # [ns] ROS has no time before 1970: a trial's zero in its bag
-TRUTH = "truth"  # folder of what a real boat would not tell
+BAG_EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a trial in its bag: ROS times are after 1970
+TRUTH = "truth"  # folder of the true states, which a real boat does not record
 
 
 def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
-    """Refuse a folder where a boat's own recordings or vehicle file have the names to be written.
+    """Refuse a folder with real recordings or an edited vehicle file under the names to be written.
 
-    What a simulation wrote has its truth beside it, and is as it was written. Raises RecordingError.
+    Simulated files have a truth file and are unedited. Raises RecordingError.
     """
     suffix = SUFFIX[vehicle.scheme]
     known = {out / f"vehicle{suffix}.yaml": out / TRUTH / "plan.yaml"}
@@ -79,7 +79,7 @@ def _write_tables(trial: Trial, folder: Path) -> None:
 
 
 def _write_trial_bag(trial: Trial, path: Path) -> None:
-    """Poses as PoseStamped, commands as the message that their fields belong to."""
+    """Poses as PoseStamped, commands as the message of their fields."""
     source = trial.vehicle.source
     topic = trial.vehicle.file.pose.topic
     if topic is None:
@@ -88,8 +88,8 @@ def _write_trial_bag(trial: Trial, path: Path) -> None:
     turn = pose[:, 2] * TO_SI[pose_columns(trial.vehicle)[2].unit or "rad"]  # [rad]
     topics = [
         BagTopic(
-            topic, "geometry_msgs/msg/PoseStamped", trial.pose_arrival + EPOCH,
-            trial.pose_stamps + EPOCH,
+            topic, "geometry_msgs/msg/PoseStamped", trial.pose_arrival + BAG_EPOCH,
+            trial.pose_stamps + BAG_EPOCH,
             {
                 "pose.position.x": pose[:, 0], "pose.position.y": pose[:, 1],
                 "pose.orientation.z": np.sin(turn / 2),
@@ -103,7 +103,13 @@ def _write_trial_bag(trial: Trial, path: Path) -> None:
         paths = {field_path(column): raw[:, i] for i, column in columns}
         kind = message_for(next(iter(paths)), f"{source}: commands: inputs")
         topics.append(
-            BagTopic(name, kind, trial.command_arrival + EPOCH, trial.command_stamps + EPOCH, paths)
+            BagTopic(
+                name,
+                kind,
+                trial.command_arrival + BAG_EPOCH,
+                trial.command_stamps + BAG_EPOCH,
+                paths,
+            )
         )
     write_bag(path, topics)
 
@@ -122,13 +128,13 @@ def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
 
 
 def _raw_pose(trial: Trial) -> Array:
-    """x, y, psi (n, 3) as the vehicle file has them."""
+    """x, y, psi (n, 3) in the vehicle file's axes and units."""
     pose = trial.pose * POSE_SIGNS if trial.vehicle.axes is Axes.FRD else trial.pose
     return np.column_stack([_raw(pose[:, i], c) for i, c in enumerate(pose_columns(trial.vehicle))])
 
 
 def _raw_commands(trial: Trial) -> Array:
-    """Commands (m, inputs) as the vehicle file has them."""
+    """Commands (m, inputs) in the vehicle file's signs and units."""
     values = trial.command * trial.vehicle.input_signs
     inputs = trial.vehicle.file.commands.inputs.values()
     return np.column_stack([_raw(values[:, i], as_column(c)) for i, c in enumerate(inputs)])
@@ -145,7 +151,7 @@ def _write_truth(trial: Trial, path: Path) -> None:
 
 
 def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> Path:
-    """Vehicle file for the trials, the plan as it was run, and the true model."""
+    """Vehicle file for the trials, the plan, and the true model."""
     suffix = SUFFIX[vehicle.scheme]
     path = out / f"vehicle{suffix}.yaml"
     with noted(out, out / TRUTH / DIGESTS, [path]):

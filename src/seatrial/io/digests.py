@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether a file is still as it was written: what was edited since is not written over."""
+"""Digests of written files: a file that was edited since is not overwritten."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -12,17 +12,17 @@ DIGESTS = "written.json"
 
 
 def edited(folder: Path, notes: Path) -> list[Path]:
-    """Files below `folder` that are not as they were when `notes` was told of them."""
+    """Files below `folder` whose digest differs from the one in `notes`."""
     known = {folder / name: digest for name, digest in _known(notes).items()}
     return [p for p, digest in known.items() if p.is_file() and sha256(p) != digest]
 
 
 @contextmanager
 def noted(folder: Path, notes: Path, paths: Sequence[Path]) -> Iterator[None]:
-    """Notes what the files `paths` below `folder` are after the body; nothing of them if it fails."""
+    """Record the digests of `paths` below `folder` after the body; none if it fails."""
     names = {p.relative_to(folder).as_posix(): p for p in paths}
     rest = {name: digest for name, digest in _known(notes).items() if name not in names}
-    write_text(notes, dump_json(rest))  # if it ends here, they are not taken for edited
+    write_text(notes, dump_json(rest))  # if the body fails, they do not count as edited
     yield
     write_text(notes, dump_json(rest | {name: sha256(p) for name, p in names.items()}))
 
