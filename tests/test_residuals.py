@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from test_bootstrap import lasting
-from test_causal import one_trial, truth  # noqa: F401
+from test_filtering import one_trial, truth  # noqa: F401
 
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.residuals import _correlation, in_words, residuals

@@ -39,7 +39,8 @@ def lag_error(lag: float, error: float) -> float:
     """Standard error [s] of a lag, whose `error` by curvature gives a 95 % interval of its square.
 
     Where that interval includes 0, 1.96 of it reach the farther end; far from 0, the root mean square of both
-    ends' distances. So between 94 and 97.5 % of the intervals hold, whatever the lag (`tests/test_short_lag.py`).
+    ends' distances. So between 94 and 97.5 % of the intervals hold, whatever the lag
+    (`tests/test_uncertainty_lag.py`).
     """
     square, reach = lag**2, NORMAL_95 * 2.0 * lag * error
     low, high = np.sqrt(max(square - reach, 0.0)), np.sqrt(square + reach)

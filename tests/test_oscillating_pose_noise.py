@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import make_model
 from survey_boat import pulses
-from test_lasting import SURGE, tug
+from test_correlated_pose_noise import SURGE, tug
 
 from seatrial import _core
 from seatrial.boat.findings import FindingKind

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from test_causal import trial, truth  # noqa: F401
+from test_filtering import trial, truth  # noqa: F401
 from test_residuals import changed
 
 from seatrial.boat.findings import FindingKind, of_kinds

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from survey_boat import TRUTH, boat, driven
-from test_hints import asked, both
+from test_unmodelled_effects import asked, both
 
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
