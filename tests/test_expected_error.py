@@ -14,7 +14,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.expected_error import parameter_variance, process_noise_variance
 from seatrial.evaluation.prediction import Lookahead
-from seatrial.evaluation.unexpected_error import unforeseen
+from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.evaluation.validation import validate
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -204,5 +204,5 @@ def test_of_errors_that_filter_and_reference_share_no_word_is_said(drive, start,
         symbol: replace(score, rms=3.0 * score.rms, rms_interval=(2.9 * score.rms, 3.1 * score.rms))
         for symbol, score in last.scores.items()
     }
-    found = unforeseen([replace(last, start=start, steps=steps, scores=far)], False)
+    found = unexpected_errors([replace(last, start=start, steps=steps, scores=far)], False)
     assert bool(found) == said

@@ -64,7 +64,7 @@ def add(verbs: "Verbs") -> None:
 
 
 def run(args: argparse.Namespace, progress: Progress) -> None:
-    """A model, its summary, and the evidence that was asked for."""
+    """A model, its summary, and the tables on request."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.identification.methods import (

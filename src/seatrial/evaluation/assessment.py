@@ -24,7 +24,7 @@ from seatrial.evaluation.scores import (
     fingerprint,
 )
 from seatrial.evaluation.scoring import axis_scores, score, seen
-from seatrial.evaluation.unexpected_error import unforeseen
+from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
@@ -146,7 +146,7 @@ def _assessed(
     left = [] if known is None else residuals(model, recording, known)
     # what could not be had, and what is larger than expected
     findings = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
-    findings += [*lost, *unforeseen(rows, own)]
+    findings += [*lost, *unexpected_errors(rows, own)]
     if recording.period > SLOW:
         findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
     scored = (

@@ -17,7 +17,7 @@ def scores_text(scores: Scores) -> str:
     width = max(23, *(len(r.recording) for r in scores.recordings))
     lines = [
         f"RMS error {scores.horizon:g} s ahead",
-        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  foreseen  excess   95 % of error",
+        f"  {'recording':<{width}}       error  unit   constant  ratio   floor  expected  excess   95 % of error",
     ]
     for row in scores.recordings:
         for axis, symbol in enumerate(SYMBOLS):
@@ -32,7 +32,7 @@ def scores_text(scores: Scores) -> str:
             lines.append(
                 f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
                 f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
-                f"{_foreseen(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
+                f"{_expected(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
                 f"{_range(s.rms_interval, scale)}"
             )
     known = [r.recording for r in scores.recordings if r.seen]
@@ -51,7 +51,7 @@ def _mark(score: AxisScore) -> str:
     return "=" if score.at_floor else "~" if score.as_foreseen else " "
 
 
-def _foreseen(rms: float | None, scale: float) -> str:
+def _expected(rms: float | None, scale: float) -> str:
     return f"{'-':>8}" if rms is None else f"{rms * scale:8.3f}"
 
 
@@ -95,7 +95,7 @@ def _cell(row: RecordingScore, horizon: float, start: str, symbol: str, scale: f
 
 
 def _left(row: RecordingScore) -> list[str]:
-    """What its residuals say, the clearest first."""
+    """Significant correlations of the residuals with forces, the strongest first."""
     found = sorted(
         (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
     )
@@ -106,8 +106,7 @@ def _left(row: RecordingScore) -> list[str]:
 
 
 LEGEND = """\
-  constant: error if the velocity stays as it is; ratio: error / constant;
-  floor: what pose noise alone makes; excess: what is left without it; =: may be the floor alone;
-  foreseen: what the model says of itself, floor, the force it leaves out, uncertain coefficients;
-  ~: may be that alone;
+  constant: RMS of "the velocity stays constant"; ratio: error / constant;
+  floor: noise floor of a perfect model; excess: error without it; =: consistent with the floor;
+  expected: RMS predicted from pose noise, process noise and parameter covariance; ~: consistent with it;
   *: the axis that the recording excites, the pairing of the paper's Table III"""

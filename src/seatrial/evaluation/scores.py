@@ -64,7 +64,7 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
     @property
     def at_most(self) -> float | None:
-        """What is foreseen where coefficients and pose noise are off by two of their standard errors.
+        """The expected error where coefficients and pose noise are off by two of their standard errors.
 
         They are off once for all predictions, so that no interval of the error knows of it.
         """
@@ -77,7 +77,7 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """One recording at one horizon, from one kind of start."""
 
-    horizon: float  # [s] that was asked for
+    horizon: float  # [s] the chosen one
     steps: int  # poses
     start: Start  # of the predictions: the stencil's velocity, or the model's own causal filter's
     predictions: int
@@ -104,7 +104,7 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     usable: float  # share of its poses that are not left out as faulty
     seen: bool  # the model was identified from it, or from a part of it
     excited: str | None  # the axis that dominates it, if one does: Table III's pairing
-    scores: dict[str, AxisScore]  # by u, v, r; at the horizon that was asked for
+    scores: dict[str, AxisScore]  # by u, v, r; at the chosen horizon
     horizons: list[HorizonScore] = []
     correlations: list[Correlation] = []  # of the filter's residuals with the forces
     findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had

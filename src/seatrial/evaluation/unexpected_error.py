@@ -13,7 +13,7 @@ SHARED = 2  # poses ahead to which the filter has used poses that the reference 
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
 
 
-def unforeseen(scores: Iterable[Scored], known: bool) -> list[Finding]:
+def unexpected_errors(scores: Iterable[Scored], known: bool) -> list[Finding]:
     """Axes in which errors are larger than the model says of itself, and why.
 
     known: the model was identified from it. A filter's start and a reference that share poses share errors:
@@ -40,7 +40,7 @@ def unforeseen(scores: Iterable[Scored], known: bool) -> list[Finding]:
 def _surprises(
     rows: Iterable[tuple[float, Mapping[str, AxisScore]]], symbol: str
 ) -> list[tuple[float, float]]:
-    """Errors over what the model foresees, where they are beyond that, and how far ahead [s]."""
+    """Errors over the expected ones, where they are significantly larger, and the horizon [s]."""
     return [
         (score.rms / score.foreseen, horizon)
         for horizon, scores in rows
@@ -49,7 +49,7 @@ def _surprises(
 
 
 def _beyond_doubt(score: AxisScore) -> bool:
-    """Whether it is larger than foreseen, by more than both chances explain.
+    """Whether an error is significantly larger than expected.
 
     Blocks of time differ, as the interval says; coefficients are off once for all of them.
     """
