@@ -166,7 +166,7 @@ def test_a_plan_with_a_wrong_key_says_where(tmp_path):
     with pytest.raises(FileError, match="one of clean, hard, paper-like"):
         load_plan(path)
     path.write_text(f"seatrial: plan 1\nbased_on: {path}\n")
-    with pytest.raises(FileError, match="in a circle"):
+    with pytest.raises(FileError, match="in a cycle"):
         load_plan(path)
 
 

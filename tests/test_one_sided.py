@@ -139,5 +139,6 @@ def test_what_was_one_edge_before_is_two_where_the_new_data_show_both():
     assert before.findings_of(FindingKind.DEAD_ZONE_ONE_EDGE)
     assert not model.findings_of(FindingKind.DEAD_ZONE_ONE_EDGE)
     assert any(
-        "A has one dead-zone edge for both sides" in note for note in compare(before, model).notes
+        "A has one dead-zone edge for both directions" in note
+        for note in compare(before, model).notes
     )

@@ -253,10 +253,10 @@ def test_the_command_line(before, after, tmp_path, capsys):
         "-o", str(tmp_path / "new.yaml"), "--method", "output-error",
     ]  # fmt: skip
     assert main(line) == 0
-    assert "Prior: an older model, widened by 20 %" in capsys.readouterr().out
+    assert "prior: an older model, widened by 20 %" in capsys.readouterr().out
     assert main(["compare", str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml"), run]) == 0
     out = capsys.readouterr().out
-    assert "errors are not independent: both models come from before (B began from an older" in out
+    assert "errors are not independent: both models come from before (B had an older model" in out
     assert "warning: B was identified from S7-MP" in out
     assert main([*line, "--bootstrap", "50"]) == 1
     assert "leave --prior out" in capsys.readouterr().err
