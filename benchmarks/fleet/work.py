@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.fleet.draw import draw
 from seatrial.boat.findings import finding_text
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_selection import CURVE, STAGES_SELECTED
+from seatrial.identification.selection.actuator_selection import CURVE_STAGES, STAGES_SELECTED
 from seatrial.util.errors import SeatrialError
 
 
@@ -39,7 +39,7 @@ def identified(seed: int) -> Row:
     return Row(
         seed,
         {n: (found[n] - truth[n]) / errors[n] for n in known},
-        tuple(n for n in CURVE if n in boat.chain and n not in found),
-        tuple(n for n in found if n not in truth or (n in CURVE and n not in boat.chain)),
+        tuple(n for n in CURVE_STAGES if n in boat.chain and n not in found),
+        tuple(n for n in found if n not in truth or (n in CURVE_STAGES and n not in boat.chain)),
         tuple(finding_text(f) for f in model.estimator.findings if f.kind not in STAGES_SELECTED),
     )

@@ -34,7 +34,7 @@ SLOW_FALL, SLOW_GAIN = 0.01, 100.0  # the same step, where the whole step gains 
 LEAST_CURVATURE = 0.3  # of a logarithm: keeps noise without information in place
 NOISE_SETTLED = 0.1  # of the cost; a smaller gain ends the search
 NOISE_TRIALS = 6  # damped steps until one gains
-NOISE_ROUNDS = 6  # scoring steps of `fitted_noise`
+NOISE_SCORING_STEPS = 6  # scoring steps of `fitted_noise`
 DAMPING, MORE_DAMPING, REJECTED_DAMPING = (
     1e-3,
     10.0,
@@ -125,7 +125,7 @@ def fitted_noise(
 
     A step that gains less than `settled` is the last.
     """
-    for _ in range(NOISE_ROUNDS):
+    for _ in range(NOISE_SCORING_STEPS):
         noise, gain = likelier_noise(passes, poses, noise)
         if gain < settled:
             break

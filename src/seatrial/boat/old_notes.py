@@ -17,7 +17,7 @@ from seatrial.util.frames import AXES
 LONGEST_NOTE = 3000  # [characters] of a sentence that is looked at: a file may hold anything
 MOST_NOTES = 200  # of a file that are looked at
 NUMBER = r"[-+]?\d{1,20}(?:\.\d{1,20})?(?:e[-+]?\d{1,4})?"
-STAGES = {
+STAGE_WORDS = {
     "a latency": "latency", "a lag": "lag", "a power": "power", "power": "power",
     "a reverse over forward": "reverse_ratio", "reverse over forward": "reverse_ratio",
 }  # fmt: skip
@@ -91,7 +91,7 @@ def _axes(found: Found) -> list[Finding]:
 
 
 def _stage(found: Found) -> list[Finding]:
-    stage, groups = STAGES[found["stage"]], found.groupdict().get("groups")
+    stage, groups = STAGE_WORDS[found["stage"]], found.groupdict().get("groups")
     if groups is None:
         return [finding_of(FindingKind.CURVE_STAGE_SELECTED, stage=stage)]
     return [finding_of(FindingKind.GROUP_STAGES_SELECTED, *_names(groups), stage=stage)]

@@ -84,9 +84,9 @@ class Term:
 
 
 Row = tuple[int, int, float, int, list[int]]
-DISTURBANCES = 3  # terms and coefficients of the filter's own
-MOST_TERMS = _core.MAX_TERMS - DISTURBANCES
-MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCES
+DISTURBANCE_TERMS = 3  # terms and coefficients of the filter's own
+MOST_TERMS = _core.MAX_TERMS - DISTURBANCE_TERMS
+MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCE_TERMS
 
 
 @dataclass(frozen=True)

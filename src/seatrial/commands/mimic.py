@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_command
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
-from seatrial.onboard.live.protocol import FORMATS
+from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def add(verbs: "Verbs") -> None:
         "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
     mimic.add_argument(
-        "--format", choices=FORMATS, default=FORMATS[0],
+        "--format", choices=LINE_FORMATS, default=LINE_FORMATS[0],
         help="format of the input lines; output is JSON (default: %(default)s)",
     )  # fmt: skip
     mimic.add_argument(

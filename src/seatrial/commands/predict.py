@@ -15,7 +15,7 @@ from seatrial.commands.shared import (
 )
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
-from seatrial.onboard.live.protocol import FORMATS as LINE_FORMATS
+from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:

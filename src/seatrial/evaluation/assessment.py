@@ -31,7 +31,7 @@ from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
-STARTS = 8  # in a horizon: closer ones make predictions that are nearly the same
+STARTS_PER_HORIZON = 8  # in a horizon: closer ones make predictions that are nearly the same
 DISTURBED = 2.0  # times the innovations elsewhere, of an interval that is worth a word
 SAME_LENGTH = 1e-3  # [s] of a recording that is the same
 Ahead = tuple[float, Start, Prediction]  # horizon [s], start
@@ -187,7 +187,7 @@ def _all_horizons(
         if known is not None and (horizon, name) == known[:2]:
             found.append(known)
             continue
-        every = 1 if horizon == chosen else max(1, round(horizon / period) // STARTS)
+        every = 1 if horizon == chosen else max(1, round(horizon / period) // STARTS_PER_HORIZON)
         try:
             found.append((horizon, name, look.predict(horizon, every, starts)))
         except RecordingError:  # no stretch is as long

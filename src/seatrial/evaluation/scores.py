@@ -22,7 +22,7 @@ EARLIER = (
     "scores 3"  # without pooled scores and fingerprint, and with sentences in place of findings
 )
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
-NOISIER = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
+POSE_NOISE_ERROR = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
 Start = Literal["stencil", "filter"]
 Interval = tuple[float, float]
@@ -70,7 +70,9 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
         """
         if self.foreseen is None or self.unsure is None:
             return self.foreseen
-        more = (OFF**2 - 1.0) * self.unsure**2 + ((1.0 + NOISIER) ** 2 - 1.0) * self.floor**2
+        more = (OFF**2 - 1.0) * self.unsure**2 + (
+            (1.0 + POSE_NOISE_ERROR) ** 2 - 1.0
+        ) * self.floor**2
         return float(np.sqrt(self.foreseen**2 + more))
 
 

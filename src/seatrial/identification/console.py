@@ -25,7 +25,7 @@ from seatrial.recording.velocity import STENCIL_NOISE
 from seatrial.util.format import joined, percent, plus_minus, table
 from seatrial.util.frames import AXES, Array, Axes
 
-LEAST_DISTURBANCE = 1e-3  # of full thrust: a smaller disturbance force is not shown
+LEAST_DISTURBANCE_SHARE = 1e-3  # of full thrust: a smaller disturbance force is not shown
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
 LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
 HOURS_FROM = 120.0  # [min] from which on a length is in hours
@@ -160,7 +160,7 @@ def _noise(model: Model) -> str:
     parts = [
         f"{percent(size / thrust)} in {axis}"
         for size, thrust, axis in zip(sizes, most, AXES, strict=True)
-        if thrust > 0 and size > LEAST_DISTURBANCE * thrust
+        if thrust > 0 and size > LEAST_DISTURBANCE_SHARE * thrust
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "

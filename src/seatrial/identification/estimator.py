@@ -64,7 +64,7 @@ from seatrial.util.statistics import inverse_of
 
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
-LEAST_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
+LEAST_INTEGRATION_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
 REPORTED_OUTLIERS = 0.03  # share of the poses: false matches are usually rarer
 REFUSED_OUTLIERS = 0.3  # share of the poses: then the model is wrong, not the poses
 
@@ -320,7 +320,9 @@ def _step(problem: Problem, theta: Array) -> float:
 
     slopes = np.stack([(rate(corners + d) - rate(corners - d)) / 2e-4 for d in small], axis=2)
     quickest = float(np.abs(np.linalg.eigvals(slopes)).max())
-    return float(min(problem.step, max(MOST_STEP_TIMES_RATE / max(quickest, 1e-9), LEAST_STEP)))
+    return float(
+        min(problem.step, max(MOST_STEP_TIMES_RATE / max(quickest, 1e-9), LEAST_INTEGRATION_STEP))
+    )
 
 
 def _with_sought_stages(

@@ -17,11 +17,11 @@ from seatrial.util.frames import AXES
 
 SHORT_RECORDING = 30.0  # [s]: too few manoeuvres below it
 USABLE_POSES = 0.9  # share below which a recording gets a warning
-UNEVEN_STAMPS = 0.05  # of the period, standard deviation of the steps between stamps
+UNEVEN_STEPS = 0.05  # of the period, standard deviation of the steps between stamps
 FOLLOWING = 1.5  # periods; a longer step between poses is a gap, not jitter
 LOWEST_RATE, HIGHEST_RATE = 0.5, 2000.0  # [Hz] of poses; outside, the unit of the stamps is wrong
 ABSURD_YAW_RATE = 6.0  # [rad/s]: about one turn a second, faster than a small boat turns
-HARDLY_MOVING = 0.002  # [m/s], [rad/s] 90th percentiles of a boat that rests
+RESTING_SPEED = 0.002  # [m/s], [rad/s] 90th percentiles of a boat that rests
 AT_REST_SPREAD = 5.0  # standard deviations of pose noise, 5th to 95th percentile (white noise: 3.3)
 FEW_VALUES = 5  # of a command; one amplitude in both directions and rest are three
 ON_OFF_VALUES = 3  # of a command; an on-off command is at its limit by design
@@ -52,7 +52,7 @@ def recording_advice(
             "rough; record at 10 Hz or more"
         )
     off = jitter(recording)
-    if off > UNEVEN_STAMPS * recording.period:
+    if off > UNEVEN_STEPS * recording.period:
         advice.append(
             f"stamps have {1e3 * off:.1f} ms of jitter: harmless if they are the times of measurement, "
             "harmful to velocities if they are rounded or arrival times; record the sensor's own stamps"
@@ -149,7 +149,7 @@ def implausible_values(recording: Recording) -> list[str]:
         )
     if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]):
         advice.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? State unit: deg")
-    if fast < HARDLY_MOVING and turn < HARDLY_MOVING:
+    if fast < RESTING_SPEED and turn < RESTING_SPEED:
         advice.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it")
     elif _moves_only_by_noise(recording):
         advice.append(

@@ -25,7 +25,7 @@ LEAST_BLOCK_MESSAGES = 10  # in a block
 STEP_BLOCKS = 5  # blocks on either side that measure a step of the clock
 STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties late is no step
 STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
-LEAST_STEP = 0.05  # [s] least step of a clock that is set
+LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
@@ -216,7 +216,9 @@ def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
     spread = float(np.median(whole[:, size * 9 // 10] - whole[:, size // 10]))
     block = np.minimum(np.arange(len(late)) // size, len(medians) - 1)
     sane = np.abs(late - medians[block]) < STRAY_DELAY
-    at, step = _step(stamps, arrival, late, medians, max(LEAST_STEP, TRANSPORT_SPREADS * spread))
+    at, step = _step(
+        stamps, arrival, late, medians, max(LEAST_CLOCK_STEP, TRANSPORT_SPREADS * spread)
+    )
     level = late - np.where(np.arange(len(late)) >= at, step, 0.0)
     return Delay(
         float(late[sane].min()), float(np.median(late)), float(late[sane].max()),

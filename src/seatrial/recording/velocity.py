@@ -11,7 +11,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
-NOISIER = 3.0  # times the usual noise; a window of closer poses is not differentiated
+NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated
 SLOW = 0.55  # [s] between poses, above which the stencil misses motion within its four steps
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
 EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps
@@ -69,7 +69,7 @@ def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
     usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.usual_step
     usable &= np.ptp(recording.segment[windows], axis=1) == 0
     windows, weights = windows[usable], stencil_weights(t[usable])
-    quiet = np.linalg.norm(weights, axis=1) < NOISIER * STENCIL_NOISE / recording.usual_step
+    quiet = np.linalg.norm(weights, axis=1) < NOISIER_WINDOW * STENCIL_NOISE / recording.usual_step
     return windows[quiet], weights[quiet]
 
 

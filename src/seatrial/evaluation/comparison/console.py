@@ -18,7 +18,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Axes
 LEAST_FACTOR_Z = 2.4  # standard errors from 1, 5 % level over three axes
 NO_NOISE = "none"
 LEAST_POSE_NOISE = 1e-6  # [m], [rad] of correlated pose noise that is shown
-LEAST_DISTURBANCE = 1e-5  # [m/s^2], [rad/s^2] of process noise that is shown
+LEAST_SHOWN_DISTURBANCE = 1e-5  # [m/s^2], [rad/s^2] of process noise that is shown
 OTHER_BOAT_FACTOR = 0.1  # common factor of drag and thrust, below which a payload is no explanation
 SLIGHT_DIFFERENCE = 0.005  # of the error; a smaller difference is negligible, however significant
 COMMON_FACTOR_P = 0.01  # p below which one factor does not explain an axis
@@ -190,7 +190,7 @@ def _noise(found: Comparison) -> Iterator[str]:
         return
     if (
         max(p.disturbance_linear, p.disturbance_yaw, q.disturbance_linear, q.disturbance_yaw)
-        > LEAST_DISTURBANCE
+        > LEAST_SHOWN_DISTURBANCE
     ):
         yield (
             f"process noise (disturbance): {1e3 * p.disturbance_linear:.2g} → "

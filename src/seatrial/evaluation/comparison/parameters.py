@@ -17,7 +17,9 @@ from seatrial.util.statistics import inverse_of
 
 SIGNIFICANCE = 0.05  # level of all tests, after Holm's correction
 UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without information
-LEAST_EIGENVALUE = 1e-12  # of the largest, of the scaled covariance: a direction without variance
+LEAST_DIRECTION_VARIANCE = (
+    1e-12  # of the largest, of the scaled covariance: a direction without variance
+)
 EDGES = ("edge_forward", "edge_reverse")
 FACTOR_ROUNDS, FACTOR_SETTLED = 30, 1e-12  # of the common factor; relative change that ends them
 
@@ -264,7 +266,7 @@ def _wald(difference: Array, covariance: Array) -> tuple[float, int]:
     """Wald's statistic and its degrees of freedom: directions that have a variance."""
     scale = np.sqrt(np.diag(covariance))
     size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
-    there = size > LEAST_EIGENVALUE * size[-1]
+    there = size > LEAST_DIRECTION_VARIANCE * size[-1]
     along = axes[:, there].T @ (difference / scale)
     return float(np.sum(along**2 / size[there])), int(there.sum())
 

@@ -24,7 +24,9 @@ from seatrial.util.frames import SYMBOLS, Array, Axes
 START_SETTLING = 2.0  # [s] of the filters before the first prediction
 FALSE_VERDICT = 0.05  # probability of a false verdict
 ZERO_VELOCITY = 1e-12  # [m/s], [rad/s] below it two predictions are equal
-LEAST_SPREAD = 1e-3  # of the whole sample's, least standard deviation of a bootstrap sample
+LEAST_BOOTSTRAP_DEVIATION = (
+    1e-3  # of the whole sample's, least standard deviation of a bootstrap sample
+)
 
 
 class AxisDifference(msgspec.Struct, frozen=True):
@@ -264,7 +266,7 @@ def rms_difference(
     if spread[0] <= ZERO_VELOCITY:
         return (float(whole[0]), float(whole[0])), float(abs(whole[0]) <= ZERO_VELOCITY), 0.0
     found, deviation = _difference(drawn, first, second, count)
-    student = (found - whole) / np.maximum(deviation, LEAST_SPREAD * spread)
+    student = (found - whole) / np.maximum(deviation, LEAST_BOOTSTRAP_DEVIATION * spread)
     high, low = np.quantile(student, [0.025, 0.975])
     at = whole[0] / spread[0]
     beyond = 2 * min(int(np.sum(student >= at)), int(np.sum(student <= at)))  # as of the interval

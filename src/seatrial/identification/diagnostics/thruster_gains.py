@@ -15,7 +15,7 @@ from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-MOST_COMMAND_ROWS = 2000  # used of the commands: enough for their distribution
+MOST_GAIN_ROWS = 2000  # used of the commands: enough for their distribution
 LEAST_FORCE_CHANGE = (
     1e-3  # share of the forces beyond what coefficients take up: less is not identifiable
 )
@@ -117,7 +117,7 @@ def _identifiable(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Re
     """Whether unequal gains change the forces in another way than a common factor does."""
     count = len(kind)
     rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_COMMAND_ROWS)])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_GAIN_ROWS)])
     t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
 
     def forces(gains: Array) -> Array:

@@ -62,7 +62,7 @@ FRAME_SWITCH_GAIN = 3.0
 # times the longest memory of a first search, as start of one with a longer memory
 MEMORY_EXTENSION = 1.5
 AT_LONGEST_MEMORY = 0.99  # of that longest memory: there a search counts as stopped by it
-WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
+TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
 WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
 # [s] of windows that average waves out, but not the boat's motion
@@ -170,7 +170,7 @@ def _wave_noises(problem: Problem) -> Iterator[Array]:
 def _wave_periods(problem: Problem) -> Array:
     """Periods [s] of waves that the poses can show; none where poses are rare."""
     least = POSES_PER_WAVE * float(np.median([r.period for r in problem.recordings]))
-    return np.asarray(WAVE_PERIODS[least < WAVE_PERIODS])
+    return np.asarray(TRIED_WAVE_PERIODS[least < TRIED_WAVE_PERIODS])
 
 
 def _start_without_waves(problem: Problem, theta: Array) -> Array:

@@ -33,7 +33,7 @@ CONVERGED_SHARE = 1e-4  # of the cost, that a step must gain for another one
 ROW_OUTLIER = 1.5  # [robust standard deviations] beyond which a row counts linearly (Huber)
 HUBER_ROUNDS = 4  # of reweighting
 MEDIAN_TO_DEVIATION = 0.6745  # median absolute value of a standard normal variable
-LEAST_SPREAD = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
+LEAST_RESIDUAL_DEVIATION = 1e-9  # [m/s^2, rad/s^2] of residuals, where there is no noise
 LEAST_SCALE = 1e-12  # of a scale, against a division by 0
 ZERO_COLUMN = 1e-9  # RMS of a column below which it is rounding
 NORMAL_RIDGE = 1e-8  # on the scaled normal matrix: parameters without excitation stay near 0
@@ -121,7 +121,7 @@ class LinearEquations:
         for _ in range(HUBER_ROUNDS):
             error = np.abs(self.a - self.B @ self.solved(weights))
             middle = [np.median(error[use[:, k], k]) for k in range(3)]
-            spread = np.array(middle) / MEDIAN_TO_DEVIATION + LEAST_SPREAD
+            spread = np.array(middle) / MEDIAN_TO_DEVIATION + LEAST_RESIDUAL_DEVIATION
             weights = use / np.maximum(1.0, error / spread / ROW_OUTLIER) / spread**2
         return weights
 

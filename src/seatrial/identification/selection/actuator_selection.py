@@ -23,7 +23,7 @@ from seatrial.util.frames import Array, Mask
 MOST_SELECTED = 5  # stages: the steps end before in practice
 LEAST_STAGE_GAIN = 10.0  # fall of -2 log L: less is not worth a parameter
 LEAST_DISTANCE = 2.5  # [standard errors] from the neutral value, where the score test has no power
-CURVE = ("reverse_ratio", "power")
+CURVE_STAGES = ("reverse_ratio", "power")
 STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
 
 
@@ -135,7 +135,7 @@ def _by_fit(
 def _is_curve(problem: Problem, wider: Problem) -> bool:
     """Whether the further stages of a wider problem are those of the curve that all actuators have."""
     new = [name for name in wider.names if name not in problem.names]
-    return all(name in CURVE for name in new)
+    return all(name in CURVE_STAGES for name in new)
 
 
 def _whole_curve(

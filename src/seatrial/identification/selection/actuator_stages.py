@@ -41,7 +41,7 @@ STAGES_BY_GROUP = (
     "reverse_ratio",
 )  # stages that each kind of actuator may have of its own
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
-MOST_COMMAND_ROWS = 4000  # used of the commands: enough for their distribution
+MOST_STAGE_ROWS = 4000  # used of the commands: enough for their distribution
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ def _edge_effect(
     one thrust only: a gain has the same effect.
     """
     rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_COMMAND_ROWS)])
+    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_STAGE_ROWS)])
     t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
 
     def forces(forward: float, reverse: float) -> Array:

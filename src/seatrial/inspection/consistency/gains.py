@@ -37,8 +37,8 @@ UNMODELLED_SHARE = (
     0.07  # of an axis' RMS acceleration that inputs may explain beyond the file's structure
 )
 DRAG_COLUMNS = 10  # columns of `_drag`
-LEAST_SQUARE = 1e-12  # added to sums of squares: a boat at rest without noise has 0
-NORMAL_RIDGE = (
+SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
+GAINS_RIDGE = (
     1e-6  # of the mean diagonal: inputs that never change would make the equations singular
 )
 
@@ -154,7 +154,7 @@ def without_drag(
 def unexplained_share(motion: Array, inputs: Array) -> Array:
     """Share (delays, 3) of the squared accelerations that the inputs do not explain."""
     left = np.array([np.sum((motion - x @ _solve(x, motion)) ** 2, axis=0) for x in inputs])
-    return np.asarray((left + LEAST_SQUARE) / (np.sum(motion**2, axis=0) + LEAST_SQUARE))
+    return np.asarray((left + SQUARES_AT_REST) / (np.sum(motion**2, axis=0) + SQUARES_AT_REST))
 
 
 def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]:
@@ -180,7 +180,7 @@ def _solve(inputs: Array, motion: Array) -> Array:
 
 def _normal(inputs: Array) -> Array:
     normal = inputs.T @ inputs
-    ridge = NORMAL_RIDGE * float(np.trace(normal)) / len(normal) + LEAST_SQUARE
+    ridge = GAINS_RIDGE * float(np.trace(normal)) / len(normal) + SQUARES_AT_REST
     return np.asarray(normal + ridge * np.eye(len(normal)))
 
 
@@ -190,7 +190,7 @@ def _gains(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))
     residual, n = motion - x @ values, x.shape[1]
     normal, free = _normal(x), max(1, len(residual) - n - DRAG_COLUMNS)
-    white = (float(residual @ residual) / free + LEAST_SQUARE) * np.linalg.inv(normal)
+    white = (float(residual @ residual) / free + SQUARES_AT_REST) * np.linalg.inv(normal)
     spread = _jackknife_covariance(x, residual, normal, block)
     inflation = max(1.0, float(np.trace(np.linalg.solve(white, spread))) / n)
     covariance = (1.0 - WHITE_SHRINKAGE) * spread + WHITE_SHRINKAGE * inflation * white

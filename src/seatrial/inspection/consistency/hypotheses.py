@@ -17,7 +17,7 @@ from seatrial.inspection.consistency.repair import Repair, edits_of
 from seatrial.util.frames import Array, Axes, Mask
 
 EDIT_PENALTY = 10.0  # least fall of chi-square for an edit, with many blocks (p about 0.002)
-FEW_BLOCKS = 12.0  # blocks beyond the number of inputs at which the penalty doubles
+SPARE_BLOCKS = 12.0  # blocks beyond the number of inputs at which the penalty doubles
 POSE_PAIR_PREFERENCE = (
     0.01  # edits; breaks ties: y and psi negated together first, then fewer pose edits
 )
@@ -71,7 +71,7 @@ class HypothesisSearch:
     def edit_penalty(self) -> float:
         """Least fall of chi-square for an edit."""
         left = max(1.0, float(self.blocks - len(self.vehicle.inputs)))
-        return EDIT_PENALTY * (1.0 + FEW_BLOCKS / left)
+        return EDIT_PENALTY * (1.0 + SPARE_BLOCKS / left)
 
     @cached_property
     def patterns(self) -> tuple[Pattern, Pattern, Pattern]:

@@ -19,7 +19,7 @@ from seatrial.util.frames import Array, Mask, earth_offset
 BETTER_T = 2.4  # least t over blocks for a better reading, with many blocks
 BETTER_FEW_BLOCKS = 4.0  # blocks at which that t doubles
 BETTER_RATIO = 1.03  # least ratio of the unexplained acceleration for a better reading
-HARDLY_MOVING = 0.004  # [m/s] 90th percentile of the speed below which the unit is in question
+UNIT_DOUBT_SPEED = 0.004  # [m/s] 90th percentile of the speed below which the unit is in question
 UNDRIVEN_SHARE = 0.9  # of the acceleration; commands that leave less unexplained do move the boat
 TYPICAL_SPEED = 0.04  # [m/s] of a slow boat in the right unit; low, as mm are more usual than cm
 RADIAN_RANGE = 6.6  # one turn plus noise, in radians: a smaller range is no heading in degrees
@@ -66,7 +66,9 @@ def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
         unit = _nearest(units[int(np.argmax(speeds))], usual)
         new = [unit if UNIT_RATIO * speed > top else None for speed in speeds]
     elif (
-        usual < HARDLY_MOVING and "m" not in units and _unexplained_of_total(runs) < UNDRIVEN_SHARE
+        usual < UNIT_DOUBT_SPEED
+        and "m" not in units
+        and _unexplained_of_total(runs) < UNDRIVEN_SHARE
     ):
         new = ["m", "m"]
     else:
@@ -77,7 +79,7 @@ def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
 
 def _slower(unit: str, speed: float, top: float) -> Unit:
     """m where only one coordinate is too slow in its unit, and as fast as the other in metres."""
-    if speed >= HARDLY_MOVING or UNIT_RATIO * speed >= top:
+    if speed >= UNIT_DOUBT_SPEED or UNIT_RATIO * speed >= top:
         return None
     return "m" if top < UNIT_RATIO * speed / LENGTHS[unit] < UNIT_RATIO**2 * top else None
 

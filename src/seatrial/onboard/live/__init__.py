@@ -3,7 +3,7 @@
 
 from seatrial.onboard.live.line_loop import Settings
 from seatrial.onboard.live.playback import replay
-from seatrial.onboard.live.protocol import FORMATS, Event, Reader, Writer
+from seatrial.onboard.live.protocol import LINE_FORMATS, Event, Reader, Writer
 from seatrial.onboard.live.server import serve
 
-__all__ = ["FORMATS", "Event", "Reader", "Settings", "Writer", "replay", "serve"]
+__all__ = ["LINE_FORMATS", "Event", "Reader", "Settings", "Writer", "replay", "serve"]

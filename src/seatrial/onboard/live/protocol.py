@@ -15,7 +15,7 @@ from seatrial.onboard.predictor import POSE, Estimate
 from seatrial.util.errors import LiveError
 from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
 
-FORMATS = ("json", "csv")
+LINE_FORMATS = ("json", "csv")
 NANO = 1_000_000_000
 LATEST_STAMP = 4e9  # [s] largest stamp that fits nanoseconds in 64 bits
 Kind = Literal["pose", "command", "scale", "at", "reload"]

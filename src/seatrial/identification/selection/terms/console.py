@@ -14,7 +14,7 @@ from seatrial.util.frames import AXES, Axes
 
 SELECTION_FORMAT: Final = "selection 1"
 HEAD = ("term", "estimate", "z", "spread", "held-out", "moves")
-LEGEND = """\
+TABLE_LEGEND = """\
   z: estimate / standard error, each candidate added alone; spread: between the repeats, relative to their
   standard errors; held-out: increase of the {horizon:g} s prediction error without the term, for recordings left
   out of the fit; moves: RMS change of that prediction by the term, relative to the change of the velocity"""
@@ -31,7 +31,7 @@ def selection_text(selection: Selection) -> str:
         lines += [AXES[row.axis]] if row.axis != before else []
         lines.append(f"{line.ljust(width)}  {row.verdict.value}: {row.reason}")
         before = row.axis
-    lines.append(LEGEND.format(horizon=selection.horizon))
+    lines.append(TABLE_LEGEND.format(horizon=selection.horizon))
     if selection.vehicle.axes is not Axes.FLU:
         lines.append(
             f"  all in {Axes.FLU.value} axes; the file's are {selection.vehicle.axes.value}"

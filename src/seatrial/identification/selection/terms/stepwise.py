@@ -21,7 +21,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import StructureError
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
-MOST_ROUNDS = 12  # of adding and removing
+MOST_SWEEPS = 12  # of adding and removing
 Message = Callable[[str], None]
 
 
@@ -56,7 +56,7 @@ def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -
     An added term is removed again where later ones replace it. `refused` ones are never added.
     """
     refused = list(refused)
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MOST_SWEEPS):
         added = best_candidates(search, model, refused)
         if added:
             search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
