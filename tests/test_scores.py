@@ -15,6 +15,7 @@ from seatrial.evaluation import assessment
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.report import report
+from seatrial.report.evidence import model_evidence
 from seatrial.util.errors import FileError, ModelError
 from seatrial.util.files import dump_json
 
@@ -58,7 +59,7 @@ def test_a_report_from_scores_is_that_of_its_own_and_computes_none(
     model, drives, scores, monkeypatch
 ):
     own = report(model, drives)
-    monkeypatch.setattr(assessment, "assess", pytest.fail)
+    monkeypatch.setattr(model_evidence, "assess", pytest.fail)
     monkeypatch.setattr(assessment, "axis_scores", pytest.fail)
     assert report(model, drives, scores=scores) == own
 

@@ -177,7 +177,7 @@ def _drift(found: Found) -> list[Finding]:
 
 
 def _intervals(found: Found) -> list[Finding]:
-    """Where poses were far from what was predicted; what their exclusion changes, where that was said."""
+    """Disturbed intervals, and what their exclusion changes, where the note has it."""
     ratio = float(found["ratio"].rpartition(" to ")[2])
     out = []
     for part in found["where"].split("; "):
