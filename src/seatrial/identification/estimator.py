@@ -31,11 +31,18 @@ from seatrial.identification.diagnostics.homogeneity import homogeneity_findings
 from seatrial.identification.diagnostics.parameter_drift import drift_findings
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
 from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
-from seatrial.identification.likelihood.noise_structures import multi_start
-from seatrial.identification.likelihood.optimiser import Point, far_from_poses, maximise_likelihood
+from seatrial.identification.likelihood.noise_structures import select_noise
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    Point,
+    at_bounds,
+    far_from_poses,
+    maximise_likelihood,
+    search,
+)
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
-from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.regression.start_values import start_values
 from seatrial.identification.selection.actuator_selection import (
@@ -50,7 +57,6 @@ from seatrial.identification.selection.actuator_stages import (
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import (
-    at_bounds,
     sandwich_covariance,
     with_enough_blocks,
 )
@@ -160,17 +166,16 @@ def _fit(
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
-    # the maximum of the likelihood: a first search, then several noise structures
-    at, theta = _maximised(problem, recordings, start, hold=chosen.hold_noise)
-    at = at if chosen.hold_noise else multi_start(at, theta)
-    # under model mismatch: the fit horizon that predicts best
-    disturbed = at if disturbed_at(at) else None
-    likely, at, horizon = with_fit_horizon(at, hold=chosen.hold_noise)
-    for point in (at, disturbed or at):
-        point.runs.drop_linearisation()
+    # the maximum of the likelihood; under model mismatch the fit horizon, else the noise structure
+    first = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+    at, horizon = (first, 0.0) if chosen.hold_noise else with_fit_horizon(first)
+    likely = first
+    if not (horizon or chosen.hold_noise):
+        at = likely = select_noise(at)
+    disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
     if further and prior is None:  # a prior has stages of its own
-        likely, at, horizon, found = _with_stages((likely, at, horizon), vehicle, chosen)
+        at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
         findings += found
     # diagnostics at the solution
     if further:
@@ -203,30 +208,24 @@ def _fit(
         chosen,
         tuple(findings),
         horizon,
-        likely,
+        likely.noise,
     )
 
 
 def _with_stages(
-    first: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Array, Point, float, list[Finding]]:
-    """The likelihood's noise, the solution, its fit horizon, and findings on the selected stages.
+    at: Point, horizon: float, likely: Array, vehicle: Vehicle, chosen: OutputErrorSettings
+) -> tuple[Point, float, list[Finding]]:
+    """The solution with the selected stages, its fit horizon, and findings on them.
 
-    A missing stage is model mismatch: with the stage the fit horizon is chosen again.
+    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the likelihood
+    takes the place of the fit horizon. likely: (11,) the noise at the likelihood's maximum without the stages.
     """
-    likely, at, horizon = first
-    findings: list[Finding] = []
-    while True:
-        at, found = select_stages(at, vehicle, chosen, horizon)
-        findings += found
-        if not found or horizon == 0.0:
-            return likely, at, horizon, findings
-        try:
-            again = maximise_likelihood(at.runs.problem, at.theta, likely, hold=chosen.hold_noise)
-        except IdentificationError:
-            return likely, at, horizon, findings
-        likely, at, horizon = with_fit_horizon(again, hold=chosen.hold_noise)
-        at.runs.drop_linearisation()
+    at, findings = select_stages(at, vehicle, chosen, horizon)
+    if horizon and findings:
+        again, outcome = search(at.runs.problem, at.theta, likely)
+        if outcome is Outcome.CONVERGED and is_white(again):
+            return select_noise(again), 0.0, findings
+    return at, horizon, findings
 
 
 def _nothing_significant(at: Point, covariance: Array) -> bool:
@@ -239,15 +238,15 @@ def _nothing_significant(at: Point, covariance: Array) -> bool:
 
 def _maximised(
     problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
-) -> tuple[Point, Array]:
-    """The maximum of the likelihood, and the parameters where its search started.
+) -> Point:
+    """The maximum of the likelihood.
 
     If the search from a start model fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
-        return maximise_likelihood(own, theta, noise, hold=hold), theta
+        return maximise_likelihood(own, theta, noise, hold=hold)
     except IdentificationError as error:
         if start is not None and not hold:
             return _maximised(problem, recordings, None, hold=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
+from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
@@ -23,6 +23,7 @@ from seatrial.util.frames import Array
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
+NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
@@ -62,7 +63,7 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
         there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
     except IdentificationError:
         return []
-    if not _removes_process_noise(at.noise, there.noise):
+    if not _removes_process_noise(at, there.noise):
         return []
     return most.findings(there.theta)
 
@@ -116,10 +117,10 @@ def _significant(test: ScoreTest) -> bool:
     return bool(likely and test.gain > LEAST_EFFECT_GAIN)
 
 
-def _removes_process_noise(before: Array, after: Array) -> bool:
+def _removes_process_noise(at: Point, after: Array) -> bool:
     """Whether the process noise of the linear or the angular motion falls below `MOST_NOISE_LEFT`."""
-    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
-    there = old > RAISED[DISTURBANCES]
+    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (at.noise, after))
+    there = old > NEGLIGIBLE_NOISE * noise_units(at.noise, at.runs.problem.period)[DISTURBANCES]
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.optimiser import Point, at_bounds
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
@@ -15,7 +15,6 @@ SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the sco
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
 SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
 BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
-AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
 # shares of the range at which the likelihood is followed
 BOUND_DISTANCES = 0.5 ** np.arange(12, 0, -1)
 OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
@@ -167,12 +166,3 @@ def _refuse_inseparable(at: Point) -> None:
         f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
         "term out"
     )
-
-
-def at_bounds(at: Point) -> Mask:
-    """Which free parameters (p,) are at a bound, or as good as that."""
-    problem = at.runs.problem
-    low, high = problem.bounds
-    theta = at.theta[list(problem.free)]
-    reach = np.where(np.isfinite(high - low), AT_BOUND_SHARE * (high - low), 0.0)
-    return np.asarray((theta <= low + reach) | (theta >= high - reach))
