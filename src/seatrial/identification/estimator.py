@@ -196,7 +196,7 @@ def _fit(
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
     if sought and (disturbed is not None or not without_process_noise(at)):
-        findings += disturbance_findings(disturbed, at, covariance, _from_start_values)
+        findings += disturbance_findings(disturbed, at, covariance)
     if _nothing_significant(at, covariance):
         findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
     return Fit(
@@ -217,8 +217,8 @@ def _with_stages(
 ) -> tuple[Point, float, list[Finding]]:
     """The solution with the selected stages, its fit horizon, and findings on them.
 
-    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the likelihood
-    takes the place of the fit horizon. likely: (11,) the noise at the likelihood's maximum without the stages.
+    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the
+    likelihood takes the place of the fit horizon. likely: (11,) the noise at the maximum without the stages.
     """
     at, findings = select_stages(at, vehicle, chosen, horizon)
     if horizon and findings:

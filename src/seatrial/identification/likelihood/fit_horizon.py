@@ -186,7 +186,7 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
         runs = held.run_filter(at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(runs.by_recording, held.series, noise, held.period, settled=1.0)
+        noise, cost = fitted_noise(runs.linearised(), noise, REFINED_NOISE_GAIN / 2.0)
         if runs.cost - cost < REFINED_NOISE_GAIN:
             break
     return noise

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Selection of the noise structure: how pose errors and disturbance force are correlated in time, and their frame.
 
-The likelihood has several local maxima in the noise. So a search ends near one structure, and the others are screened
-on the linearisation of its last pass: parameters and noise are optimised there without integration. The best are
-searched in full; the likeliest stays, correlated pose errors having a price.
+The likelihood has several local maxima in the noise. So a search ends near one structure, and the others are
+screened on the linearisation of its last pass: parameters and noise are optimised there without integration. The
+best are searched in full; the likeliest stays, correlated pose errors having a price.
 """
 
 from collections.abc import Iterator, Sequence

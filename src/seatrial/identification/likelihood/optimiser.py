@@ -15,7 +15,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, loosened, most_noise
-from seatrial.boat.noise_scoring import NoiseBox, scored
+from seatrial.boat.noise_scoring import NoiseBox, Value, scored
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.util.box import box_minimum
 from seatrial.util.errors import IdentificationError
@@ -25,7 +25,7 @@ from seatrial.util.frames import Array, Mask
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
 IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
-INNER_GAIN = 0.02  # of one round of the inner loop, at its end
+INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
@@ -105,7 +105,7 @@ def search(
     least: Array = NOISE_LEAST,
     free: Mask | None = None,
 ) -> tuple[Point, Outcome]:
-    """The last point of a search and its outcome. `free` (11,): noise parameters that are scored, by default all."""
+    """The last point of a search and its outcome. `free` (11,): noise parameters that are scored, or all."""
     box = noise_box(noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
     begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
@@ -224,10 +224,8 @@ def linearised_optimum(
         return best
     for round_ in range(INNER_ROUNDS):
         before = best.fall
-        scored(
-            at.runs.linearised(best.move), best.noise, at.runs.problem.period, box,
-            profile.value, -best.fall, absent=round_ == 0,
-        )  # fmt: skip
+        here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
+        scored(here, best.noise, box, value, absent=round_ == 0)
         best = profile.best
         gain = best.fall - before
         if (

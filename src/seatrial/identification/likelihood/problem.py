@@ -288,7 +288,12 @@ class FilterRuns:
         steps = () if move is None else self._own_steps(move)
         problem = self.problem
         return Linearised(
-            self.by_recording, problem.series, problem.outlier, steps, problem.has_effects
+            self.by_recording,
+            problem.series,
+            problem.period,
+            problem.outlier,
+            steps,
+            problem.has_effects,
         )
 
     def relinearised(self, noise: Array, move: Array) -> "FilterRuns":
