@@ -30,8 +30,11 @@ from seatrial.identification.diagnostics.external_disturbances import (
 from seatrial.identification.diagnostics.homogeneity import homogeneity_findings
 from seatrial.identification.diagnostics.parameter_drift import drift_findings
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
-from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
-from seatrial.identification.likelihood.noise_structures import select_noise
+from seatrial.identification.likelihood.fit_horizon import (
+    prediction_findings,
+    with_noise_or_horizon,
+)
+from seatrial.identification.likelihood.noise_structures import searched
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
@@ -166,12 +169,11 @@ def _fit(
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
-    # the maximum of the likelihood; under model mismatch the fit horizon, else the noise structure
-    first = _maximised(problem, recordings, start, hold=chosen.hold_noise)
-    at, horizon = (first, 0.0) if chosen.hold_noise else with_fit_horizon(first)
-    likely = first
-    if not (horizon or chosen.hold_noise):
-        at = likely = select_noise(at)
+    # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
+    at = likely = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+    horizon = 0.0
+    if not chosen.hold_noise:
+        likely, at, horizon = with_noise_or_horizon(at)
     disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
     if further and prior is None:  # a prior has stages of its own
@@ -224,7 +226,7 @@ def _with_stages(
     if horizon and findings:
         again, outcome = search(at.runs.problem, at.theta, likely)
         if outcome is Outcome.CONVERGED and is_white(again):
-            return select_noise(again), 0.0, findings
+            return searched(again, []), 0.0, findings
     return at, horizon, findings
 
 

@@ -25,7 +25,12 @@ from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
-from seatrial.identification.likelihood.noise_structures import in_likelier_frame
+from seatrial.identification.likelihood.noise_structures import (
+    in_likelier_frame,
+    priced,
+    screened,
+    searched,
+)
 from seatrial.identification.likelihood.optimiser import Outcome, Point, at_bounds, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
@@ -64,24 +69,41 @@ class PredictionErrors:
     zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
-def with_fit_horizon(at: Point) -> tuple[Point, float]:
-    """The solution that predicts best, and its fit horizon [s].
+def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
+    """The likelihood's maximum over noise structures, the solution that predicts best, and its fit horizon [s].
 
-    The longer horizon is chosen where its errors one second ahead are smaller in cross-validation, by more than a
-    standard error.
+    Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
+    model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
     """
-    problem = at.runs.problem
-    if not _comparable(problem) or without_process_noise(at) or is_white(at):
-        return at, 0.0
-    least = noise_floor(problem, FIT_HORIZON)
-    found, outcome = search(problem, at.theta, at.noise, least=least)
-    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(found, at.noise)
-    if outcome is not Outcome.CONVERGED or best is None or ahead is None:
-        return at, 0.0
-    if _worse(ahead, best) > 0.0:
-        return at, 0.0
-    # the other frame of the disturbance may be likelier with this noise
-    return in_likelier_frame(found, least), FIT_HORIZON
+    if is_white(at):
+        at = searched(at, [])
+        return at, at, 0.0
+    structures = screened(at, priced(at), poses_only=False)
+    at = searched(at, [s for s in structures if s.explains(at)])
+    if is_white(at):
+        return at, at, 0.0
+    # with large pose noise the filter simulates: pose errors alone are screened about that
+    least = noise_floor(at.runs.problem, FIT_HORIZON)
+    fitted, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
+    if outcome is Outcome.CONVERGED:
+        simulated = screened(fitted, priced(at), poses_only=True)
+        by_poses = searched(at, [s for s in simulated if s.explains(at)])
+        if by_poses is not at:
+            return by_poses, by_poses, 0.0
+        structures += simulated
+        if _predicts_better(fitted, at):
+            # the other frame of the disturbance may be likelier with this noise
+            return at, in_likelier_frame(fitted, least), FIT_HORIZON
+    at = searched(at, sorted(structures, key=lambda s: s.cost))
+    return at, at, 0.0
+
+
+def _predicts_better(fitted: Point, at: Point) -> bool:
+    """Whether a longer horizon's errors one second ahead are smaller in cross-validation, by a standard error."""
+    if not _comparable(at.runs.problem) or without_process_noise(at):
+        return False
+    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(fitted, at.noise)
+    return best is not None and ahead is not None and _worse(ahead, best) < 0.0
 
 
 def _worse(ahead: Array, best: Array) -> float:
