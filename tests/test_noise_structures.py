@@ -13,7 +13,7 @@ from seatrial.identification.likelihood.noise_structures import (
     DISTURBANCE_MEMORY,
     SWITCH_GAIN,
     force_for_walk,
-    searched,
+    refined,
 )
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
@@ -145,7 +145,7 @@ def test_white_innovations_and_the_right_frame_are_searched_no_further(found, mo
     assert is_white(at)
     assert not at.runs.problem.earth_fixed
     monkeypatch.setattr(subject, "search", refused)
-    assert searched(at, []) is at
+    assert refined(at) is at
 
 
 def test_a_force_in_place_of_a_walk_moves_the_velocity_as_far():

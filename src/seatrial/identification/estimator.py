@@ -34,7 +34,7 @@ from seatrial.identification.likelihood.fit_horizon import (
     prediction_findings,
     with_noise_or_horizon,
 )
-from seatrial.identification.likelihood.noise_structures import searched
+from seatrial.identification.likelihood.noise_structures import refined
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
@@ -226,7 +226,7 @@ def _with_stages(
     if horizon and findings:
         again, outcome = search(at.runs.problem, at.theta, likely)
         if outcome is Outcome.CONVERGED and is_white(again):
-            return searched(again, []), 0.0, findings
+            return refined(again), 0.0, findings
     return at, horizon, findings
 
 

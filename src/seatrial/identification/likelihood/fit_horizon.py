@@ -28,6 +28,7 @@ from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
     priced,
+    refined,
     screened,
     searched,
 )
@@ -75,12 +76,11 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
     model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
     """
+    if not is_white(at):
+        structures = screened(at, priced(at), poses_only=False)
+        at = searched(at, [s for s in structures if s.explains(at)])
     if is_white(at):
-        at = searched(at, [])
-        return at, at, 0.0
-    structures = screened(at, priced(at), poses_only=False)
-    at = searched(at, [s for s in structures if s.explains(at)])
-    if is_white(at):
+        at = refined(at)
         return at, at, 0.0
     # with large pose noise the filter simulates: pose errors alone are screened about that
     least = noise_floor(at.runs.problem, FIT_HORIZON)
@@ -88,13 +88,11 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     if outcome is Outcome.CONVERGED:
         simulated = screened(fitted, priced(at), poses_only=True)
         by_poses = searched(at, [s for s in simulated if s.explains(at)])
-        if by_poses is not at:
-            return by_poses, by_poses, 0.0
-        structures += simulated
-        if _predicts_better(fitted, at):
+        if by_poses is at and _predicts_better(fitted, at):
             # the other frame of the disturbance may be likelier with this noise
             return at, in_likelier_frame(fitted, least), FIT_HORIZON
-    at = searched(at, sorted(structures, key=lambda s: s.cost))
+        at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
+    at = refined(searched(at, structures))
     return at, at, 0.0
 
 

@@ -39,8 +39,9 @@ from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.util.frames import Array
 
 # All gains and prices are falls of -2 log likelihood.
-CORRELATION_PRICE = 10.0  # of correlated pose errors, and again where they oscillate
-PRICES = ((tuple(COLOUR), CORRELATION_PRICE), (tuple(WALKS), 4.0))  # of noise sources
+PARAMETER_PRICE = 4.0  # of a parameter of a noise source
+# sources that a solution may do without, and their parameters
+SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
@@ -134,6 +135,11 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
     for one in candidates[:SEARCHED]:
         if one.cost < priced(at) - SWITCH_GAIN:
             at = _likelier(at, one.begin, one.promise, NOISE_LEAST)
+    return at
+
+
+def refined(at: Point) -> Point:
+    """The solution in the likelier frame, with a longer memory if that is likelier, without needless sources."""
     return simplified(with_longer_memory(in_likelier_frame(at)))
 
 
@@ -183,12 +189,13 @@ def priced(at: Point) -> float:
 
 
 def _price(noise: Array) -> float:
-    return CORRELATION_PRICE * (has_correlated_poses(noise) + oscillates(noise))
+    return PARAMETER_PRICE * (3.0 * has_correlated_poses(noise) + oscillates(noise))
 
 
 def simplified(at: Point) -> Point:
     """The solution without noise sources that gain less than their price."""
-    for sources, price in PRICES:
+    for sources, parameters in SOURCES:
+        price = PARAMETER_PRICE * parameters
         if not (at.noise > NOISE_LEAST)[list(sources)].any():
             continue
         # correlated pose errors become white ones; the others are left out

@@ -35,9 +35,11 @@ STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
-START_DAMPING, LEAST_RETRY_DAMPING = 1e-4, 1e-3  # Levenberg-Marquardt, relative to the diagonal
-DAMPING_FACTOR = 10.0  # of the damping, up and down
-GOOD_RATIO, POOR_RATIO = 0.75, 0.25  # of a fall to what was promised: less damping, more damping
+START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
+SHRINKAGE, FIRST_GROWTH = (
+    1.0 / 3.0,
+    2.0,
+)  # of the damping: least factor after a fall, first after none
 FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
 FAILED_PASSES = 6  # in a row that do not fall: the same
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
@@ -175,28 +177,31 @@ def _descent(at: Point, box: NoiseBox, *, hold: bool) -> tuple[Point, Outcome]:
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
-    damping, flat, failed, exact = START_DAMPING, 0, 0, hold
+    damping, growth = START_DAMPING, FIRST_GROWTH
+    flat = failed = 0
+    settled = hold  # the noise is, until the parameters are
     for _ in range(MOST_PASSES):
-        # where the last linearisation told the cost, its noise is still the best
-        promise = linearised_optimum(at, box, damping, hold=exact)
-        if exact and not hold and promise.fall >= CONVERGED_GAIN:
+        promise = linearised_optimum(at, box, damping, hold=settled)
+        if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
         fall = at.runs.cost - tried.runs.cost
+        ratio = fall / promise.fall
+        settled = (
+            hold or bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
+        )
+        # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
-            exact = hold or abs(fall - promise.fall) < EXACT_FALL
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
+            damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
+            growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
+            damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
-        # the trust region by how well the fall was foretold
-        if fall > GOOD_RATIO * promise.fall:
-            damping /= DAMPING_FACTOR
-        elif fall < POOR_RATIO * promise.fall:
-            damping = DAMPING_FACTOR * max(damping, LEAST_RETRY_DAMPING)
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
         if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
