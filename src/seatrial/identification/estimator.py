@@ -36,10 +36,14 @@ from seatrial.identification.likelihood.fit_horizon import (
 )
 from seatrial.identification.likelihood.noise_structures import refined
 from seatrial.identification.likelihood.optimiser import (
+    MOST_PASSES,
     Outcome,
     Point,
     at_bounds,
+    by_linearisation,
+    converged,
     far_from_poses,
+    full_pass,
     maximise_likelihood,
     search,
 )
@@ -71,6 +75,7 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 
+FIRST_PASSES = 12  # of the first search, at most
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
 LEAST_INTEGRATION_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
@@ -224,7 +229,11 @@ def _with_stages(
     """
     at, findings = select_stages(at, vehicle, chosen, horizon)
     if horizon and findings:
-        again, outcome = search(at.runs.problem, at.theta, likely)
+        # first on the linearisation: mismatch that stays needs no search
+        near = by_linearisation(full_pass(at.runs.problem, at.theta, likely))
+        again, outcome = (
+            search(at.runs.problem, near.theta, near.noise) if is_white(near) else (at, None)
+        )
         if outcome is Outcome.CONVERGED and is_white(again):
             return refined(again), 0.0, findings
     return at, horizon, findings
@@ -241,14 +250,18 @@ def _nothing_significant(at: Point, covariance: Array) -> bool:
 def _maximised(
     problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
 ) -> Point:
-    """The maximum of the likelihood.
+    """The maximum of the likelihood, or a point near it where the search is slow, as under model mismatch.
 
     If the search from a start model fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
-        return maximise_likelihood(own, theta, noise, hold=hold)
+        at, outcome = search(
+            own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
+        )
+        near = outcome is Outcome.OUT_OF_STEPS and not hold and not far_from_poses(at)
+        return at if near else converged((at, outcome))
     except IdentificationError as error:
         if start is not None and not hold:
             return _maximised(problem, recordings, None, hold=False)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of, finding_text
-from seatrial.boat.noise_parameters import NOISE_LEAST, loosened
+from seatrial.boat.noise_parameters import loosened
 from seatrial.evaluation.disturbed_intervals import (
     MOST_DISTURBED_SHARE,
     MOST_INTERVALS,
@@ -26,9 +26,8 @@ from seatrial.evaluation.disturbed_intervals import (
 from seatrial.identification.likelihood.optimiser import (
     Point,
     at_bounds,
+    by_linearisation,
     full_pass,
-    linearised_optimum,
-    noise_box,
 )
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
@@ -129,10 +128,7 @@ def _excluded(at: Point, about: Point) -> tuple[list[DisturbedInterval], Point |
 def _refitted(problem: Problem, near: Point) -> Point:
     """The solution of a problem with fewer poses, on the linearisation of one with all of them."""
     runs = FilterRuns(problem, near.theta, near.runs.by_recording)
-    box = noise_box(near.noise, NOISE_LEAST)
-    promise = linearised_optimum(Point(near.theta, near.noise, runs), box, noise=near.noise)
-    theta = near.theta + promise.move
-    return Point(theta, promise.noise, runs.relinearised(promise.noise, promise.move))
+    return by_linearisation(Point(near.theta, near.noise, runs), noise=near.noise)
 
 
 def _without(problem: Problem, found: Sequence[DisturbedInterval]) -> Problem | None:

@@ -32,7 +32,13 @@ from seatrial.identification.likelihood.noise_structures import (
     screened,
     searched,
 )
-from seatrial.identification.likelihood.optimiser import Outcome, Point, at_bounds, search
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    Point,
+    at_bounds,
+    converged,
+    search,
+)
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
     is_white,
@@ -75,6 +81,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
 
     Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
     model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
+    `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
     if not is_white(at):
         structures = screened(at, priced(at), poses_only=False)
@@ -92,7 +99,8 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
             # the other frame of the disturbance may be likelier with this noise
             return at, in_likelier_frame(fitted, least), FIT_HORIZON
         at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
-    at = refined(searched(at, structures))
+    at = searched(at, structures)
+    at = refined(converged(search(at.runs.problem, at.theta, at.noise)))
     return at, at, 0.0
 
 

@@ -86,7 +86,12 @@ def maximise_likelihood(
 
     Raises IdentificationError where the model diverges, or where the search does not converge.
     """
-    at, outcome = search(problem, theta, noise, hold=hold, least=least)
+    return converged(search(problem, theta, noise, hold=hold, least=least))
+
+
+def converged(found: tuple[Point, Outcome]) -> Point:
+    """The point of a search. Raises IdentificationError where it did not converge."""
+    at, outcome = found
     if outcome is Outcome.CONVERGED:
         return at
     if outcome is Outcome.DIVERGED:
@@ -106,14 +111,18 @@ def search(
     hold: bool = False,
     least: Array = NOISE_LEAST,
     free: Mask | None = None,
+    passes: int = MOST_PASSES,
 ) -> tuple[Point, Outcome]:
-    """The last point of a search and its outcome. `free` (11,): noise parameters that are scored, or all."""
+    """The last point of a search and its outcome.
+
+    free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
+    """
     box = noise_box(noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
     begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
     if far_from_poses(begin):
         begin = _with_more_process_noise(begin, box, hold=hold)
-    return _descent(begin, box, hold=hold)
+    return _descent(begin, box, hold=hold, passes=passes)
 
 
 def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
@@ -173,14 +182,16 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
     return full_pass(problem, theta, at.noise)
 
 
-def _descent(at: Point, box: NoiseBox, *, hold: bool) -> tuple[Point, Outcome]:
+def _descent(
+    at: Point, box: NoiseBox, *, hold: bool, passes: int = MOST_PASSES
+) -> tuple[Point, Outcome]:
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
     damping, growth = START_DAMPING, FIRST_GROWTH
     flat = failed = 0
     settled = hold  # the noise is, until the parameters are
-    for _ in range(MOST_PASSES):
+    for _ in range(passes):
         promise = linearised_optimum(at, box, damping, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
@@ -239,6 +250,16 @@ def linearised_optimum(
         ):
             break
     return best
+
+
+def by_linearisation(at: Point, least: Array = NOISE_LEAST, noise: Array | None = None) -> Point:
+    """The likeliest point by the linearisation of a full pass, with its relinearised runs.
+
+    least: (11,) lower bounds of the noise; noise: (11,) where its search begins, by default the point's own.
+    """
+    promise = linearised_optimum(at, noise_box(at.noise, least), noise=noise)
+    runs = at.runs.relinearised(promise.noise, promise.move)
+    return Point(at.theta + promise.move, promise.noise, runs)
 
 
 @dataclass
