@@ -24,6 +24,7 @@ from seatrial.util.frames import Array, Mask
 # All gains and costs are falls of -2 log likelihood.
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
+UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
 IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
 INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
@@ -191,8 +192,10 @@ def _descent(
     damping, growth = START_DAMPING, FIRST_GROWTH
     flat = failed = 0
     settled = hold  # the noise is, until the parameters are
+    again: Array | None = None  # the noise of a trial that did not fall
     for _ in range(passes):
-        promise = linearised_optimum(at, box, damping, hold=settled)
+        held = settled or again is not None
+        promise = linearised_optimum(at, box, damping, noise=again, hold=held)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
         if promise.fall < CONVERGED_GAIN:
@@ -200,17 +203,17 @@ def _descent(
         tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
         fall = at.runs.cost - tried.runs.cost
         ratio = fall / promise.fall
-        settled = (
-            hold or bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-        )
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
+            kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
+            settled, again = hold or (kept and fall < UNSETTLING_FALL), None
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
             damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
             growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
+            again = promise.noise
             damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
