@@ -14,9 +14,10 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
+    say,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -46,7 +47,7 @@ def add(verbs: "Verbs") -> None:
     add_exports(compare)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
     from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
@@ -66,21 +67,21 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.recordings:
         vehicle = None if args.vehicle is None else load_vehicle(args.vehicle)
         a, b = drive_of(a, b, vehicle)
-        recordings = read_all(args, a.vehicle, progress)
-    progress.say("comparing")
+        with stage("reading", 0.3):
+            recordings = read_all(args, a.vehicle)
     labels = str(args.a), str(args.b)
-    found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
+    with stage("comparing", 0.5):
+        found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
     if args.json is not None:
         write_text(args.json, dump_json(comparison_json(found)))
     if args.out is not None:
         from seatrial.report.comparison import write_comparison
 
-        progress.say("drawing")
-        write_comparison(
-            a, b, recordings, found, args.out,
-            horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
-        )  # fmt: skip
-    progress.clear()
-    print(comparison_text(found))
+        with stage("drawing"):
+            write_comparison(
+                a, b, recordings, found, args.out,
+                horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+            )  # fmt: skip
+    say(comparison_text(found))
     if args.out is not None:
-        print(f"wrote {args.out}")
+        say(f"wrote {args.out}")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_command,
+    say,
 )
-from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -22,12 +22,8 @@ def add(verbs: "Verbs") -> None:
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Everything on the bundled recordings."""
     from seatrial.demo import demo
 
-    def say(text: str) -> None:
-        progress.clear()
-        print(text)
-
-    demo(args.out, say, progress.say)
+    demo(args.out, say)

@@ -5,8 +5,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard, load_model
-from seatrial.util.progress import Progress
+from seatrial.commands.shared import add_command, guard, load_model, say
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -56,17 +55,15 @@ def add(verbs: "Verbs") -> None:
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The file."""
     from seatrial.export import export, format_of
 
     chosen = format_of(args.to)
     guard(args.out, chosen.begins, args.model, args.vehicle)
     model = load_model(args)
-    progress.say("exporting")
     export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
-    progress.clear()
-    print(f"wrote {args.out}: {chosen.about}")
+    say(f"wrote {args.out}: {chosen.about}")
 
 
 def _hull(args: argparse.Namespace) -> "Hull | None":

@@ -11,9 +11,10 @@ from seatrial.commands.shared import (
     add_recordings,
     guard,
     read_all,
+    say,
 )
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -63,7 +64,7 @@ def add(verbs: "Verbs") -> None:
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
@@ -79,28 +80,28 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
     vehicle = load_vehicle(args.vehicle)
     prior = None if args.prior is None else load(args.prior)
-    recordings = read_all(args, vehicle, progress)
-    progress.say("identifying")
+    with stage("reading", 0.1):
+        recordings = read_all(args, vehicle)
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
-    model, solution = identify_with_fit(
-        recordings, vehicle, method=args.method, roles=roles, settings=settings,
-        prior=prior, effects=args.effect,
-        prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
-    )  # fmt: skip
+    tables = bool(args.minutes or args.profile or args.bootstrap)
+    with stage("identifying", 0.4 if tables else None):
+        model, solution = identify_with_fit(
+            recordings, vehicle, method=args.method, roles=roles, settings=settings,
+            prior=prior, effects=args.effect,
+            prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
+        )  # fmt: skip
     save(model, args.out)
-    progress.clear()
-    print(summary(model))
-    if args.minutes or args.profile or args.bootstrap:
+    say(summary(model))
+    if tables:
         from seatrial.identification.on_request import accuracy_tables
 
-        progress.say("computing confidence intervals")
-        told = accuracy_tables(
-            solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
-        )  # fmt: skip
-        progress.clear()
-        print(f"\n{told}\n")
-    print(f"wrote {args.out}")
+        with stage("computing confidence intervals"):
+            told = accuracy_tables(
+                solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+            )  # fmt: skip
+        say(f"\n{told}\n")
+    say(f"wrote {args.out}")
 
 
 def _roles(given: Sequence[str]) -> dict[str, list[str]]:

@@ -11,9 +11,10 @@ from seatrial.commands.shared import (
     add_command,
     add_salvage,
     guard,
+    say,
 )
 from seatrial.util.frames import Axes
-from seatrial.util.progress import Progress
+from seatrial.util.progress import hidden, stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -50,7 +51,7 @@ def add(verbs: "Verbs") -> None:
     init.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.inspection.proposal.propose import init
     from seatrial.inspection.proposal.sources import Choices
@@ -65,24 +66,24 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
     axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
     choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
-    progress.say("looking")
-    proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
+    with stage("looking at the recordings"):
+        proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
-    progress.clear()
     shown = " ".join(str(path) for path in args.recordings)
-    print(proposal.text, end="")
-    print(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
+    say(proposal.text, end="")
+    say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
 
 
 def _ask(question: str, options: Sequence[str]) -> str:
     """Let the user choose by number; enter is the first."""
-    print(question)
-    for i, option in enumerate(options, 1):
-        print(f"  {i}  {option}")
-    while True:
-        try:
-            answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
-        except EOFError:
-            return options[0]
-        if answer.isdecimal() and 1 <= int(answer) <= len(options):
-            return options[int(answer) - 1]
+    with hidden():
+        print(question)
+        for i, option in enumerate(options, 1):
+            print(f"  {i}  {option}")
+        while True:
+            try:
+                answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+            except EOFError:
+                return options[0]
+            if answer.isdecimal() and 1 <= int(answer) <= len(options):
+                return options[int(answer) - 1]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import add_command
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
-from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -60,7 +59,7 @@ def add(verbs: "Verbs") -> None:
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Lines until the input ends."""
     from seatrial.boat.physics import axis_physics
     from seatrial.onboard.live import Settings

@@ -12,11 +12,12 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
+    say,
 )
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -63,7 +64,7 @@ def add(verbs: "Verbs") -> None:
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Odometry along a recording, or live."""
     from seatrial.onboard.live import Settings
     from seatrial.util.errors import LiveError
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.live:
         _predict_live(args, settings)
     else:
-        _predict_along(args, settings, progress)
+        _predict_along(args, settings)
 
 
 def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
@@ -95,7 +96,7 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     serve(args.model, source, settings, complain)
 
 
-def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
+def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.onboard.live import Writer, replay
     from seatrial.util.errors import LiveError
     from seatrial.util.files import write_text
@@ -107,10 +108,10 @@ def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Pro
     model = load_model(args)
     writer = Writer(model.vehicle, settings.form)
     guard(args.out, writer.header or "{", args.model, *args.recordings)
-    (recording,) = read_all(args, model.vehicle, progress)
-    progress.say("predicting")
+    with stage("reading", 0.5):
+        (recording,) = read_all(args, model.vehicle)
     lines = [] if writer.header is None else [writer.header]
-    lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
+    with stage("predicting"):
+        lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
     write_text(args.out, "\n".join(lines) + "\n")
-    progress.clear()
-    print(f"wrote {args.out}")
+    say(f"wrote {args.out}")

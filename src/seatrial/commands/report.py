@@ -14,8 +14,9 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
+    say,
 )
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -40,7 +41,7 @@ def add(verbs: "Verbs") -> None:
     add_exports(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The page, and its figures and tables beside it."""
     from seatrial.evaluation.scores import load_scores
     from seatrial.report import write_report
@@ -49,12 +50,12 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     check_png(args)
     model = load_model(args)
     scores = None if args.scores is None else load_scores(args.scores)
-    recordings = read_all(args, model.vehicle, progress)
-    progress.say("drawing")
-    write_report(
-        model, recordings, args.out,
-        horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
-    )  # fmt: skip
-    progress.clear()
+    with stage("reading", 0.3):
+        recordings = read_all(args, model.vehicle)
+    with stage("report"):
+        write_report(
+            model, recordings, args.out,
+            horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
+        )  # fmt: skip
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
-    print(f"wrote {', '.join(map(str, written))}")
+    say(f"wrote {', '.join(map(str, written))}")

@@ -12,8 +12,9 @@ from seatrial.commands.shared import (
     add_recordings,
     guard,
     read_all,
+    say,
 )
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -36,7 +37,7 @@ def add(verbs: "Verbs") -> None:
     add_json(select)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The table of terms, and the vehicle with the chosen ones."""
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.identification.selection.terms import (
@@ -51,15 +52,14 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
     vehicle = load_vehicle(args.vehicle)
     candidates = None if args.candidates is None else given_candidates(vehicle, args.candidates)
-    found = select(
-        read_all(args, vehicle, progress), vehicle,
-        candidates=candidates, horizon=args.horizon, say=progress.say,
-    )  # fmt: skip
+    with stage("reading", 0.05):
+        recordings = read_all(args, vehicle)
+    with stage("selecting terms"):
+        found = select(recordings, vehicle, candidates=candidates, horizon=args.horizon)
     if args.json is not None:
         write_text(args.json, dump_json(selection_json(found)))
     if args.out is not None:
         write_text(args.out, dump_yaml(found.vehicle.to_mapping()))
-    progress.clear()
-    print(selection_text(found))
+    say(selection_text(found))
     if args.out is not None:
-        print(f"wrote {args.out}")
+        say(f"wrote {args.out}")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import add_command
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
-from seatrial.util.progress import Progress
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -58,7 +57,7 @@ def add(verbs: "Verbs") -> None:
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.boat.physics import axis_physics, negative_latencies
     from seatrial.onboard.live.endpoints import Datagrams, Pipes

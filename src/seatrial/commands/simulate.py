@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_command,
+    say,
 )
 from seatrial.io.bags.write import BAG_FORMATS
-from seatrial.util.progress import Progress
+from seatrial.util.progress import over
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -32,7 +33,7 @@ def add(verbs: "Verbs") -> None:
     simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Trials of a plan, written vehicle by vehicle."""
     from seatrial.boat.model import load
     from seatrial.boat.physics import negative_latencies
@@ -49,10 +50,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     vehicles = [load_vehicle(name) for name in names]
     for vehicle in vehicles:
         guard_trials(plan, vehicle, args.out)
-    for vehicle in vehicles:
+    for vehicle in over(vehicles, "vehicle" if len(vehicles) > 1 else ""):
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         for words in negative_latencies(truth):
-            print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
-        print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
-        for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
-            print(f"  {write_trial(trial, args.out, args.format)}")
+            say(f"seatrial: {truth.name}: {words}", file=sys.stderr)
+        say(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
+        trials = over(simulate(plan, vehicle, given), "simulating trial", len(plan.trials))
+        for trial in trials:
+            say(f"  {write_trial(trial, args.out, args.format)}")

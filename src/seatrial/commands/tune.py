@@ -5,9 +5,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard
+from seatrial.commands.shared import add_command, guard, say
 from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
@@ -45,7 +45,7 @@ def add(verbs: "Verbs") -> None:
     tune.add_argument("--report", type=Path, metavar="HTML", help="step responses and Bode plots")
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Gains and margins, shown and written."""
     from seatrial.boat.model import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
@@ -56,23 +56,22 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     for i, (out, begin) in enumerate(zip(outs, begins, strict=True)):
         guard(out, begin, args.model, *outs[:i])
     model = load(args.model)
-    progress.say("margins over the model's covariance")
-    found = tune(
-        model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
-    )  # fmt: skip
+    with stage("margins over the model's covariance", 0.5):
+        found = tune(
+            model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
+        )  # fmt: skip
     if args.report is not None:
         from seatrial.control.tuning.page import write_tuning_report
 
-        progress.say("drawing")
-        write_tuning_report(found, args.report)
+        with stage("drawing"):
+            write_tuning_report(found, args.report)
     if args.out is not None:
         save_gains(found, args.out)
     if args.ros is not None:
         save_ros(found, args.ros)
     if args.ros2 is not None:
         save_ros(found, args.ros2, ros2=True)
-    progress.clear()
-    print(tuning_text(found))
+    say(tuning_text(found))
     for out in outs:
         if out is not None:
-            print(f"wrote {out}")
+            say(f"wrote {out}")
