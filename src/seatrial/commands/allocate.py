@@ -3,10 +3,8 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_exports,
     add_json,
     add_recordings,
@@ -18,15 +16,9 @@ from seatrial.commands.shared import (
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
 from seatrial.util.progress import stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(
-        verbs, "allocate", run, "compare allocation schemes, or allocate a wrench"
-    )
     command.add_argument(
         "boat", type=Path, metavar="MODEL|VEHICLE", help="model or vehicle file, or mallard-af"
     )

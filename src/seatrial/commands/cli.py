@@ -6,7 +6,6 @@ import sys
 from collections.abc import Sequence
 
 from seatrial.commands import make_parser
-from seatrial.commands.shared import Command
 from seatrial.util.errors import SeatrialError
 from seatrial.util.progress import show_progress
 
@@ -16,10 +15,9 @@ DONE, MISTAKE = 0, 1
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns 0 done, 1 a mistake of the user's; wrong arguments exit with 2."""
     args = make_parser().parse_args(arguments)
-    run: Command = args.run
     try:
         with show_progress(quiet=args.quiet):
-            run(args)
+            args.run(args)
     except SeatrialError as error:
         print(f"seatrial: {' '.join(str(error).split())}", file=sys.stderr)
         return MISTAKE

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_exports,
     add_horizon,
     add_json,
@@ -20,31 +19,24 @@ from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.recording.recording import Recording
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    compare = add_command(
-        verbs,
-        "compare",
-        run,
-        "compare two models: which parameters changed, and does it affect prediction",
-    )
-    compare.add_argument("a", type=Path, metavar="A", help="model before the change")
-    compare.add_argument("b", type=Path, metavar="B", help="model after the change")
-    add_recordings(compare, count="*")
-    add_horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
-    add_json(compare)
-    compare.add_argument(
+    command.add_argument("a", type=Path, metavar="A", help="model before the change")
+    command.add_argument("b", type=Path, metavar="B", help="model after the change")
+    add_recordings(command, count="*")
+    add_horizon(command, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
+    add_json(command)
+    command.add_argument(
         "-o",
         "--out",
         type=Path,
         metavar="HTML",
         help="also write one offline HTML file with both models",
     )
-    add_exports(compare)
+    add_exports(command)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -3,21 +3,15 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     say,
 )
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    demo = add_command(verbs, "demo", run, "run everything below on the bundled recordings")
-    demo.add_argument(
+    command.add_argument(
         "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
     )
 

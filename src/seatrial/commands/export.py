@@ -5,18 +5,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard, load_model, say
+from seatrial.commands.shared import guard, load_model, say
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.export import Hull
 
 HULL = ("mass", "inertia", "size")
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(verbs, "export", run, "write a model for another program")
     command.add_argument("model", type=Path, metavar="MODEL")
     command.add_argument(
         "--to", required=True, metavar="FORMAT",

@@ -4,10 +4,8 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_recordings,
     guard,
     read_all,
@@ -16,49 +14,45 @@ from seatrial.commands.shared import (
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.progress import stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    identify = add_command(verbs, "identify", run, "identify a model from recordings")
-    add_recordings(identify, vehicle=None)
-    identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
-    identify.add_argument(
+    add_recordings(command, vehicle=None)
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
+    command.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
         "dead zone; equation-error: the paper's least squares (default: %(default)s)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--effect", action="append", default=[], choices=EFFECT_KINDS,
         help="estimate this effect, too: the sensor's lever arm, or each recording's current, trim or wind",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--minutes", action="store_true", help="standard errors against record length"
     )
-    identify.add_argument(
+    command.add_argument(
         "--profile", nargs="+", action="extend", default=[], metavar="NAME",
         help="confidence intervals of these parameters by profile likelihood",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--bootstrap", type=int, default=0, metavar="N",
         help="confidence intervals by a block bootstrap of N refits (200 are usual)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--literal",
         action="store_true",
         help="equation-error: Eq. (17) as printed, with the surge acceleration one step late",
     )
-    identify.add_argument(
+    command.add_argument(
         "--prior", type=Path, metavar="OLD",
         help="model of this boat before its payload changed, as a prior: a short recording is then enough",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--prior-spread", type=float, metavar="SHARE",
         help=f"share by which parameters of the prior may have changed (default: {PRIOR_SPREAD:g})",
     )  # fmt: skip

@@ -5,10 +5,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_salvage,
     guard,
     say,
@@ -16,39 +14,32 @@ from seatrial.commands.shared import (
 from seatrial.util.frames import Axes
 from seatrial.util.progress import hidden, stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
-
 AXES_NAMES = tuple(axes.value for axes in Axes)
 AXES_QUESTION = """\
 No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
 port) or fall (y to starboard)?"""
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    init = add_command(
-        verbs,
-        "init",
-        run,
-        "propose a vehicle file from a recording",
-    )
-    init.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
-    init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
-    init.add_argument("--name", help="the boat's name (default: the recording's)")
-    init.add_argument(
+    command.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
+    command.add_argument("--name", help="the boat's name (default: the recording's)")
+    command.add_argument(
         "--axes",
         choices=AXES_NAMES,
         help=f"axes of the recording (default: {AXES_NAMES[0]})",
     )
-    init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
-    init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
-    init.add_argument(
+    command.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
+    command.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
     )
-    init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
-    add_salvage(init)
-    init.add_argument("--force", action="store_true", help="overwrite an existing file")
+    command.add_argument(
+        "--child", metavar="FRAME", help="the boat's frame, where poses come from tf"
+    )
+    add_salvage(command)
+    command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(args: argparse.Namespace) -> None:

@@ -2,10 +2,8 @@
 """`seatrial inspect`."""
 
 import argparse
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_json,
     add_recordings,
     guard,
@@ -14,20 +12,11 @@ from seatrial.commands.shared import (
 )
 from seatrial.util.progress import over, stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    inspect = add_command(
-        verbs,
-        "inspect",
-        run,
-        "check recordings: rates, gaps, faults, clocks, excitation, signs; no --vehicle: list topics or columns",
-    )
-    add_recordings(inspect, vehicle="vehicle file (default: none; topics or columns only)")
-    add_json(inspect)
+    add_recordings(command, vehicle="vehicle file (default: none; topics or columns only)")
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:

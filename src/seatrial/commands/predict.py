@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_recordings,
     guard,
     load_model,
@@ -20,45 +19,40 @@ from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.onboard.live import Settings
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    predict = add_command(
-        verbs, "predict", run,
-        "estimate velocity and odometry as on board: along a recording, or live from lines of text",
-    )  # fmt: skip
-    predict.add_argument("model", type=Path, metavar="MODEL")
-    add_recordings(predict, count="*")
-    predict.add_argument(
+    command.add_argument("model", type=Path, metavar="MODEL")
+    add_recordings(command, count="*")
+    command.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="file for the odometry along the recording"
     )
-    predict.add_argument(
+    command.add_argument(
         "--live",
         action="store_true",
         help="read lines from standard input, or --udp, until the stream ends",
     )
-    predict.add_argument(
+    command.add_argument(
         "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
     )
-    predict.add_argument(
+    command.add_argument(
         "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
     )
-    predict.add_argument(
+    command.add_argument(
         "--format",
         choices=LINE_FORMATS,
         help="format of the lines (default: json; for a .csv file: csv)",
     )
-    predict.add_argument(
+    command.add_argument(
         "--rate",
         type=float,
         default=LINE_RATE,
         metavar="HZ",
         help="rate of the odometry [Hz] (default: %(default)g)",
     )
-    predict.add_argument(
+    command.add_argument(
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
         help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip

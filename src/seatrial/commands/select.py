@@ -3,10 +3,8 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_horizon,
     add_json,
     add_recordings,
@@ -16,25 +14,21 @@ from seatrial.commands.shared import (
 )
 from seatrial.util.progress import stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    select = add_command(verbs, "select", run, "select the terms that the recordings support")
-    add_recordings(select, vehicle=None)
-    select.add_argument(
+    add_recordings(command, vehicle=None)
+    command.add_argument(
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
         help="candidate terms, like 'Y_r * r', or files of them (default: the usual ones)",
     )  # fmt: skip
     add_horizon(
-        select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
+        command, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
     )
-    select.add_argument(
+    command.add_argument(
         "-o", "--out", type=Path, metavar="VEHICLE", help="vehicle file with the chosen terms"
     )
-    add_json(select)
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:

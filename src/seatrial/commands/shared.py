@@ -3,22 +3,16 @@
 
 import argparse
 import re
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.util.progress import hidden, over
 
 if TYPE_CHECKING:
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.recording.recording import Recording
-
-    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
-
-Command = Callable[[argparse.Namespace], None]
 
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
 
@@ -115,19 +109,6 @@ def check_png(args: argparse.Namespace) -> None:
         check()
 
 
-def add_command(
-    verbs: "Verbs",
-    name: str,
-    run: Command,
-    text: str,
-) -> argparse.ArgumentParser:
-    """A parser below the program's for one command."""
-    command = verbs.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-    command.add_argument("-q", "--quiet", action="store_true", help="no progress")
-    command.set_defaults(run=run)
-    return command
-
-
 def add_recordings(
     command: argparse.ArgumentParser, *, vehicle: str | None = OTHER_VEHICLE, count: str = "+"
 ) -> None:
@@ -152,6 +133,8 @@ def add_recordings(
 
 def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
     """--horizon."""
+    from seatrial.evaluation.prediction import DEFAULT_HORIZON
+
     command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
 
 

@@ -4,33 +4,27 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     say,
 )
 from seatrial.io.bags.write import BAG_FORMATS
 from seatrial.util.progress import over
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    simulate = add_command(verbs, "simulate", run, "simulate recordings like the paper's S1-S7")
-    simulate.add_argument(
+    command.add_argument(
         "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
     )
-    simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
-    simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
-    simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
-    simulate.add_argument(
+    command.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
+    command.add_argument("--model", type=Path, help="model file instead of the plan's plant")
+    command.add_argument("--seed", type=int, help="seed (default: the plan's)")
+    command.add_argument(
         "--format", choices=("csv", *BAG_FORMATS), default="csv",
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
-    simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
 
 def run(args: argparse.Namespace) -> None:

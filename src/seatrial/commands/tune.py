@@ -3,46 +3,43 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard, say
+from seatrial.commands.shared import guard, say
 from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
 from seatrial.util.progress import stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    tune = add_command(verbs, "tune", run, "tune a tracking controller from the model")
-    tune.add_argument("model", type=Path, metavar="MODEL")
-    tune.add_argument(
+    command.add_argument("model", type=Path, metavar="MODEL")
+    command.add_argument(
         "--knob", type=float, default=KNOB, metavar="S",
         help="closed-loop time constant [s]: smaller is quicker, larger is gentler (default: %(default)g)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--action", choices=("pid", "pd"), default="pid", help="with or without integral (default: pid)"
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--rate", type=float, default=CONTROLLER_RATE, metavar="HZ",
         help="rate of the controller [Hz] (default: %(default)g)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--delay", type=float, default=0.0, metavar="S",
         help="further delay in the loop, such as a network's [s] (default: 0)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--allocation", choices=ALLOCATIONS, default=VEHICLE,
         help="the boat's own, or a scheme of `seatrial allocate` for thrusters that are commanded one by "
         "one (default: %(default)s)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "-o", "--out", type=Path, metavar="GAINS", help="gains file for the controller"
     )
-    tune.add_argument("--ros", type=Path, metavar="FILE", help="gains as ROS 1 parameters")
-    tune.add_argument("--ros2", type=Path, metavar="FILE", help="gains as ROS 2 parameters")
-    tune.add_argument("--report", type=Path, metavar="HTML", help="step responses and Bode plots")
+    command.add_argument("--ros", type=Path, metavar="FILE", help="gains as ROS 1 parameters")
+    command.add_argument("--ros2", type=Path, metavar="FILE", help="gains as ROS 2 parameters")
+    command.add_argument(
+        "--report", type=Path, metavar="HTML", help="step responses and Bode plots"
+    )
 
 
 def run(args: argparse.Namespace) -> None:

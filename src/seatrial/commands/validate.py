@@ -3,10 +3,8 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_horizon,
     add_json,
     add_recordings,
@@ -17,13 +15,9 @@ from seatrial.commands.shared import (
 )
 from seatrial.util.progress import stage
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(verbs, "validate", run, "score how well a model predicts recordings")
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
