@@ -14,6 +14,8 @@ DONE, MISTAKE = 0, 1
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns 0 done, 1 a mistake of the user's; wrong arguments exit with 2."""
+    # small matrices: the threads of BLAS only wait for each other. It reads this when numpy is imported
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     args = make_parser().parse_args(arguments)
     try:
         with show_progress(quiet=args.quiet):
