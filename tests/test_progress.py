@@ -3,9 +3,14 @@
 
 import io
 import itertools
+import os
+import re
+import subprocess
+import sys
 import threading
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -109,6 +114,22 @@ def test_steps_of_unknown_number_slow_down_and_never_end():
     assert shares[:8] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
     assert all(0.0 < b - a < 0.1 for a, b in itertools.pairwise(shares[8:]))
     assert 0.99 < shares[-1] < 1.0
+
+
+def test_stages_between_two_steps_divide_the_step():
+    def work():
+        for name in ("first", "second"):
+            progress.step(4, name)
+            with progress.stage("fit", 0.5):
+                pass
+            with progress.stage("check"):
+                pass
+
+    assert [(name, share) for name, share in heard(work) if ":" not in name] == [
+        ("first", 0.25), ("first", 0.375), ("first", 0.5),
+        ("second", 0.5), ("second", 0.625), ("second", 0.75),
+    ]  # fmt: skip
+    assert ("second: check", 0.625) in heard(work)
 
 
 def test_a_stage_that_fails_ends():
@@ -241,6 +262,33 @@ def test_a_terminal_shows_long_work_only_and_is_clean_at_its_end(monkeypatch):
             assert terminal.shown() == ""
     assert terminal.shown() == ""
     assert "progress" not in {thread.name for thread in threading.enumerate()}
+
+
+@pytest.mark.parametrize("quiet", [False, True], ids=["shown", "quiet"])
+def test_a_command_shows_its_progress_on_a_terminal(quiet, tmp_path):
+    pty = pytest.importorskip("pty")  # not on Windows
+    master, slave = pty.openpty()
+    command = [Path(sys.executable).parent / "seatrial", "simulate", "--out", tmp_path]
+    process = subprocess.Popen(
+        [*command, *(["--quiet"] if quiet else [])], stderr=slave, stdout=subprocess.PIPE, text=True
+    )
+    os.close(slave)
+    shown = ""
+    with suppress(OSError):  # it is closed
+        while part := os.read(master, 4096):
+            shown += part.decode()
+    os.close(master)
+    out, _ = process.communicate()
+    assert process.returncode == 0
+    assert out.count("S7-") == 2
+    if quiet:
+        assert shown == ""
+        return
+    found = re.findall(r"simulating trial \d/7  +(\d+) %", shown)
+    assert [int(share) for share in found] == sorted(map(int, found))
+    assert found
+    assert "\n" not in shown
+    assert shown.endswith(" \r")
 
 
 def test_nothing_is_drawn_where_standard_error_is_a_file(monkeypatch):

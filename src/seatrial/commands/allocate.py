@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> None:
     boat, vehicle = load_boat(args.boat, args.vehicle)
     with stage("reading", 0.3):
         recordings = read_all(args, vehicle)
-    with stage("allocating", 0.5):
+    with stage("allocating", None if args.out is None else 0.5):
         found = compare_schemes(
             boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
         )

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> None:
         with stage("reading", 0.3):
             recordings = read_all(args, a.vehicle)
     labels = str(args.a), str(args.b)
-    with stage("comparing", 0.5):
+    with stage("comparing", None if args.out is None else 0.5):
         found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
     if args.json is not None:
         write_text(args.json, dump_json(comparison_json(found)))

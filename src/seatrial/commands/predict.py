@@ -16,7 +16,7 @@ from seatrial.commands.shared import (
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
-from seatrial.util.progress import stage
+from seatrial.util.progress import over, stage
 
 if TYPE_CHECKING:
     from seatrial.onboard.live import Settings
@@ -105,7 +105,9 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     with stage("reading", 0.5):
         (recording,) = read_all(args, model.vehicle)
     lines = [] if writer.header is None else [writer.header]
+    count = round(recording.duration * settings.rate)
     with stage("predicting"):
-        lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
+        outs = over(replay(model, recording, settings.rate), total=count)
+        lines += [writer.odometry(out) for out in outs]
     write_text(args.out, "\n".join(lines) + "\n")
     say(f"wrote {args.out}")

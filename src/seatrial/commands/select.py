@@ -2,6 +2,7 @@
 """`seatrial select`."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from seatrial.commands.shared import (
@@ -12,7 +13,9 @@ from seatrial.commands.shared import (
     read_all,
     say,
 )
-from seatrial.util.progress import stage
+from seatrial.util.progress import stage, step
+
+SELECTION_STEPS = 30  # usual number of them
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -49,7 +52,10 @@ def run(args: argparse.Namespace) -> None:
     with stage("reading", 0.05):
         recordings = read_all(args, vehicle)
     with stage("selecting terms"):
-        found = select(recordings, vehicle, candidates=candidates, horizon=args.horizon)
+        found = select(
+            recordings, vehicle, candidates=candidates, horizon=args.horizon,
+            say=partial(step, SELECTION_STEPS),
+        )  # fmt: skip
     if args.json is not None:
         write_text(args.json, dump_json(selection_json(found)))
     if args.out is not None:

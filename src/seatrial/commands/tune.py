@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> None:
     for i, (out, begin) in enumerate(zip(outs, begins, strict=True)):
         guard(out, begin, args.model, *outs[:i])
     model = load(args.model)
-    with stage("margins over the model's covariance", 0.5):
+    with stage("margins over the model's covariance", None if args.report is None else 0.5):
         found = tune(
             model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
         )  # fmt: skip

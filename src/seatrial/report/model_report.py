@@ -13,6 +13,7 @@ from seatrial.report.figures.png import check
 from seatrial.report.html import page
 from seatrial.report.papers import write_page
 from seatrial.report.sections import all_sections
+from seatrial.util.progress import stage
 
 
 def report(
@@ -63,7 +64,8 @@ def write_evidence(
     tables: str | Path | None = None,
 ) -> None:
     """`write_report` of what is computed already."""
-    write_page(
+    with stage("drawing"):
+        write_page(
         _title(evidence.model), all_sections(evidence), path, [run.name for run in evidence.runs],
         figures=figures, raster=raster, tables=tables,
     )  # fmt: skip

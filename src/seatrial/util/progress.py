@@ -57,13 +57,21 @@ class _Part:
 
     def __init__(self, work: _Work, name: str, start: float, width: float) -> None:
         self.work, self.name, self.start, self.width = work, name, start, width
+        self.detail = ""  # of the step at hand
         self.done, self.steps = 0.0, 0.0
+        self.begin, self.end = 0.0, 1.0  # done before and after the step at hand
 
     def part(self, name: str, share: float | None) -> "_Part":
-        left = 1.0 - self.done
-        width = left if share is None else min(share, left)
-        names = ": ".join(word for word in (self.name, name) if word)
-        return _Part(self.work, names, self.start + self.width * self.done, self.width * width)
+        left = self.end - self.done
+        width = left if share is None else min(share * (self.end - self.begin), left)
+        return _Part(
+            self.work, self._named(name), self.start + self.width * self.done, self.width * width
+        )
+
+    @property
+    def left(self) -> float:
+        """Share of the step at hand that is not done."""
+        return (self.end - self.done) / max(self.end - self.begin, 1e-12)  # after very many steps
 
     def finish(self, part: "_Part") -> None:
         if self.width > 0.0:
@@ -74,7 +82,10 @@ class _Part:
         self.tell()
 
     def tell(self) -> None:
-        self.work.tell(self.name, self.start + self.width * self.done)
+        self.work.tell(self._named(""), self.start + self.width * self.done)
+
+    def _named(self, name: str) -> str:
+        return ": ".join(word for word in (self.name, self.detail, name) if word)
 
 
 _current: ContextVar[_Part | None] = ContextVar("progress", default=None)
@@ -100,7 +111,7 @@ def over(items: Iterable[T], name: str = "", total: int | None = None) -> Iterat
     count = len(items) if isinstance(items, Collection) else total
     if count is None:
         raise ValueError("progress over items without a length needs their total")
-    share, rest = (1.0 - whole.done) / max(count, 1), iter(items)
+    share, rest = whole.left / max(count, 1), iter(items)
     for i in range(count):
         part = whole.part(f"{name} {i + 1}/{count}" if name else "", share)
         _current.set(part)
@@ -121,14 +132,24 @@ def reach(done: float) -> None:
         part.reach(done)
 
 
-def step(expected: float) -> None:
-    """One more of about `expected` steps is done. Where there are more, each counts less and less."""
+def step(expected: float, name: str = "") -> None:
+    """One more of about `expected` steps is done. Where there are more, each counts less and less.
+
+    `name`: of the next one. Stages that begin before the next call divide that step.
+    """
     part = _current.get()
     if part is not None:
+        part.detail = name
         part.steps += 1.0 / expected
-        beyond = max(part.steps - STEPS_KNEE, 0.0)
-        rest = 1.0 - STEPS_KNEE
-        part.reach(min(part.steps, STEPS_KNEE) + rest * (1.0 - exp(-beyond / rest)))
+        part.end = slowing(part.steps + 1.0 / expected)
+        part.reach(slowing(part.steps))
+        part.begin = part.done
+
+
+def slowing(steps: float) -> float:
+    """Share done (below 1) after this share of the expected steps, which may pass 1."""
+    rest = 1.0 - STEPS_KNEE
+    return min(steps, STEPS_KNEE) + rest * (1.0 - exp(-max(steps - STEPS_KNEE, 0.0) / rest))
 
 
 @contextmanager
