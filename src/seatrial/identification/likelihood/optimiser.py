@@ -194,10 +194,8 @@ def _descent(
     damping, growth = START_DAMPING, FIRST_GROWTH
     flat = failed = 0
     settled = hold  # the noise is, until the parameters are
-    again: Array | None = None  # the noise of a trial that did not fall
     for _ in range(passes):
-        held = settled or again is not None
-        promise = linearised_optimum(at, box, damping, noise=again, hold=held)
+        promise = linearised_optimum(at, box, damping, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
         if promise.fall < CONVERGED_GAIN:
@@ -209,14 +207,13 @@ def _descent(
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-            settled, again = hold or (kept and fall < UNSETTLING_FALL), None
+            settled = hold or (kept and fall < UNSETTLING_FALL)
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
             damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
             growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
-            again = promise.noise
             damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
