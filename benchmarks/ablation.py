@@ -6,8 +6,8 @@
 
 A branch that moves no figure has no place in the estimator. Figures: full filter passes and CPU seconds; of
 simulated boats (still, pushed, with correlated pose errors, drawn at random) errors in standard errors, RMS, and
-coverage of 95 % intervals; of the real ship the error one second ahead on the run left out, over that of a velocity
-that stays constant.
+coverage of 95 % intervals; of the real ship the error one second ahead on the run left out, over that of a
+velocity that stays constant.
 """
 
 import argparse

@@ -37,7 +37,7 @@ STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
-LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
+LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
 START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
 SHRINKAGE, FIRST_GROWTH = (
     1.0 / 3.0,
