@@ -16,6 +16,7 @@
 #include "arrays.hpp"
 #include "noise.hpp"
 #include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/smoother.hpp"
 
 namespace {
 
@@ -138,6 +139,19 @@ double run_repeated(const FilterRun& first, const Series& series, Vector noise, 
   return repeated(first, series.poses, believed, outlier, series.start);
 }
 
+std::tuple<Out2, Out2> run_smoothed(const FilterRun& first, const Series& series, Vector noise,
+                                    double outlier) {
+  require(first.transition.size() + 1 == series.time.size(),
+          "the poses of a first run that kept its transitions");
+  const NoiseParameters believed = make_noise(noise);
+  SmootherRun run;
+  {
+    nb::gil_scoped_release released;
+    run = smoothed(first, series.poses, believed, outlier, series.start);
+  }
+  return {moved2(run.state, kFilterStates), moved2(run.deviation, kAxes)};
+}
+
 /// All that was kept pose by pose; sums stay.
 void forget_poses(FilterRun& p) {
   std::vector<Transition>().swap(p.transition);
@@ -212,6 +226,9 @@ void bind_filter(nb::module_& m) {
   m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "active"_a = ~0U);
   m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.def("smoothed", &run_smoothed, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "States (n x 9) from the poses before and after each, and standard deviations (n x 3) of "
+        "the velocity.");
 }
 
 }  // namespace

@@ -49,6 +49,7 @@ class LikelihoodFilter {
 
   const double* state() const { return s_.x; }
   double variance(int i) const { return s_.p[i][i]; }
+  const FilterState<N, kMostSlopes>& filter() const { return s_; }
   int parameters() const { return parameters_; }
 
   /// To the next pose. False where the boat diverged.
@@ -105,12 +106,14 @@ class LikelihoodFilter {
   }
 
   /// The same where that is likelier: the poses may have jumped while there were none. The lesser
-  /// cost of the two is continuous in all parameters.
-  void loosen_if_likelier(const double* eta, double t) {
+  /// cost of the two is continuous in all parameters. Whether it is.
+  bool loosen_if_likelier(const double* eta, double t) {
     LikelihoodFilter stays(*this);
     LikelihoodFilter jumps(*this);
     jumps.loosen(eta, t);
-    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen(eta, t);
+    const bool likelier = jumps.update(eta, t).cost < stays.update(eta, t).cost;
+    if (likelier) loosen(eta, t);
+    return likelier;
   }
 
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
