@@ -138,6 +138,11 @@ def noise_slopes(first: FilterRun, series: Series, noise: Annotated[NDArray[nump
 
 def repeated(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float) -> float: ...
 
+def smoothed(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None))]]:
+    """
+    States (n x 9) from the poses before and after each, and standard deviations (n x 3) of the velocity.
+    """
+
 def health_words() -> list[tuple[int, str, str]]: ...
 
 class OnboardModel:

@@ -28,6 +28,11 @@ def add(verbs: "Verbs") -> None:
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
     add_json(command, "also write the scores as JSON")
     command.add_argument(
+        "--reference", choices=("smoothed", "stencil"), default="smoothed",
+        help="velocity to compare with: smoothed, predicted from the model's filter, or the paper's five-point "
+        "stencil, predicted from that (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument(
         "--against", type=Path, metavar="OTHER", help="another model for a head-to-head comparison"
     )
 
@@ -47,7 +52,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     other = None if args.against is None else load(args.against)
     recordings = read_all(args, model.vehicle, progress)
     progress.say("validating")
-    scores = validate(model, recordings, args.horizon, other=other)
+    scores = validate(model, recordings, args.horizon, other=other, reference=args.reference)
     if args.json is not None:
         write_text(args.json, dump_json(scores_json(scores)))
     progress.clear()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat.model import INTEGRATORS, Model
 from seatrial.boat.noise_parameters import (
+    COLOUR,
     NOISE_FIRST,
     NOISE_START,
     OUTLIER,
@@ -173,10 +174,21 @@ def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
     these recordings, so that its filter is the best possible.
     """
     own = noise_vector(model.noise)
-    if own is not None:
-        return own
+    return recording_noise(model, recordings) if own is None else own
+
+
+def recording_noise(
+    model: Model, recordings: Sequence[Recording], colour: Array | None = None
+) -> Array:
+    """Maximum-likelihood noise (11,) of these recordings for the model, whatever noise it states.
+
+    colour: (4,) start of the Gauss-Markov pose noise; none by default.
+    """
     parts = [part for r in recordings for part in _pieces(r, NOISE_DURATION / len(recordings))]
-    return _maximum_likelihood_noise(model, parts, _start_noise(recordings))
+    start = _start_noise(recordings)
+    if colour is not None:
+        start[COLOUR[0] :] = colour
+    return _maximum_likelihood_noise(model, parts, start)
 
 
 def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:

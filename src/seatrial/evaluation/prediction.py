@@ -36,11 +36,35 @@ class Prediction:
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
     foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
     unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
+    variance: Array | None = None  # (m, 3) of what is measured, where that is smoothed
 
     @property
     def errors(self) -> Array:
         """Measured minus predicted (m, 3), as in the paper."""
         return np.asarray(self.measured - self.nu)
+
+    @property
+    def squares(self) -> Array:
+        """Squared errors (m, 3), beside a smoothed velocity the expected ones.
+
+        The smoothed velocity is the mean of the true one given all poses, so that its own error is
+        uncorrelated with a prediction from poses: E (true - predicted)^2 = (smoothed - predicted)^2 + variance.
+        """
+        return self._expected_squares(self.nu)
+
+    @property
+    def constant_squares(self) -> Array:
+        """The same of "the velocity stays constant"."""
+        return self._expected_squares(self.start)
+
+    @property
+    def reference_error(self) -> Array | None:
+        """RMS standard deviation (3,) of a smoothed velocity."""
+        return None if self.variance is None else np.asarray(np.sqrt(self.variance.mean(axis=0)))
+
+    def _expected_squares(self, predicted: Array) -> Array:
+        squares = (self.measured - predicted) ** 2
+        return np.asarray(squares if self.variance is None else squares + self.variance)
 
 
 def _why(model: Model) -> str:
@@ -82,10 +106,13 @@ class Lookahead:
     model: Model
     recording: Recording
     velocities: Motion | None = None
+    smoothed: Motion | None = None  # the reference in place of the stencil's velocities
 
     @cached_property
     def reference(self) -> Motion:
         """What is to be predicted."""
+        if self.smoothed is not None:
+            return self.smoothed
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
@@ -161,6 +188,13 @@ class Lookahead:
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
         floor = self._floor(starts, start[few], end[few], steps)
+        foreseen, unsure = self._expected(floor, begin, start, end, few)
+        variance = None
+        if self.smoothed is not None:  # no score is below the standard error of the reference
+            variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
+            least = np.sqrt(variance.mean(axis=0))
+            floor = np.maximum(floor, least)
+            foreseen = None if foreseen is None else np.maximum(foreseen, least)
         return Prediction(
             recording.stamps[end],
             recording.t[end],
@@ -171,7 +205,9 @@ class Lookahead:
             end,
             steps,
             floor,
-            *self._expected(floor, begin, start, end, few),
+            foreseen,
+            unsure,
+            variance,
         )
 
     def _run(
@@ -198,7 +234,8 @@ class Lookahead:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
-        less twice what that makes of their product (the turn of the boat in between is left out).
+        less twice what that makes of their product (the turn of the boat in between is left out). Beside a
+        smoothed reference the start's noise alone: see `Prediction.squares`.
         """
         given = self.velocities
         if given is not None and given.deviation is None and starts is None:
@@ -206,6 +243,9 @@ class Lookahead:
         begin = self.reference if starts is None else starts
         # d nu(end) / d nu(start)
         slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
+        if self.smoothed is not None:
+            own = _deviation(begin, start, np.zeros(3))
+            return np.asarray(np.sqrt(np.einsum("nij,nj->i", slopes**2, own**2) / len(start)))
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))
         first = _deviation(given if starts is None else starts, start, noisy)
