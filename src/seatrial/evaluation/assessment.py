@@ -114,12 +114,11 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
                 "with --json"
             )
         (smooth,) = _smoothed(model, [recording], [filtered], row.reference)
-        look = Lookahead(model, recording, smoothed=smooth)
         known = filtered if isinstance(filtered, Filtered) else None
-        starts = known.motion if known is not None and smooth is not None else None
+        look = Lookahead(model, recording, filtered=known, smoothed=smooth)
         found.append(
             Assessment(
-                recording, row.seen, look.predict(scores.horizon, 1, starts), None, (), known, smooth, row,
+                recording, row.seen, look.predict(scores.horizon), None, (), known, smooth, row,
                 tuple(row.correlations), tuple(row.findings),
             )
         )  # fmt: skip
@@ -174,9 +173,10 @@ def _assessed(
     own = seen(model, recording)
     starts = None if known is None else known.motion
     # predictions: the chosen horizon, then all
-    look, prediction, failure = Lookahead(model, recording, smoothed=smooth), None, None
+    look = Lookahead(model, recording, filtered=known, smoothed=smooth)
+    prediction, failure = None, None
     try:
-        prediction = look.predict(horizon, 1, None if smooth is None else starts)
+        prediction = look.predict(horizon)
     except (ModelError, RecordingError) as error:
         if smooth is not None and isinstance(error, RecordingError):  # too short for the filter
             return _assessed(model, recording, horizon, filtered, None)

@@ -8,7 +8,9 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import noise_vector
 from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
+from seatrial.evaluation.filtering import Filtered
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -106,6 +108,7 @@ class Lookahead:
     model: Model
     recording: Recording
     velocities: Motion | None = None
+    filtered: Filtered | None = None  # with `smoothed`: what predictions start from
     smoothed: Motion | None = None  # the reference in place of the stencil's velocities
 
     @cached_property
@@ -163,7 +166,12 @@ class Lookahead:
         return found
 
     def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
-        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
+        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`.
+
+        Beside a smoothed reference from the filter.
+        """
+        if self.smoothed is not None and self.filtered is not None:
+            starts = self.filtered.motion
         recording, begin = self.recording, self.reference if starts is None else starts
         check_horizon(horizon)
         steps = round(horizon / recording.period)
@@ -223,12 +231,21 @@ class Lookahead:
     def _expected(
         self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
     ) -> tuple[Array | None, Array | None]:
-        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
-        force = process_noise_variance(self.model, self.recording, begin, start, end)
-        if force is None:
+        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter.
+
+        From a filter's start floor and process noise together: its error is correlated with the disturbance.
+        """
+        if self.smoothed is not None and self.filtered is not None:
+            stated = noise_vector(self.model.noise) is not None
+            few_by_few = self.filtered.prediction_variance(start[few], end[few]) if stated else None
+            noise = None if few_by_few is None else few_by_few.mean(axis=0)
+        else:
+            force = process_noise_variance(self.model, self.recording, begin, start, end)
+            noise = None if force is None else floor**2 + force
+        if noise is None:
             return None, None
         parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
-        return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
+        return np.sqrt(noise + parameters), np.sqrt(parameters)
 
     def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.

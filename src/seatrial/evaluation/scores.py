@@ -53,9 +53,12 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     @property
     def at_floor(self) -> bool:
         """Whether pose noise alone may have made this score."""
-        return self.rms <= self.floor or (
-            self.rms_interval is not None and self.rms_interval[0] <= self.floor
-        )
+        most = self.resolved(self.floor)
+        return self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
+
+    def resolved(self, error: float) -> float:
+        """What may be scored where the error is this, as the reference is not known better."""
+        return float(np.hypot(error, self.reference or 0.0))
 
     @property
     def as_foreseen(self) -> bool:
@@ -72,11 +75,11 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
         They are off once for all predictions, so that no interval of the error knows of it.
         """
         if self.foreseen is None or self.unsure is None:
-            return self.foreseen
+            return None if self.foreseen is None else self.resolved(self.foreseen)
         more = (OFF**2 - 1.0) * self.unsure**2 + (
             (1.0 + POSE_NOISE_ERROR) ** 2 - 1.0
         ) * self.floor**2
-        return float(np.sqrt(self.foreseen**2 + more))
+        return self.resolved(float(np.sqrt(self.foreseen**2 + more)))
 
 
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):

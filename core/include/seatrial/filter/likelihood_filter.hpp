@@ -116,6 +116,17 @@ class LikelihoodFilter {
     return likelier;
   }
 
+  /// From here on the disturbance counts as zero: its error is all of it. That of the velocity keeps
+  /// its covariance with it, as what the filter knows of it is uncorrelated with the filter's errors.
+  void leave_out_disturbance() {
+    for (int i = kStates; i < kFilterStates; ++i) {
+      const double sigma = noise_.disturbance(i - kStates);
+      s_.x[i] = 0.0;
+      for (int j = kStates; j < kFilterStates; ++j) s_.p[i][j] = 0.0;
+      s_.p[i][i] = sigma * sigma;
+    }
+  }
+
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
   /// score of its block; null where none are needed. `counts`: how often it counts.
   CostedInnovation update(const double* eta, double t, double counts = 1.0,

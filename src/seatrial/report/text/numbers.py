@@ -51,7 +51,8 @@ def rms_and_ratio(runs: Sequence[Run]) -> tuple[Array, Array]:
 
 def at_floor(runs: Sequence[Run]) -> Mask:
     """Axes (3,) whose error a perfect model would have, too: the poses resolve no error of the model."""
-    return np.asarray(rms_and_ratio(runs)[0] < AT_FLOOR * floors(runs))
+    resolved = np.hypot(floors(runs), reference_errors(runs))
+    return np.asarray(rms_and_ratio(runs)[0] < AT_FLOOR * resolved)
 
 
 def resolved_ratio(runs: Sequence[Run]) -> Array:
@@ -69,6 +70,14 @@ def resolved_ratio(runs: Sequence[Run]) -> Array:
 def floors(runs: Sequence[Run]) -> Array:
     """RMS (3,) [m/s, m/s, rad/s] of a perfect model."""
     return pooled(runs, lambda r: np.broadcast_to(r.prediction.floor**2, r.prediction.nu.shape))
+
+
+def reference_errors(runs: Sequence[Run]) -> Array:
+    """RMS standard error (3,) [m/s, m/s, rad/s] of smoothed references; 0 of others."""
+    none = np.zeros(3)
+    return pooled(
+        runs, lambda r: none[None] if r.prediction.variance is None else r.prediction.variance
+    )
 
 
 def expected_rms(runs: Sequence[Run]) -> Array | None:
