@@ -67,6 +67,8 @@ def parameter_variance(
 
     To first order: the covariance of coefficients and constants through the sensitivities.
     """
+    if not model.covariance.any():
+        return np.zeros(3)
     slopes = parameter_sensitivities(model, recording, begin, start, end)
     return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
 
