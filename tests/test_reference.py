@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -13,7 +12,7 @@ from seatrial import _core
 from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import NOISE_LEAST, OUTLIER, noise_entry
-from seatrial.boat.schema import ChainGroup, NoiseEntry, ProcessEntry
+from seatrial.boat.schema import NoiseEntry
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.console import scores_text
 from seatrial.evaluation.filtering import filter_pass, filter_series, recording_noise, run_filter
@@ -25,68 +24,8 @@ from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.recording.velocity import motion
 from seatrial.report.evidence.runs import gather
 from seatrial.report.text.numbers import at_floor, resolved_ratio
-from seatrial.simulation.plan import DisturbanceForce, DropOuts, Jumps, load_plan, with_seed
-from seatrial.simulation.trials import Trial, plant_model, simulate
-
-SENSORS = {  # rate [Hz], noise of position [m] and heading [rad]
-    "GNSS": (5.0, 0.02, 0.01),
-    "motion capture": (10.0, 0.002, 0.003),
-    "SLAM": (20.0, 0.005, 0.005),
-}
-FORCE = DisturbanceForce(share=0.04, correlation=2.0)
-SURE = ProcessEntry(1e-9, 1e-9, 1e-9, 1e-9, 2.0)  # a model that is sure of itself
-DRAG = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
-THRUST = ("X_F", "Y_F", "N_F")
-
-
-def driven(af, sensor: str, force: DisturbanceForce | None = FORCE) -> tuple[Model, Trial]:
-    """The boat as a model, and S7 as the sensor sees it."""
-    plan = with_seed(load_plan("paper-like"), 11)
-    rate, position, heading = SENSORS[sensor]
-    pose = msgspec.structs.replace(
-        plan.pose, rate=rate, position_noise=position, heading_noise=heading, stamp_jitter=0.0,
-        drop_outs=DropOuts(0.0), jumps=Jumps(0.0),
-    )  # fmt: skip
-    plan = msgspec.structs.replace(
-        plan,
-        pose=pose,
-        plant=msgspec.structs.replace(plan.plant, unmodelled=force),
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-        trials={"S7": msgspec.structs.replace(plan.trials["S7"], duration=200)},
-    )
-    (trial,) = simulate(plan, af)
-    return plant_model(plan, af), trial
-
-
-def scaled(model: Model, **factors: float) -> Model:
-    values = [value * factors.get(name, 1.0) for name, value in model.values.items()]
-    return replace(model, coefficients=np.array(values))
-
-
-def later(model: Model, seconds: float) -> Model:
-    """The same with latency."""
-    (group,) = msgspec.to_builtins(model.vehicle.file.chain)
-    given = {name: value for name, value in group.items() if value is not None}
-    chain = [msgspec.convert(given | {"latency": seconds}, ChainGroup)]
-    vehicle = model.vehicle.with_chain(chain)
-    size = len(model.coefficients) + len(vehicle.constants.values)
-    return replace(
-        model,
-        vehicle=vehicle,
-        constants=vehicle.constants.values,
-        covariance=np.zeros((size, size)),
-    )
-
-
-def variants(boat: Model) -> dict[str, Model]:
-    """The right model, and wrong ones."""
-    return {
-        "right": boat,
-        "drag": scaled(boat, **dict.fromkeys(DRAG, 1.3)),
-        "mass": scaled(boat, **dict.fromkeys((*DRAG, *THRUST), 1 / 1.2)),
-        "thrust": scaled(boat, **dict.fromkeys(THRUST, 0.8)),
-        "latency": later(boat, 0.2),
-    }
+from seatrial.simulation.trials import Trial
+from tests.boats.wrong_models import SENSORS, SURE, driven, variants
 
 
 def predicted(model: Model, recording: Recording) -> Prediction:
