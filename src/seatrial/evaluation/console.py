@@ -92,9 +92,9 @@ def horizons_text(scores: Scores) -> str:
         for s in get_args(Start)
         if any(x.start == s for r in scores.recordings for x in r.horizons)
     ]
-    kinds = {"stencil": "the stencil's starts", "filter": "the model's own filter's"}
+    kinds = {"stencil": "the stencil's", "filter": "the model's own filter's"}
     lines = [
-        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)}",
+        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)} starts",
         f"  {'recording':<{width}}  start      unit  {head}",
     ]
     for row in scores.recordings:
