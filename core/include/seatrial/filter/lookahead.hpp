@@ -15,8 +15,9 @@ std::vector<double> lookahead_variance(const FilterRun& first, const PoseSeries&
                                        const NoiseParameters& noise, double outlier,
                                        const FilterStart& start, const std::vector<int>& from,
                                        const std::vector<int>& to) {
-  const Columns none = no_parameters();
-  LikelihoodFilter<N> filter(none, noise, outlier, start, first.effects, false);
+  const Columns none = columns_of(0);
+  const Repetition repetition(first, nullptr, false);
+  LikelihoodFilter<N> filter(none, noise, outlier, start, repetition.effects(), false);
   std::vector<double> out;
   out.reserve(from.size() * kAxes);
   std::size_t next = 0;
@@ -25,10 +26,10 @@ std::vector<double> lookahead_variance(const FilterRun& first, const PoseSeries&
     for (; next < from.size() && from[next] == k; ++next) {
       LikelihoodFilter<N> ahead(filter);
       ahead.leave_out_disturbance();
-      for (int i = k; i < to[next]; ++i) follow(&ahead, 1, noise, first, poses, i);
+      for (int i = k; i < to[next]; ++i) repetition.follow(&ahead, 1, noise, poses, i);
       for (int axis = 0; axis < kAxes; ++axis) out.push_back(ahead.variance(kPose + axis));
     }
-    follow(&filter, 1, noise, first, poses, k);
+    repetition.follow(&filter, 1, noise, poses, k);
   }
   return out;
 }
@@ -43,10 +44,9 @@ inline std::vector<double> lookahead_variance(const FilterRun& first, const Pose
                                               const FilterStart& start,
                                               const std::vector<int>& from,
                                               const std::vector<int>& to) {
-  const auto run = noise.oscillating() ? detail::lookahead_variance<kOscillatingStates>
-                   : noise.coloured()  ? detail::lookahead_variance<kColouredStates>
-                                       : detail::lookahead_variance<kFilterStates>;
-  return run(first, poses, noise, outlier, start, from, to);
+  return detail::with_states(noise.coloured(), noise.oscillating(), [&](auto states) {
+    return detail::lookahead_variance<states()>(first, poses, noise, outlier, start, from, to);
+  });
 }
 
 }  // namespace seatrial

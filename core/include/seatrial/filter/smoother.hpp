@@ -188,13 +188,14 @@ template <int N>
 SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
                      double outlier, const FilterStart& start) {
   // forward: the filter at the begin of every chunk
-  const Columns none = no_parameters();
-  LikelihoodFilter<N> filter(none, noise, outlier, start, first.effects, false);
+  const Columns none = columns_of(0);
+  const Repetition repetition(first, nullptr, false);
+  LikelihoodFilter<N> filter(none, noise, outlier, start, repetition.effects(), false);
   std::vector<LikelihoodFilter<N>> begins;
   for (int k = 0; k < poses.n; ++k) {
     if (k % kSmootherChunk == 0) begins.push_back(filter);
     if (poses.use[k] != kNotMeasured) use_pose(filter, poses, k);
-    follow(&filter, 1, noise, first, poses, k);
+    repetition.follow(&filter, 1, noise, poses, k);
   }
   // backward: chunk by chunk, each forward again
   SmootherRun out;
@@ -209,7 +210,7 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
     kept.clear();
     for (int k = from; k < to; ++k) {
       kept.push_back(forward_pose(again, first, poses, k));
-      follow(&again, 1, noise, first, poses, k);
+      repetition.follow(&again, 1, noise, poses, k);
     }
     for (int k = to - 1; k >= from; --k) {
       const SmootherPose<N>& at = kept[static_cast<std::size_t>(k - from)];
@@ -234,10 +235,9 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
 inline SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses,
                             const NoiseParameters& noise, double outlier,
                             const FilterStart& start) {
-  const auto run = noise.oscillating() ? detail::smoothed<kOscillatingStates>
-                   : noise.coloured()  ? detail::smoothed<kColouredStates>
-                                       : detail::smoothed<kFilterStates>;
-  return run(first, poses, noise, outlier, start);
+  return detail::with_states(noise.coloured(), noise.oscillating(), [&](auto states) {
+    return detail::smoothed<states()>(first, poses, noise, outlier, start);
+  });
 }
 
 }  // namespace seatrial
