@@ -22,6 +22,7 @@ from seatrial.evaluation.scoring import axis_scores
 from seatrial.evaluation.validation import validate
 from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.recording.velocity import motion
+from seatrial.report.evidence import verdict
 from seatrial.report.evidence.runs import gather
 from seatrial.report.text.numbers import at_floor, resolved_ratio
 from seatrial.simulation.trials import Trial
@@ -68,6 +69,17 @@ def test_a_score_is_the_true_error_of_right_and_wrong_models(af, sensor):
     clear = errors[:, None] > 1.15 * errors[None]
     assert np.all((scores[:, None] > scores[None])[clear])
     assert clear.sum() > 60
+
+
+@pytest.mark.parametrize("name", ["right", "drag"])
+def test_errors_of_poses_that_last_are_not_taken_for_motion(af, name):
+    """Correlated over 0.3 s, which the model does not state."""
+    boat, trial = driven(af, "SLAM", correlation=0.3)
+    ahead = predicted(variants(boat)[name], trial.recording)
+    apart = np.hypot(0.04 * error(ahead, trial), ahead.reference_error)
+    assert np.all(np.abs(score(ahead) - error(ahead, trial)) < apart)
+    by_stencil = np.sqrt(predict(boat, trial.recording).squares.mean(axis=0))
+    assert np.all(ahead.reference_error[:2] < 0.2 * by_stencil[:2])
 
 
 def test_a_right_model_is_not_called_off_by_the_noise_of_its_reference(af):
@@ -243,3 +255,33 @@ def test_the_text_names_the_reference_and_its_standard_error(af):
         f"reference: S7-AF: smoothed velocity, standard error u {100 * surge.reference:.2g} cm/s"
         in text
     )
+
+
+@pytest.mark.parametrize(
+    ("resolved", "hidden", "ratio", "word"),
+    [
+        (0.0, True, 0.1, "very well"),
+        (0.0, True, 0.6, "as well as these poses resolve"),
+        (0.0, True, 1.1, "as well as these poses resolve"),
+        (0.3, False, 0.6, "well"),
+        (0.7, False, 0.9, "fairly"),
+        (1.2, False, 1.1, "worse than no model"),
+    ],
+)
+def test_the_verdict_is_of_what_the_poses_resolve(resolved, hidden, ratio, word):
+    assert verdict.axis_word(resolved, hidden, ratio) == word
+
+
+def test_the_error_beyond_the_floor_is_compared_with_constant_velocitys(af):
+    """By the stencil, whose floor is most of both errors."""
+    boat, trial = driven(af, "motion capture", None)
+    wrong = variants(boat)["thrust"]
+    found = assess(wrong, [trial.recording], 1.0, "stencil")
+    runs = gather(wrong, found)
+    ahead = found[0].prediction
+    rms, still = (np.sqrt(np.mean(one, axis=0)) for one in (ahead.squares, ahead.constant_squares))
+    expected = np.sqrt((rms**2 - ahead.floor**2) / (still**2 - ahead.floor**2))
+    seen = ~at_floor(runs)
+    assert seen[2]
+    np.testing.assert_allclose(resolved_ratio(runs)[seen], expected[seen], rtol=1e-9)
+    assert np.all(expected[seen] < (rms / still)[seen])

@@ -24,14 +24,18 @@ THRUST = ("X_F", "Y_F", "N_F")
 
 
 def driven(
-    boat: Vehicle, sensor: str, force: DisturbanceForce | None = FORCE, seconds: float = 200.0
+    boat: Vehicle,
+    sensor: str,
+    force: DisturbanceForce | None = FORCE,
+    seconds: float = 200.0,
+    correlation: float = 0.0,
 ) -> tuple[Model, Trial]:
-    """The boat as a model, and S7 as the sensor sees it."""
+    """The boat as a model, and S7 as the sensor sees it; `correlation` [s] of its errors."""
     plan = with_seed(load_plan("paper-like"), 11)
     rate, position, heading = SENSORS[sensor]
     pose = msgspec.structs.replace(
         plan.pose, rate=rate, position_noise=position, heading_noise=heading, stamp_jitter=0.0,
-        drop_outs=DropOuts(0.0), jumps=Jumps(0.0),
+        drop_outs=DropOuts(0.0), jumps=Jumps(0.0), noise_correlation=correlation,
     )  # fmt: skip
     plan = msgspec.structs.replace(
         plan,

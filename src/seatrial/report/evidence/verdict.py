@@ -71,7 +71,7 @@ def predicted(evidence: Evidence) -> str:
         return f"It predicts none of the recordings: {evidence.runs[0].failure}."
     rms, ratio = rms_and_ratio(runs)
     groups: dict[str, list[str]] = {}
-    words = map(_word, resolved_ratio(runs).tolist(), at_floor(runs).tolist(), ratio.tolist())
+    words = map(axis_word, resolved_ratio(runs).tolist(), at_floor(runs).tolist(), ratio.tolist())
     for axis, word in zip(AXES, words, strict=True):
         groups.setdefault(word, []).append(axis)
     verdicts = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
@@ -89,7 +89,7 @@ def predicted(evidence: Evidence) -> str:
     )
 
 
-def _word(resolved: float, hidden: bool, ratio: float) -> str:
+def axis_word(resolved: float, hidden: bool, ratio: float) -> str:
     """Verdict on one axis: by its excess over the noise floor, or that the poses show no more."""
     if not hidden:
         return ratio_word(resolved)
