@@ -31,6 +31,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
+from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS_PER_HORIZON = 8  # in a horizon: closer ones make predictions that are nearly the same
@@ -80,11 +81,10 @@ def assess(
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
     # predictions, and their scores
+    items = list(zip(recordings, filters, strict=True))
     found = [
-        _assessed(model, r, horizon, f, smooth)
-        for r, f, smooth in zip(
-            recordings, filters, _smoothed(model, recordings, filters, reference), strict=True
-        )
+        _assessed(model, r, horizon, f, _smoothed(model, r, f, reference))
+        for r, f in over(items, "recording")
     ]
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
@@ -113,7 +113,7 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
                 f"({', '.join(f'{r.recording} {r.length:.1f} s' for r in scores.recordings)}): validate again, "
                 "with --json"
             )
-        (smooth,) = _smoothed(model, [recording], [filtered], row.reference)
+        smooth = _smoothed(model, recording, filtered, row.reference)
         known = filtered if isinstance(filtered, Filtered) else None
         look = Lookahead(model, recording, filtered=known, smoothed=smooth)
         found.append(
@@ -143,23 +143,16 @@ def _filters(
 
 
 def _smoothed(
-    model: Model,
-    recordings: Sequence[Recording],
-    filters: Sequence[Filtered | str],
-    reference: Reference,
-) -> list[Motion | None]:
-    """Smoothed velocities of each recording; None where the stencil's are the reference."""
-    states_noise = noise_vector(model.noise) is not None
-    found: list[Motion | None] = []
-    for recording, filtered in zip(recordings, filters, strict=True):
-        smooth = None
-        if reference == "smoothed" and isinstance(filtered, Filtered):
-            # a model that states no noise has the likeliest of these recordings already
-            noise = None if states_noise else filtered.noise
-            with suppress(ModelError):
-                smooth = smoothed_motion(model, recording, noise)
-        found.append(smooth)
-    return found
+    model: Model, recording: Recording, filtered: Filtered | str, reference: Reference
+) -> Motion | None:
+    """Smoothed velocities; None where the stencil's are the reference."""
+    if reference == "stencil" or not isinstance(filtered, Filtered):
+        return None
+    # a model that states no noise has the likeliest of these recordings already
+    noise = None if noise_vector(model.noise) is not None else filtered.noise
+    with suppress(ModelError):
+        return smoothed_motion(model, recording, noise)
+    return None
 
 
 def _assessed(
@@ -226,7 +219,7 @@ def _all_horizons(
     found: list[Ahead] = []
     kinds: list[tuple[Start, Motion | None]] = [("stencil", None)] if look.smoothed is None else []
     kinds += [("filter", filtered)] if filtered is not None else []
-    for horizon, (name, starts) in product(sorted({*HORIZONS, chosen}), kinds):
+    for horizon, (name, starts) in over(list(product(sorted({*HORIZONS, chosen}), kinds))):
         if horizon < period:
             continue
         if known is not None and (horizon, name) == known[:2]:

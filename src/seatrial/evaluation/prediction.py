@@ -9,7 +9,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_vector
-from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
+from seatrial.evaluation.expected_error import Poses, process_noise_variance, variance_of
 from seatrial.evaluation.filtering import Filtered
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
@@ -125,8 +125,13 @@ class Lookahead:
 
     @cached_property
     def trace_of_starts(self) -> _core.ThrustTrace:
-        """The same with sensitivities to the initial state."""
-        return self.model.trace(self.recording, initial=True)
+        """The same with sensitivities to the initial state, and to parameters of known process noise."""
+        model, known = self.model, noise_vector(self.model.noise) is not None
+        return model.trace(
+            self.recording, initial=True,
+            coefficients=range(len(model.coefficients) if known else 0),
+            tangents=range(len(model.constants) if known else 0),
+        )  # fmt: skip
 
     @cached_property
     def driven(self) -> Array | None:
@@ -195,8 +200,10 @@ class Lookahead:
         # noise floor and expected error, over some of the starts
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
-        floor = self._floor(starts, start[few], end[few], steps)
-        foreseen, unsure = self._expected(floor, begin, start, end, few)
+        slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
+        floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
+        noise = self._noise_variance(floor, begin, start, end, few)
+        foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
         variance = None
         if self.smoothed is not None:  # no score is below the standard error of the reference
             variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
@@ -228,40 +235,45 @@ class Lookahead:
             threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
-    def _expected(
+    def _noise_variance(
         self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
-    ) -> tuple[Array | None, Array | None]:
-        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter.
+    ) -> Array | None:
+        """Variance (3,) from the noise of start (and reference), and process noise; None without the latter.
 
-        From a filter's start floor and process noise together: its error is correlated with the disturbance.
+        From a filter's start both together: its error is correlated with the disturbance.
         """
-        if self.smoothed is not None and self.filtered is not None:
-            stated = noise_vector(self.model.noise) is not None
-            few_by_few = self.filtered.prediction_variance(start[few], end[few]) if stated else None
-            noise = None if few_by_few is None else few_by_few.mean(axis=0)
-        else:
+        if self.smoothed is None or self.filtered is None:
             force = process_noise_variance(self.model, self.recording, begin, start, end)
-            noise = None if force is None else floor**2 + force
+            return None if force is None else np.asarray(floor**2 + force)
+        if noise_vector(self.model.noise) is None:
+            return None
+        return np.asarray(self.filtered.prediction_variance(start[few], end[few]).mean(axis=0))
+
+    def _expected(self, noise: Array | None, slopes: Array) -> tuple[Array | None, Array | None]:
+        """Expected RMS^2 = variance by noise + parameter errors'^2; and the latter.
+
+        slopes: (n, 3, p) d nu(end) / d parameters.
+        """
         if noise is None:
             return None, None
-        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
+        parameters = variance_of(slopes, self.model.covariance)
         return np.sqrt(noise + parameters), np.sqrt(parameters)
 
-    def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
+    def _floor(
+        self, starts: Motion | None, start: Poses, end: Poses, steps: int, slopes: Array
+    ) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
         less twice what that makes of their product (the turn of the boat in between is left out). Beside a
         smoothed reference the start's noise alone: see `Prediction.squares`.
+        slopes: (n, 3, 3) d nu(end) / d nu(start).
         """
         given = self.velocities
         if given is not None and given.deviation is None and starts is None:
             return np.zeros(3)
-        begin = self.reference if starts is None else starts
-        # d nu(end) / d nu(start)
-        slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
-        if self.smoothed is not None:
-            own = _deviation(begin, start, np.zeros(3))
+        if self.smoothed is not None and starts is not None:
+            own = _deviation(starts, start, np.zeros(3))
             return np.asarray(np.sqrt(np.einsum("nij,nj->i", slopes**2, own**2) / len(start)))
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))
