@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "seatrial/filter/likelihood_filter.hpp"
+#include "seatrial/filter/pose_updates.hpp"
 
 namespace seatrial {
 
@@ -17,15 +18,19 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 namespace detail {
 
-/// Keeps an innovation.
-inline void keep(const Innovation& seen, int k, FilterRun& out) {
-  const auto at = static_cast<std::size_t>(k);
-  std::copy(seen.e, seen.e + kPose, &out.innovation[at * kPose]);
+/// Keeps an innovation. Of a pose in two parts the weight is the lesser.
+inline void keep(const Innovation& seen, const PoseUpdate& update, FilterRun& out) {
+  const auto at = static_cast<std::size_t>(update.pose);
   float* to = &out.spread[at * 6];
   for (int i = 0; i < kPose; ++i) {
-    for (int j = i; j < kPose; ++j) *to++ = static_cast<float>(seen.s[i][j]);
+    const bool own = has(update.parts, i);
+    if (own) out.innovation[at * kPose + static_cast<std::size_t>(i)] = seen.e[i];
+    for (int j = i; j < kPose; ++j, ++to) {
+      if (own || has(update.parts, j)) *to = static_cast<float>(seen.s[i][j]);
+    }
   }
-  out.weight[at] = static_cast<float>(seen.weight);
+  const auto weight = static_cast<float>(seen.weight);
+  out.weight[at] = update.first ? weight : std::min(out.weight[at], weight);
 }
 
 /// Keeps the state after a pose.
@@ -40,24 +45,34 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
   }
 }
 
-/// Jumps and restarts at pose k, before it is used.
+/// Jumps and restarts at a pose, before its part of time t [s] is used.
 template <int N>
-void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
-  const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
-  if (poses.use[k] == kJumped) filter.loosen(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == kBeginning) {
-    filter.restart(poses.eta + at, poses.velocity + at, poses.time[k]);
+void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const PoseUpdate& next,
+                double t) {
+  const auto at = static_cast<std::ptrdiff_t>(next.pose) * kPose;
+  const signed char use = poses.use[next.pose];
+  if (use == kJumped) filter.loosen(poses.eta + at, t, next.parts);
+  if (use == kGapped) filter.loosen_if_likelier(poses.eta + at, t, next.parts);
+  if (use == kBeginning && next.first) {
+    filter.restart(poses.eta + at, poses.velocity + at, poses.time[next.pose]);
   }
 }
 
-/// Update by pose k, after a jump or restart. The last three arguments are of the filter's update.
+/// One update at t [s], after a jump or restart. The last three arguments are of the filter's
+/// update.
 template <int N>
-CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k,
-                          double counts = 1.0, FilterRun* terms = nullptr, int block = 0) {
-  allow_jump(filter, poses, k);
-  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k], counts,
-                       terms, block);
+CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses,
+                          const PoseUpdate& next, double t, double counts = 1.0,
+                          FilterRun* terms = nullptr, int block = 0) {
+  allow_jump(filter, poses, next, t);
+  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, t, next.parts,
+                       counts, terms, block);
+}
+
+/// The effects with what is known of the delay.
+inline Effects with_known_delay(Effects effects, const PoseSeries& poses) {
+  effects.position_delay += poses.position_delay;
+  return effects;
 }
 
 /// The upper triangle of a symmetric (p, p) from its lower.
@@ -105,32 +120,42 @@ FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& pos
                       const NoiseParameters& noise, double outlier, const FilterStart& start,
                       const Effects& effects, bool slopes, const double* counts, const int* block,
                       bool repeatable, bool shares) {
-  LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
+  const Effects all = with_known_delay(effects, poses);
+  const PoseUpdates updates(poses, all);
+  LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, all, slopes);
   const auto n = static_cast<std::size_t>(poses.n);
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
   FilterRun out = room_for(filter.parameters(), n, blocks);
   out.effects = effects;
-  out.transition.reserve(repeatable ? n : 0);
+  out.transition.reserve(repeatable ? static_cast<std::size_t>(updates.n()) : 0);
   Transition unkept;
-  for (int first = 0; first < poses.n; first += kFilterChunk) {
+  int latest = 0;  // pose so far: its block is that of the update
+  for (int first = 0; first < updates.n(); first += kFilterChunk) {
     // steps and forces of a part of the recording
-    const int last = std::min(poses.n - 1, first + kFilterChunk);
-    const StepSchedule schedule(boat, trace, poses.time, first, last, true);
-    for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
-      // update by pose k
-      if (poses.use[k] != kNotMeasured) {
-        const double counted = counts == nullptr ? 1.0 : counts[k];
+    const int last = std::min(updates.n() - 1, first + kFilterChunk);
+    const StepSchedule schedule(boat, trace, updates.time(), first, last, true);
+    for (int k = first; k < std::min(updates.n(), first + kFilterChunk); ++k) {
+      // update by a pose or its part
+      const PoseUpdate next = updates[k];
+      latest = std::max(latest, next.pose);
+      if (poses.use[next.pose] != kNotMeasured) {
+        const double counted = counts == nullptr ? 1.0 : counts[next.pose];
         const CostedInnovation seen =
-            use_pose(filter, poses, k, counted, &out, block == nullptr ? k : block[k]);
+            use_pose(filter, poses, next, updates.time()[k], counted, &out,
+                     block == nullptr ? next.pose : block[latest]);
         out.cost += counted * seen.cost;
-        keep(seen, k, out);
+        keep(seen, next, out);
       }
-      keep(filter, k, out);
-      if (shares && block != nullptr) take_share(block[k], out);
-      if (k == poses.n - 1) break;
-      // prediction to the next pose
+      if (has(next.parts, 2)) keep(filter, next.pose, out);
+      if (repeatable && next.parts != kWholePose) {
+        const double* x = filter.state();
+        out.update_state.insert(out.update_state.end(), x, x + kFilterStates);
+      }
+      if (shares && block != nullptr) take_share(block[latest], out);
+      if (k == updates.n() - 1) break;
+      // prediction to the next one
       if (repeatable) out.transition.emplace_back();
-      const double length = poses.time[k + 1] - poses.time[k];
+      const double length = updates.time()[k + 1] - updates.time()[k];
       out.good =
           filter.predict(schedule, k, boat, length, repeatable ? out.transition.back() : unkept);
       if (!out.good) return out;
@@ -162,6 +187,12 @@ inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const P
              shares);
 }
 
+/// How many updates a run along these poses has: one more than transitions.
+inline int updates_of(const FilterRun& first, const PoseSeries& poses) {
+  const Effects all = detail::with_known_delay(first.effects, poses);
+  return detail::PoseUpdates(poses, all).n();
+}
+
 namespace detail {
 
 /// Columns of a filter that repeats a run: no parameters.
@@ -172,15 +203,16 @@ inline Columns no_parameters() {
   return none;
 }
 
-/// From pose k to the next, if there is one, linearised about the first run.
+/// From update k to the next, if there is one, linearised about the first run.
 template <int N>
 void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
-            const FilterRun& first, const PoseSeries& poses, int k) {
-  if (k == poses.n - 1) return;
+            const FilterRun& first, const PoseUpdates& updates, int k) {
+  if (k == updates.n() - 1) return;
   const auto at = static_cast<std::size_t>(k);
-  const double* from = &first.state[at * kFilterStates];
+  const auto& states = first.update_state.empty() ? first.state : first.update_state;
+  const double* from = &states[at * kFilterStates];
   const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
-                        poses.time[k + 1] - poses.time[k]);
+                        updates.time()[k + 1] - updates.time()[k]);
   for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.transition[at], from, passed);
 }
 
@@ -188,11 +220,16 @@ template <int N>
 double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
                 double outlier, const FilterStart& start) {
   const Columns none = no_parameters();
-  LikelihoodFilter<N> again(none, noise, outlier, start, first.effects, false);
+  const Effects all = with_known_delay(first.effects, poses);
+  const PoseUpdates updates(poses, all);
+  LikelihoodFilter<N> again(none, noise, outlier, start, all, false);
   double cost = 0.0;
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != kNotMeasured) cost += use_pose(again, poses, k).cost;
-    follow(&again, 1, noise, first, poses, k);
+  for (int k = 0; k < updates.n(); ++k) {
+    const PoseUpdate next = updates[k];
+    if (poses.use[next.pose] != kNotMeasured) {
+      cost += use_pose(again, poses, next, updates.time()[k]).cost;
+    }
+    follow(&again, 1, noise, first, updates, k);
   }
   return cost;
 }
@@ -293,32 +330,36 @@ NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
   const NoiseSteps steps(noise, active);
   const auto m = static_cast<std::size_t>(steps.n);
   const Columns none = no_parameters();
-  LikelihoodFilter<N> base(none, noise, outlier, start, first.effects, false);
+  const Effects all = with_known_delay(first.effects, poses);
+  const PoseUpdates updates(poses, all);
+  LikelihoodFilter<N> base(none, noise, outlier, start, all, false);
   std::vector<NoiseParameters> up(m, noise);
   std::vector<LikelihoodFilter<N>> moved;
   moved.reserve(m);
   for (std::size_t i = 0; i < m; ++i) {
     up[i].parameter(steps.place[i]) *= std::exp(steps.step[i]);
-    moved.emplace_back(none, up[i], outlier, start, first.effects, false);
+    moved.emplace_back(none, up[i], outlier, start, all, false);
   }
   // side by side along the recording
   NoiseDerivatives out;
   double cost[kNoiseParameters] = {};
   double information[kNoiseParameters][kNoiseParameters] = {};
   NoiseColumns changes;
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != kNotMeasured) {
-      const CostedInnovation here = use_pose(base, poses, k);
+  for (int k = 0; k < updates.n(); ++k) {
+    const PoseUpdate next = updates[k];
+    const double t = updates.time()[k];
+    if (poses.use[next.pose] != kNotMeasured) {
+      const CostedInnovation here = use_pose(base, poses, next, t);
       out.cost += here.cost;
       for (std::size_t i = 0; i < m; ++i) {
-        const CostedInnovation there = use_pose(moved[i], poses, k);
+        const CostedInnovation there = use_pose(moved[i], poses, next, t);
         cost[i] += there.cost;
         changes.set(static_cast<int>(i), here, there, 1.0 / steps.step[i]);
       }
       changes.inform(steps.n, information);
     }
-    follow(&base, 1, noise, first, poses, k);
-    follow(moved.data(), m, noise, first, poses, k);
+    follow(&base, 1, noise, first, updates, k);
+    follow(moved.data(), m, noise, first, updates, k);
   }
   steps.derive(information, cost, out);
   return out;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Unmodelled effects: score tests of lever arm, current, trim and wind, of thruster gains and heading offset."""
+"""Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,11 +23,14 @@ from seatrial.util.frames import Array
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
+LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
+HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
+    "delay": lambda s: float(np.abs(s).max()),  # [s]
 }
 
 
@@ -83,6 +86,8 @@ def _effects(at: Point) -> list[_Candidate]:
         test = score_test(runs, tested, neutral=sorted(others))
         if not _significant(test):
             continue
+        if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
+            continue
         theta = at.theta.copy()
         theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
@@ -127,5 +132,7 @@ def _places(problem: Problem, kind: str) -> tuple[int, ...]:
     """Where effects of a kind stand among all parameters."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(
-        i for i, n in enumerate(problem.names) if i >= first and n.partition("_")[0] == kind
+        i
+        for i, n in enumerate(problem.names)
+        if i >= first and n.partition("_")[0] == kind and n not in HELD
     )

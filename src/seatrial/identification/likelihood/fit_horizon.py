@@ -33,7 +33,6 @@ from seatrial.identification.likelihood.whiteness import (
     is_white,
     without_process_noise,
 )
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
@@ -198,10 +197,9 @@ def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> Predicti
     )  # fmt: skip
     squares, floors, constant, zero = np.zeros((4, 3))
     count = 0
-    for i, recording in enumerate(problem.recordings):
-        lever, current = np.split(theta[problem.effects(i)][:4], 2)
+    for i in range(len(problem.recordings)):
         try:
-            found = predict(model, poses_of_origin(recording, lever, current), DEFAULT_HORIZON)
+            found = predict(model, problem.origin_poses(i, theta), DEFAULT_HORIZON)
         except RecordingError:  # too short for that
             continue
         except ModelError:
