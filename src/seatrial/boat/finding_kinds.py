@@ -252,7 +252,7 @@ class FindingKind(Enum):
         "unmodelled-delay",
         Spec(
             "unmodelled effect: position and heading are of two times, about {size:.2g} s apart, which "
-            f"{UNMODELLED}",
+            f"{UNMODELLED} or of the correlated pose noise",
             ASK_EFFECT.format(effect="delay"),
             numbers={"size": "s"},
         ),

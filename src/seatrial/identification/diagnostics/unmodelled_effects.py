@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: MIT
 """Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
+from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, RAISED
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.optimiser import (
+    Point,
+    has_correlated_poses,
+    maximise_likelihood,
+)
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
@@ -42,6 +47,7 @@ class _Candidate:
     problem: Problem
     theta: Array
     findings: Callable[[Array], list[Finding]]  # of the fitted parameters
+    of_sensor: bool = False  # it may look like correlated pose noise
 
 
 def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
@@ -49,31 +55,37 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
 
     horizon: [s] of the fit under model mismatch.
     """
-    # without process noise nothing is missing
+    # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
-        return []
+        candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
+        return _findings_of_best(at, candidates, horizon)
     # a score test for each effect; the heading's offset has a parabola of its own
-    candidates, off = [*_effects(at), *_unequal_gains(at)], likelier_heading(at)
+    candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
         return heading_findings(at, off, noise_floor(off.problem, horizon))
+    return _findings_of_best(at, candidates, horizon)
+
+
+def _findings_of_best(at: Point, candidates: Sequence[_Candidate], horizon: float) -> list[Finding]:
+    """The best candidate is fitted, and reported if the noise that it stands for falls."""
     if not candidates:
         return []
-    # the best is fitted, and reported if the process noise falls
     most = max(candidates, key=lambda a: a.gain)
     least = noise_floor(most.problem, horizon)
     try:
         there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
     except IdentificationError:
         return []
-    if not _removes_process_noise(at.noise, there.noise):
+    removes = _removes_process_noise(at.noise, there.noise)
+    if not (removes or (most.of_sensor and _removes_correlation(at.noise, there.noise))):
         return []
     return most.findings(there.theta)
 
 
-def _effects(at: Point) -> list[_Candidate]:
-    """Effects that are not estimated, but have a significant score test."""
+def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
+    """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
-    places = {kind: _places(problem, kind) for kind in EFFECT_KINDS}
+    places = {kind: _places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
@@ -91,9 +103,8 @@ def _effects(at: Point) -> list[_Candidate]:
         theta = at.theta.copy()
         theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
-        candidates.append(
-            _Candidate(test.gain, with_it, theta, partial(_effect_found, kind, list(own)))
-        )
+        found = partial(_effect_found, kind, list(own))
+        candidates.append(_Candidate(test.gain, with_it, theta, found, kind == "delay"))
     return candidates
 
 
@@ -126,6 +137,12 @@ def _removes_process_noise(before: Array, after: Array) -> bool:
     old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
     there = old > RAISED[DISTURBANCES]
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
+
+
+def _removes_correlation(before: Array, after: Array) -> bool:
+    """Whether the correlated noise of positions or headings falls below `MOST_NOISE_LEFT`."""
+    there = before[COLOUR] > _core.NO_COLOUR
+    return bool((after[COLOUR] < MOST_NOISE_LEFT * before[COLOUR])[there].any())
 
 
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:
