@@ -96,6 +96,7 @@ class OutOfSequenceBuffer {
     // its place among the checkpoints; a duplicate is not used twice
     int i = checkpoints_;
     while (i > 0 && checkpoint(i - 1).time > t) --i;
+    while (i > 1 && checkpoint(i - 1).time == t && follows(checkpoint(i - 1), pose.parts)) --i;
     for (int k = i - 1; k >= 0 && checkpoint(k).time == t; --k) {
       if (checkpoint(k).posed && same(checkpoint(k).pose, pose)) return Taken::kTwice;
     }
@@ -141,6 +142,11 @@ class OutOfSequenceBuffer {
     return a.parts == b.parts && std::equal(a.eta, a.eta + kPose, b.eta) &&
            std::equal(&a.noise[0][0], &a.noise[0][0] + std::ptrdiff_t{kPose} * kPose,
                       &b.noise[0][0]);
+  }
+
+  /// Whether a checkpoint of the same time comes after a part: positions come before headings.
+  static bool follows(const Checkpoint& c, Parts parts) {
+    return parts != kWholePose && (!c.posed || c.pose.parts > parts);
   }
 
   static double grid_after(double t) { return (std::floor(t / kGrid) + 1.0) * kGrid; }
