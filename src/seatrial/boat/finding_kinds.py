@@ -213,7 +213,7 @@ class FindingKind(Enum):
         "delay",
         Spec(
             "sensor delays: the {part} is {delay:.3f} ± {error:.1g} s late, with the thrusters' latency as stated",
-            "",
+            "An error of the stated latency is one of the delay",
             {"part": ONE_NAME},
             {"delay": "s", "error": "s"},
             signed=("delay",),
