@@ -29,6 +29,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
+from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS_PER_HORIZON = 8  # in a horizon: closer ones make predictions that are nearly the same
@@ -73,7 +74,8 @@ def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> lis
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
     # predictions, and their scores
-    found = [_assessed(model, r, horizon, f) for r, f in zip(recordings, filters, strict=True)]
+    pairs = list(zip(recordings, filters, strict=True))
+    found = [_assessed(model, r, horizon, f) for r, f in over(pairs, "recording")]
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
         return found
@@ -181,7 +183,7 @@ def _all_horizons(
     found: list[Ahead] = []
     kinds: list[tuple[Start, Motion | None]] = [("stencil", None)]
     kinds += [("filter", filtered)] if filtered is not None else []
-    for horizon, (name, starts) in product(sorted({*HORIZONS, chosen}), kinds):
+    for horizon, (name, starts) in over(list(product(sorted({*HORIZONS, chosen}), kinds))):
         if horizon < period:
             continue
         if known is not None and (horizon, name) == known[:2]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.evaluation.expected_error import Poses, process_noise_variance, variance_of
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -95,8 +96,13 @@ class Lookahead:
 
     @cached_property
     def trace_of_starts(self) -> _core.ThrustTrace:
-        """The same with sensitivities to the initial state."""
-        return self.model.trace(self.recording, initial=True)
+        """The same with sensitivities to the initial state, and to parameters of known process noise."""
+        model, known = self.model, noise_vector(self.model.noise) is not None
+        return model.trace(
+            self.recording, initial=True,
+            coefficients=range(len(model.coefficients) if known else 0),
+            tangents=range(len(model.constants) if known else 0),
+        )  # fmt: skip
 
     @cached_property
     def driven(self) -> Array | None:
@@ -160,7 +166,8 @@ class Lookahead:
         # noise floor and expected error, over some of the starts
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
-        floor = self._floor(starts, start[few], end[few], steps)
+        slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
+        floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
         return Prediction(
             recording.stamps[end],
             recording.t[end],
@@ -171,7 +178,7 @@ class Lookahead:
             end,
             steps,
             floor,
-            *self._expected(floor, begin, start, end, few),
+            *self._expected(floor, begin, start, end, slopes[:, :, 6:]),
         )
 
     def _run(
@@ -185,27 +192,30 @@ class Lookahead:
         )  # fmt: skip
 
     def _expected(
-        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
+        self, floor: Array, begin: Motion, start: Poses, end: Poses, slopes: Array
     ) -> tuple[Array | None, Array | None]:
-        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
+        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter.
+
+        slopes: (n, 3, p) d nu(end) / d parameters.
+        """
         force = process_noise_variance(self.model, self.recording, begin, start, end)
         if force is None:
             return None, None
-        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
+        parameters = variance_of(slopes, self.model.covariance)
         return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
 
-    def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
+    def _floor(
+        self, starts: Motion | None, start: Poses, end: Poses, steps: int, slopes: Array
+    ) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
         less twice what that makes of their product (the turn of the boat in between is left out).
+        slopes: (n, 3, 3) d nu(end) / d nu(start).
         """
         given = self.velocities
         if given is not None and given.deviation is None and starts is None:
             return np.zeros(3)
-        begin = self.reference if starts is None else starts
-        # d nu(end) / d nu(start)
-        slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))
         first = _deviation(given if starts is None else starts, start, noisy)

@@ -15,6 +15,7 @@ from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.progress import reach
 
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
@@ -60,6 +61,7 @@ def _assemble(
         _check_named(column, f"{vehicle.source}: pose: {key}", poses)
     names = [c.column for c in columns] + ([spec.valid] if spec.valid else [])
     raw = poses.columns(names)
+    reach(0.5)  # the commands are to be read
     merged = poses.path == commands.path
     if merged:  # merged logs: a row may have no pose
         raw = raw[~np.isnan(raw[:, 1:4]).all(axis=1)]

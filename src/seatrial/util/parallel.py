@@ -4,7 +4,10 @@
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TypeVar
+
+from seatrial.util.progress import over
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -16,10 +19,15 @@ def cores() -> int:
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
-def spread(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Results of `work` on the items, in threads with more than one core."""
-    count = cores()
+def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) -> list[R]:
+    """Results of `work` on the items, in threads with more than one core.
+
+    `name`: of an item; with it each is a part of the progress at hand.
+    """
+    count, given = cores(), list(items)
+    shown = partial(over, name=name or "", total=len(given))
     if count == 1:
-        return [work(item) for item in items]
+        return [work(item) for item in (given if name is None else shown(given))]
     with ThreadPoolExecutor(count) as pool:
-        return list(pool.map(work, items))
+        found = pool.map(work, given)
+        return list(found if name is None else shown(found))

@@ -39,7 +39,7 @@ inline bool has(Parts parts, int i) { return (parts & (i < 2 ? kPositionPart : k
 /// A pose as the sensor measures it.
 struct Measurement {
   const double* eta;                     // x, y [m], psi [rad]
-  double offset[2] = {0.0, 0.0};         // [m] of the measured point, earth-fixed
+  double offset[kPose] = {};             // [m, m, rad] of what is measured, earth-fixed
   double turn[kPose] = {0.0, 0.0, 0.0};  // d measured / d psi, beyond the state's
   double noise[kPose][kPose] = {};       // R
   Parts parts = kWholePose;
@@ -102,7 +102,7 @@ Innovation innovation(const Measurement& y, double outlier, const double (&hp)[k
                       const State& b) {
   Innovation out;
   for (int i = 0; i < kPose; ++i) {
-    out.e[i] = y.eta[i] - b.x[i] - (i < 2 ? y.offset[i] : 0.0);
+    out.e[i] = y.eta[i] - b.x[i] - y.offset[i];
     if constexpr (N > kFilterStates) out.e[i] -= b.x[kFilterStates + i];
     for (int j = 0; j < kPose; ++j) {
       out.s[i][j] = times_h<N>(hp[i], y.turn, j);

@@ -26,6 +26,7 @@ struct Effects {
   double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
   double position_delay = 0.0;       // [s] by which the position is older than its stamp
   double heading_delay = 0.0;        // [s] by which the heading is
+  double later[2] = {0.0, 0.0};      // [s] further delays of both, to first order
   bool earth_fixed = false;          // the disturbance in surge and sway; else body-fixed
 };
 /// First parameter of each.
@@ -80,6 +81,7 @@ struct FilterRun {
   std::vector<float> deviation;        // (n, 3) standard deviations of the velocity after it
   std::vector<float> weight;           // (n) of each pose: 1, less for outliers, 0 for unused ones
   std::vector<Transition> transition;  // one fewer than updates; optional
+  std::vector<float> gain;             // (the same, 6, p) d transition / d parameters; optional
   std::vector<double> update_state;    // (updates, 9) where they are not one a pose; optional
 };
 

@@ -47,9 +47,10 @@ class LikelihoodFilter {
   double variance(int i) const { return s_.p[i][i]; }
   int parameters() const { return parameters_; }
 
-  /// To the next pose. False where the boat diverged.
+  /// To the next pose. `gain`: takes G (6, p) where not null. False where the boat diverged.
   bool predict(const StepSchedule& schedule, int interval, Boat& boat, double length,
-               Transition& kept) {
+               Transition& kept, float* gain) {
+    kept_gain_ = gain;
     const Interval passed(noise_, std::cos(s_.x[2]), std::sin(s_.x[2]), length);
     const Disturbing disturbing(s_.x, length, effects_.bias, effects_.wind, effects_.earth_fixed);
     const int first = boat.structure.n_coefficients - kAxes;
@@ -66,8 +67,11 @@ class LikelihoodFilter {
     return true;
   }
 
-  /// The same transition again, linearised about the states `from` (9) where it began.
-  void repeat(const Transition& kept, const double* from, const Interval& passed) {
+  /// The same transition again, linearised about the states `from` (9) where it began. `moved` (6):
+  /// what a step of the parameters adds to it, null for none; `gain`: its G (6, p), null where this
+  /// filter carries no sensitivities.
+  void repeat(const Transition& kept, const double* from, const Interval& passed,
+              const double* moved, const float* gain) {
     double off[kFilterStates];
     for (int i = 0; i < kFilterStates; ++i) off[i] = s_.x[i] - from[i];
     MotionSlopes f;
@@ -77,10 +81,20 @@ class LikelihoodFilter {
         f[i][j] = static_cast<double>(kept.slope[i][j]);
         sum += f[i][j] * off[j + 2];
       }
-      s_.x[i] = sum;
+      s_.x[i] = moved == nullptr ? sum : sum + moved[i];
     }
     const GaussMarkov<N> others(noise_, passed);
     others.carry_mean(s_.x);
+    if (gain != nullptr) {
+      MotionSlopes whole;
+      for (int i = 0; i < kStates; ++i) std::copy(f[i], f[i] + kMoving, whole[i]);
+      for (int i = 2; i < kStates; ++i) whole[i][i - 2] += 1.0;
+      const auto kept_gain = [this, gain](int i, double* row) {
+        const float* from_row = gain + static_cast<std::ptrdiff_t>(i) * parameters_;
+        std::copy(from_row, from_row + parameters_, row);
+      };
+      carry_columns<N>(whole, others, parameters_, kept_gain, s_);
+    }
     carry_covariance<N>(f, others, s_);
     add_process_noise<N>(noise_, passed, others, s_);
   }
@@ -117,7 +131,9 @@ class LikelihoodFilter {
                           FilterRun* terms = nullptr, int block = 0) {
     // the pose as the sensor measures it
     const double* l = effects_.lever;
-    const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else it needs no angle
+    const double* later = effects_.later;
+    const bool shifts = later[0] != 0.0 || later[1] != 0.0;
+    const bool turns = parameters_ > own_ || shifts || l[0] != 0.0 || l[1] != 0.0;  // else no angle
     const double cp = turns ? std::cos(s_.x[2]) : 1.0;
     const double sp = turns ? std::sin(s_.x[2]) : 0.0;
     double arm[2];
@@ -127,6 +143,12 @@ class LikelihoodFilter {
     y.turn[0] = -arm[1];
     y.turn[1] = arm[0];
     for (int i = 0; i < 2; ++i) y.offset[i] = arm[i] + effects_.current[i] * t;
+    if (shifts) {
+      double velocity[2];
+      measured_velocity(cp, sp, velocity);
+      for (int i = 0; i < 2; ++i) y.offset[i] -= velocity[i] * later[0];
+      y.offset[2] = -s_.x[5] * later[1];
+    }
     for (int i = 0; i < kPose; ++i) y.noise[i][i] = noise_.white_variance(i);
     // beside its prediction
     double hp[kPose][N];
@@ -151,12 +173,17 @@ class LikelihoodFilter {
     const auto gain = [&](int i, double* row) {
       std::fill(row, row + parameters_, 0.0);
       for (int c = 0; c < own_; ++c) row[c] = dx.row[i][column(c)];
-      if (parameters_ == own_) return;
-      const double* push = dx.row[i] + force;
-      double* effect = row + own_;
-      for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
-      effect[kWind] = at.cos * push[0] - at.sin * push[1];
-      effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+      if (parameters_ > own_) {
+        const double* push = dx.row[i] + force;
+        double* effect = row + own_;
+        for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
+        effect[kWind] = at.cos * push[0] - at.sin * push[1];
+        effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+      }
+      if (kept_gain_ != nullptr) {
+        float* kept = kept_gain_ + static_cast<std::ptrdiff_t>(i) * parameters_;
+        for (int c = 0; c < parameters_; ++c) kept[c] = static_cast<float>(row[c]);
+      }
     };
     carry_columns<N>(f, others, parameters_, gain, s);
   }
@@ -238,6 +265,12 @@ class LikelihoodFilter {
     for (int i = 0; i < 2; ++i) s_.x[i] -= arm[i] + flow[i] * t;
     s_.x[3] += s_.x[5] * l[1] - water[0];
     s_.x[4] -= s_.x[5] * l[0] + water[1];
+    double velocity[2];
+    measured_velocity(c, s, velocity);
+    const double swing[2] = {s_.x[5] * arm[1], -s_.x[5] * arm[0]};
+    const double* later = effects_.later;
+    for (int i = 0; i < 2; ++i) s_.x[i] += velocity[i] * later[0] + swing[i] * later[1];
+    s_.x[2] += s_.x[5] * later[1];
     if (parameters_ == own_) return;
     s_.d[0][own_ + kLever] = s_.d[1][own_ + kLever + 1] = -c;
     s_.d[0][own_ + kLever + 1] = s;
@@ -248,9 +281,6 @@ class LikelihoodFilter {
     s_.d[3][own_ + kCurrent + 1] = -s;
     s_.d[4][own_ + kCurrent] = s;
     s_.d[0][own_ + kCurrent] = s_.d[1][own_ + kCurrent + 1] = -t;
-    double velocity[2];
-    measured_velocity(c, s, velocity);
-    const double swing[2] = {s_.x[5] * arm[1], -s_.x[5] * arm[0]};
     for (int i = 0; i < 2; ++i) {
       s_.d[i][own_ + kDelay] = velocity[i];
       s_.d[i][own_ + kDelay + 1] = swing[i];
@@ -324,6 +354,7 @@ class LikelihoodFilter {
   int own_;         // chosen coefficients and constants
   int parameters_;
   double spread_[kAxes] = {};  // of the velocity at a start
+  float* kept_gain_ = nullptr;
   FilterState<N, kMostSlopes> s_;
 };
 

@@ -101,7 +101,7 @@ inline void reset_pose(const NoiseParameters& n, const PoseSample& pose, StateEs
   const Measurement y = measured(pose, b);
   for (int i = 0; i < kPose; ++i) {
     if (!has(pose.parts, i)) continue;
-    b.x[i] = pose.eta[i] - (i < 2 ? y.offset[i] : 0.0);
+    b.x[i] = pose.eta[i] - y.offset[i];
     for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
     std::fill(b.d[i], b.d[i] + kMostConsidered, 0.0);
   }

@@ -10,19 +10,19 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, RAISED
+from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import (
     Point,
     has_correlated_poses,
-    maximise_likelihood,
+    linearised_optimum,
+    noise_box,
 )
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, Problem
+from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
-from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
@@ -30,7 +30,7 @@ LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
 HELD = ("delay_heading",)  # the position's delay is tested against the heading's
-LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
+NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
@@ -41,12 +41,11 @@ EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that hav
 
 @dataclass(frozen=True)
 class _Candidate:
-    """An effect with a significant score test: the problem with it, where its fit begins, and its findings."""
+    """An effect with a significant score test: a pass with it at its neutral value, and its findings."""
 
     gain: float  # expected fall of -2 log L
-    problem: Problem
-    theta: Array
-    findings: Callable[[Array], list[Finding]]  # of the fitted parameters
+    at: Point
+    findings: Callable[[Array], list[Finding]]  # of the parameters with it
     of_sensor: bool = False  # it may look like correlated pose noise
 
 
@@ -70,16 +69,14 @@ def _findings_of_best(at: Point, candidates: Sequence[_Candidate], horizon: floa
     """The best candidate is fitted, and reported if the noise that it stands for falls."""
     if not candidates:
         return []
+    # the best is estimated on its pass' linearisation, and reported if the noise it stands for falls
     most = max(candidates, key=lambda a: a.gain)
-    least = noise_floor(most.problem, horizon)
-    try:
-        there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
-    except IdentificationError:
+    box = noise_box(at.noise, noise_floor(at.runs.problem, horizon))
+    promise = linearised_optimum(most.at, box)
+    removes = _removes_process_noise(at, promise.noise)
+    if not (removes or (most.of_sensor and _removes_correlation(at.noise, promise.noise))):
         return []
-    removes = _removes_process_noise(at.noise, there.noise)
-    if not (removes or (most.of_sensor and _removes_correlation(at.noise, there.noise))):
-        return []
-    return most.findings(there.theta)
+    return most.findings(most.at.theta + promise.move)
 
 
 def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
@@ -90,7 +87,7 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
     if not new:
         return []
     wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    runs = wider.run_filter(at.theta, at.noise, repeatable=False)
+    runs = wider.run_filter(at.theta, at.noise)
     candidates = []
     for kind, own in new.items():
         tested = [wider.free.index(i) for i in own]
@@ -100,11 +97,10 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
             continue
         if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
             continue
-        theta = at.theta.copy()
-        theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
+        there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
         found = partial(_effect_found, kind, list(own))
-        candidates.append(_Candidate(test.gain, with_it, theta, found, kind == "delay"))
+        candidates.append(_Candidate(test.gain, there, found, kind == "delay"))
     return candidates
 
 
@@ -118,13 +114,11 @@ def _unequal_gains(at: Point) -> list[_Candidate]:
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    runs = wider.problem.run_filter(wider.theta, at.noise, repeatable=False)
+    runs = wider.problem.run_filter(wider.theta, at.noise)
     test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
     if not _significant(test):
         return []
-    theta = wider.theta.copy()
-    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_START_GAIN)
-    return [_Candidate(test.gain, wider.problem, theta, wider.findings)]
+    return [_Candidate(test.gain, Point(wider.theta, at.noise, runs), wider.findings)]
 
 
 def _significant(test: ScoreTest) -> bool:
@@ -132,10 +126,10 @@ def _significant(test: ScoreTest) -> bool:
     return bool(likely and test.gain > LEAST_EFFECT_GAIN)
 
 
-def _removes_process_noise(before: Array, after: Array) -> bool:
+def _removes_process_noise(at: Point, after: Array) -> bool:
     """Whether the process noise of the linear or the angular motion falls below `MOST_NOISE_LEFT`."""
-    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
-    there = old > RAISED[DISTURBANCES]
+    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (at.noise, after))
+    there = old > NEGLIGIBLE_NOISE * noise_units(at.noise, at.runs.problem.period)[DISTURBANCES]
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import thrust_trace
+from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
@@ -56,7 +57,7 @@ CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is f
     "power": 0.5,
     "scale_power": 0.5,
     "gain": 0.5,
-    **dict.fromkeys(DELAY_NAMES, 0.1),  # [s]
+    **dict.fromkeys(DELAY_NAMES, 0.3),  # [s]
 }
 
 
@@ -152,6 +153,11 @@ class Problem:
         """Indices of the free effects among all parameters."""
         return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
 
+    @cached_property
+    def period(self) -> float:
+        """Period [s] of the poses."""
+        return float(np.median([r.period for r in self.recordings]))
+
     @property
     def has_effects(self) -> bool:
         """Whether any effect is estimated."""
@@ -170,10 +176,15 @@ class Problem:
         first = self.n_coefficients + self.n_constants + len(LEVER_NAMES)
         return slice(first, first + len(DELAY_NAMES))
 
-    def origin_poses(self, recording: int, theta: Array) -> Recording:
-        """A recording with poses of the boat's origin at one time, in axes that drift with the current."""
+    def origin_poses(
+        self, recording: int, theta: Array, span: tuple[float, float] | None = None
+    ) -> Recording:
+        """A recording, or a span [s] of it, with poses of the boat's origin at one time, in axes that drift with
+        the current."""
         lever, current = np.split(theta[self.effects(recording)][:4], 2)
-        late = with_delays(self.recordings[recording], *theta[self.delays].tolist())
+        own = self.recordings[recording]
+        own = own if span is None else own.cut(*span)
+        late = with_delays(own, *theta[self.delays].tolist())
         return poses_of_origin(at_one_time(late), lever, current)
 
     def free_columns(self, recording: int) -> NDArray[np.int64]:
@@ -297,10 +308,40 @@ class FilterRuns:
         prior = self.problem.prior
         return out if prior is None else out - (prior.precision @ (self.theta - prior.mean))[free]
 
-    @property
-    def repeatable(self) -> bool:
-        """Whether the linearised trajectories are still kept, to evaluate other noise on them."""
-        return all(p.repeatable for p in self.by_recording)
+    def _own_steps(self, move: Array) -> list[Array]:
+        """A step (names,) of all parameters as that of each run's own."""
+        of_free = move[list(self.problem.free)]
+        found = []
+        for i in range(len(self.by_recording)):
+            to = self.problem.free_columns(i)
+            found.append(np.where(to >= 0, of_free[to], 0.0))
+        return found
+
+    def linearised(self, move: Array | None = None) -> Linearised:
+        """The linearisation, a step `move` (names,) of the parameters away."""
+        steps = () if move is None else self._own_steps(move)
+        problem = self.problem
+        return Linearised(
+            self.by_recording,
+            problem.series,
+            problem.period,
+            problem.outlier,
+            steps,
+            problem.has_effects,
+        )
+
+    def relinearised(self, noise: Array, move: Array) -> "FilterRuns":
+        """Runs by the linearisation, a step `move` (names,) of the parameters away and with other noise (11,)."""
+        problem, steps = self.problem, self._own_steps(move)
+
+        def one(i: int) -> _core.FilterRun:
+            return _core.relinearised(
+                self.by_recording[i], problem.series[i], noise, problem.outlier,
+                steps[i], problem.has_effects, problem.blocks[i],
+            )  # fmt: skip
+
+        found = tuple(spread(one, range(len(self.by_recording))))
+        return FilterRuns(problem, self.theta + move, found)
 
     def drop_linearisation(self) -> None:
         """Frees the linearised trajectories, half of the memory of a run."""

@@ -18,6 +18,9 @@ from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
 from seatrial.recording.timing import Stream, describe
 from seatrial.util.errors import RecordingError
+from seatrial.util.progress import stage
+
+ALL_READ, COMMANDS_READ = 0.9, 0.3  # of the time of a recording; poses from tf are read apart
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         wanted = [part.collector(str(path), salvage=salvage) for part in (*commands, *scales)]
         if fields is not None:
             wanted.append(fields.collector(str(path), salvage=salvage))
-        samples = collect(bag, wanted)
+        with stage("", ALL_READ if fields is not None else COMMANDS_READ):
+            samples = collect(bag, wanted)
         unreadable = [
             f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
         ]
