@@ -30,7 +30,8 @@ def add(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "--effect", action="append", default=[], choices=EFFECT_KINDS,
-        help="estimate this effect, too: the sensor's lever arm, or each recording's current, trim or wind",
+        help="estimate this effect, too: the sensor's lever arm, the delay of its position against the heading, "
+        "or each recording's current, trim or wind",
     )  # fmt: skip
     command.add_argument(
         "--minutes", action="store_true", help="standard errors against record length"

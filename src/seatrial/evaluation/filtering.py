@@ -26,6 +26,7 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
@@ -97,8 +98,9 @@ def filter_series(recording: Recording) -> _core.Series:
     afresh = _restarts(recording, use, moving, start[3:], spread)
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
-    )
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh,
+        recording.position_delay,
+    )  # fmt: skip
 
 
 def _restarts(
@@ -138,6 +140,7 @@ def _parabola_velocity(recording: Recording, at: int) -> Array | None:
 
     The filter linearises about it: with stencil noise as large as the speed, drag is far from linear.
     """
+    recording = at_one_time(recording)
     near = recording.valid & (np.abs(recording.t - recording.t[at]) <= PARABOLA_SPAN)
     near &= recording.segment == recording.segment[at]
     if near.sum() < PARABOLA_POSES:

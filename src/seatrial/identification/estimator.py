@@ -47,7 +47,14 @@ from seatrial.identification.likelihood.optimiser import (
     maximise_likelihood,
     search,
 )
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Prior, Problem
+from seatrial.identification.likelihood.problem import (
+    DELAY_NAMES,
+    EFFECT_KINDS,
+    LEVER_NAMES,
+    START_DELAY,
+    Prior,
+    Problem,
+)
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
@@ -69,6 +76,7 @@ from seatrial.identification.uncertainty.covariance import (
 )
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.identification.uncertainty.lag import with_lag_by_square
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError
@@ -417,6 +425,9 @@ def _start(
     """Start of the search: parameters and noise."""
     n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
+    delays = [i for i in problem.free if problem.names[i] in DELAY_NAMES]
+    theta[delays[:1]] = START_DELAY
+    recordings = [at_one_time(r) for r in recordings]
     given: dict[str, float] = {}
     if start is not None:
         values = np.concatenate([start.coefficients, start.constants]).tolist()

@@ -16,20 +16,25 @@ std::vector<double> lookahead_variance(const FilterRun& first, const PoseSeries&
                                        const FilterStart& start, const std::vector<int>& from,
                                        const std::vector<int>& to) {
   const Columns none = columns_of(0);
-  const Repetition repetition(first, nullptr, false);
+  const Repetition repetition(first, poses, nullptr, false);
+  const PoseUpdates& updates = repetition.updates();
   LikelihoodFilter<N> filter(none, noise, outlier, start, repetition.effects(), false);
   std::vector<double> out;
   out.reserve(from.size() * kAxes);
   std::size_t next = 0;
-  for (int k = 0; k < poses.n && next < from.size(); ++k) {
-    if (poses.use[k] != kNotMeasured) use_pose(filter, poses, k);
-    for (; next < from.size() && from[next] == k; ++next) {
+  for (int k = 0; k < updates.n() && next < from.size(); ++k) {
+    const PoseUpdate at = updates[k];
+    if (poses.use[at.pose] != kNotMeasured) use_pose(filter, poses, at, updates.time()[k]);
+    // a pose's state is that at its heading's time
+    for (; has(at.parts, 2) && next < from.size() && from[next] == at.pose; ++next) {
       LikelihoodFilter<N> ahead(filter);
       ahead.leave_out_disturbance();
-      for (int i = k; i < to[next]; ++i) repetition.follow(&ahead, 1, noise, poses, i);
+      for (int i = k; !(has(updates[i].parts, 2) && updates[i].pose >= to[next]); ++i) {
+        repetition.follow(&ahead, 1, noise, i);
+      }
       for (int axis = 0; axis < kAxes; ++axis) out.push_back(ahead.variance(kPose + axis));
     }
-    repetition.follow(&filter, 1, noise, poses, k);
+    repetition.follow(&filter, 1, noise, k);
   }
   return out;
 }

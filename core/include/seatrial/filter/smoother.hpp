@@ -35,8 +35,9 @@ struct SmootherPose {
   double inverse[kPose][kPose] = {};  // S^-1, less for an outlier
   double e[kPose] = {};
   double turn[kPose] = {};
+  Parts parts = kWholePose;
   bool used = false;
-  bool jumped = false;  // nothing of the pose before it is known here
+  bool jumped = false;  // nothing of these parts before it is known here
   bool began = false;   // nothing of the state before it
 };
 
@@ -58,24 +59,26 @@ void measurement_rows(const double* turn, double (&h)[kPose][N]) {
   }
 }
 
-/// Uses pose k and keeps what the way back needs.
+/// Uses parts of a pose, of time t [s], and keeps what the way back needs.
 template <int N>
-SmootherPose<N> forward_pose(LikelihoodFilter<N>& filter, const FilterRun& first,
-                             const PoseSeries& poses, int k) {
+SmootherPose<N> forward_pose(LikelihoodFilter<N>& filter, const Effects& effects,
+                             const PoseSeries& poses, const PoseUpdate& next, double t) {
   SmootherPose<N> out;
-  if (poses.use[k] != kNotMeasured) {
-    out.jumped = allow_jump(filter, poses, k);
-    out.began = poses.use[k] == kBeginning;
+  out.parts = next.parts;
+  if (poses.use[next.pose] != kNotMeasured) {
+    out.jumped = allow_jump(filter, poses, next, t);
+    out.began = poses.use[next.pose] == kBeginning && next.first;
     const auto before = filter.filter();
     const CostedInnovation seen =
-        filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k]);
-    const double* lever = first.effects.lever;
+        filter.update(poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, t, next.parts);
+    const double* lever = effects.lever;
     double arm[2];
     plane_to_earth(std::cos(before.x[2]), std::sin(before.x[2]), lever, arm);
     out.turn[0] = -arm[1];
     out.turn[1] = arm[0];
     double hp[kPose][N];
     measured_covariance<N>(out.turn, before, hp);
+    leave_out(next.parts, hp);
     out.used = true;
     const double less = seen.weight * seen.weight;
     for (int i = 0; i < kPose; ++i) {
@@ -146,6 +149,7 @@ void backward_pose(const SmootherPose<N>& at, Adjoint<N>& a) {
   }
   if (!at.jumped) return;
   for (int i = 0; i < kPose; ++i) {
+    if (!has(at.parts, i)) continue;
     a.l[i] = 0.0;
     for (int j = 0; j < N; ++j) a.m[i][j] = a.m[j][i] = 0.0;
   }
@@ -189,13 +193,15 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
                      double outlier, const FilterStart& start) {
   // forward: the filter at the begin of every chunk
   const Columns none = columns_of(0);
-  const Repetition repetition(first, nullptr, false);
+  const Repetition repetition(first, poses, nullptr, false);
+  const PoseUpdates& updates = repetition.updates();
   LikelihoodFilter<N> filter(none, noise, outlier, start, repetition.effects(), false);
   std::vector<LikelihoodFilter<N>> begins;
-  for (int k = 0; k < poses.n; ++k) {
+  for (int k = 0; k < updates.n(); ++k) {
     if (k % kSmootherChunk == 0) begins.push_back(filter);
-    if (poses.use[k] != kNotMeasured) use_pose(filter, poses, k);
-    repetition.follow(&filter, 1, noise, poses, k);
+    const PoseUpdate next = updates[k];
+    if (poses.use[next.pose] != kNotMeasured) use_pose(filter, poses, next, updates.time()[k]);
+    repetition.follow(&filter, 1, noise, k);
   }
   // backward: chunk by chunk, each forward again
   SmootherRun out;
@@ -206,23 +212,21 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
   for (auto chunk = static_cast<int>(begins.size()) - 1; chunk >= 0; --chunk) {
     LikelihoodFilter<N> again(begins[static_cast<std::size_t>(chunk)]);
     const int from = chunk * kSmootherChunk;
-    const int to = std::min(poses.n, from + kSmootherChunk);
+    const int to = std::min(updates.n(), from + kSmootherChunk);
     kept.clear();
     for (int k = from; k < to; ++k) {
-      kept.push_back(forward_pose(again, first, poses, k));
-      repetition.follow(&again, 1, noise, poses, k);
+      kept.push_back(
+          forward_pose(again, repetition.effects(), poses, updates[k], updates.time()[k]));
+      repetition.follow(&again, 1, noise, k);
     }
     for (int k = to - 1; k >= from; --k) {
       const SmootherPose<N>& at = kept[static_cast<std::size_t>(k - from)];
-      keep(at, a, k, out);
+      if (has(at.parts, 2)) keep(at, a, updates[k].pose, out);
       backward_pose(at, a);
       if (k == 0) break;
-      const auto before = static_cast<std::size_t>(k - 1);
-      const double* x = &first.state[before * kFilterStates];
-      const Interval passed(noise, std::cos(x[2]), std::sin(x[2]),
-                            poses.time[k] - poses.time[k - 1]);
       double f[N][N];
-      whole_transition<N>(first.transition[before], GaussMarkov<N>(noise, passed), f);
+      whole_transition<N>(repetition.transition(k - 1),
+                          GaussMarkov<N>(noise, repetition.interval(noise, k - 1)), f);
       through<N>(f, a);
     }
   }

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""Unmodelled effects: score tests of lever arm, current, trim and wind, of thruster gains and heading offset."""
+"""Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, noise_units
+from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
+    has_correlated_poses,
     linearised_optimum,
     noise_box,
     search,
@@ -28,11 +30,14 @@ from seatrial.util.frames import Array
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
+LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
+HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
+    "delay": lambda s: float(np.abs(s).max()),  # [s]
 }
 
 
@@ -43,6 +48,7 @@ class _Candidate:
     gain: float  # expected fall of -2 log L
     at: Point
     findings: Callable[[Array], list[Finding]]  # of the parameters with it
+    of_sensor: bool = False  # it may look like correlated pose noise
 
 
 def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
@@ -50,30 +56,37 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
 
     horizon: [s] of the fit under model mismatch.
     """
-    # without process noise nothing is missing
+    # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
-        return []
+        candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
+        return _findings_of_best(at, candidates, horizon)
     # a score test for each effect; the heading's offset has a parabola of its own
-    candidates, off = [*_effects(at), *_unequal_gains(at)], likelier_heading(at)
+    candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
         return heading_findings(at, off, noise_floor(off.problem, horizon))
+    return _findings_of_best(at, candidates, horizon)
+
+
+def _findings_of_best(at: Point, candidates: Sequence[_Candidate], horizon: float) -> list[Finding]:
+    """The best candidate is fitted, and reported if the noise that it stands for falls."""
     if not candidates:
         return []
-    # the best is estimated if by its pass' linearisation the process noise falls
+    # the best is estimated if by its pass' linearisation the noise that it stands for falls
     most = max(candidates, key=lambda a: a.gain)
     least = noise_floor(at.runs.problem, horizon)
     promise = linearised_optimum(most.at, noise_box(at.noise, least))
-    if not _removes_process_noise(at, promise.noise):
+    removes = _removes_process_noise(at, promise.noise)
+    if not (removes or (most.of_sensor and _removes_correlation(at.noise, promise.noise))):
         return []
     theta = most.at.theta + promise.move
     there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
     return most.findings(there.theta) if outcome is Outcome.CONVERGED else []
 
 
-def _effects(at: Point) -> list[_Candidate]:
-    """Effects that are not estimated, but have a significant score test."""
+def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
+    """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
-    places = {kind: _places(problem, kind) for kind in EFFECT_KINDS}
+    places = {kind: _places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
@@ -86,9 +99,12 @@ def _effects(at: Point) -> list[_Candidate]:
         test = score_test(runs, tested, neutral=sorted(others))
         if not _significant(test):
             continue
+        if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
+            continue
         with_it = replace(problem, free=(*problem.free, *own))
         there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
-        candidates.append(_Candidate(test.gain, there, partial(_effect_found, kind, list(own))))
+        found = partial(_effect_found, kind, list(own))
+        candidates.append(_Candidate(test.gain, there, found, kind == "delay"))
     return candidates
 
 
@@ -121,9 +137,17 @@ def _removes_process_noise(at: Point, after: Array) -> bool:
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 
+def _removes_correlation(before: Array, after: Array) -> bool:
+    """Whether the correlated noise of positions or headings falls below `MOST_NOISE_LEFT`."""
+    there = before[COLOUR] > _core.NO_COLOUR
+    return bool((after[COLOUR] < MOST_NOISE_LEFT * before[COLOUR])[there].any())
+
+
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:
     """Where effects of a kind stand among all parameters."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(
-        i for i, n in enumerate(problem.names) if i >= first and n.partition("_")[0] == kind
+        i
+        for i, n in enumerate(problem.names)
+        if i >= first and n.partition("_")[0] == kind and n not in HELD
     )

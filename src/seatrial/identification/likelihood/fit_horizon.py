@@ -44,7 +44,6 @@ from seatrial.identification.likelihood.whiteness import (
     is_white,
     without_process_noise,
 )
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
@@ -236,11 +235,8 @@ def _ahead(
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
     )  # fmt: skip
-    lever, current = np.split(theta[problem.effects(recording)][:4], 2)
-    own = problem.recordings[recording]
     with suppress(RecordingError):
-        own = own if span is None else own.cut(*span)
-        return predict(model, poses_of_origin(own, lever, current), DEFAULT_HORIZON)
+        return predict(model, problem.origin_poses(recording, theta, span), DEFAULT_HORIZON)
     return None
 
 
