@@ -17,7 +17,7 @@ NoiseParameters make_noise(const Vector& row) {
   return noise;
 }
 
-Out1 noise_row(NoiseParameters noise) {
+inline Out1 noise_row(NoiseParameters noise) {
   double* out = nullptr;
   auto row = fresh<Out1>({std::size_t{kNoiseParameters}}, &out);
   for (int i = 0; i < kNoiseParameters; ++i) out[i] = noise.parameter(i);
