@@ -86,6 +86,15 @@ Effects make_effects(const Vector& effects) {
   return out;
 }
 
+void check_blocks(const Series& series, const std::optional<Places>& blocks) {
+  if (!blocks) return;
+  require(blocks->shape(0) == series.time.size(), "blocks: one for each pose");
+  const int* at = blocks->data();
+  for (std::size_t k = 1; k < series.time.size(); ++k) {
+    require(at[k - 1] >= 0 && at[k] >= at[k - 1], "blocks: rising from 0");
+  }
+}
+
 FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Series& series,
                           Vector noise, double outlier, std::optional<Vector> effects,
                           std::optional<Vector> counts, std::optional<Places> blocks,
@@ -97,13 +106,7 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
                   boat.structure.n_coefficients - kAxes,
           "columns: initial state, then coefficients that end with the disturbance's three");
   require(!counts || counts->shape(0) == series.time.size(), "counts: one for each pose");
-  require(!blocks || blocks->shape(0) == series.time.size(), "blocks: one for each pose");
-  if (blocks) {
-    const int* at = blocks->data();
-    for (std::size_t k = 1; k < series.time.size(); ++k) {
-      require(at[k - 1] >= 0 && at[k] >= at[k - 1], "blocks: rising from 0");
-    }
-  }
+  check_blocks(series, blocks);
   const NoiseParameters believed = make_noise(noise);
   Effects chosen = effects ? make_effects(*effects) : Effects{};
   chosen.earth_fixed = earth_fixed;
@@ -114,34 +117,57 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
                      shares);
 }
 
-std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
-                                                Vector noise, double outlier, unsigned active) {
+/// Checks what a repetition of a run needs, and gives the step of its parameters or null.
+const double* step_of(const FilterRun& first, const Series& series,
+                      const std::optional<Vector>& step) {
   require(first.transition.size() + 1 == series.time.size(),
           "the poses of a first run that kept its transitions");
-  const NoiseParameters believed = make_noise(noise);
-  NoiseDerivatives pass;
-  {
-    nb::gil_scoped_release released;
-    pass = noise_slopes(first, series.poses, believed, outlier, series.start, active);
-  }
-  const std::vector<double> slope(pass.gradient, pass.gradient + kNoiseParameters);
-  const double* flat = &pass.information[0][0];
-  const std::vector<double> curve(flat, flat + std::ptrdiff_t{kNoiseParameters} * kNoiseParameters);
-  return {pass.cost, moved1(slope), moved2(curve, kNoiseParameters)};
+  if (!step) return nullptr;
+  require(step->shape(0) == static_cast<std::size_t>(first.parameters), "step: one a parameter");
+  return step->data();
 }
 
-double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier) {
-  require(first.transition.size() + 1 == series.time.size(),
-          "the poses of a first run that kept its transitions");
-  const NoiseParameters believed = make_noise(noise);
+std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
+                                                Vector noise, Matrix moved, Vector steps,
+                                                double outlier, std::optional<Vector> step,
+                                                bool slopes) {
+  const double* by = step_of(first, series, step);
+  const std::size_t m = steps.shape(0);
+  require(moved.shape(0) == m && m <= kNoiseParameters, "moved: one row for each of the steps");
+  const NoiseParameters here = make_noise(noise);
+  std::vector<NoiseDirection> directions;
+  for (std::size_t i = 0; i < m; ++i) directions.push_back({make_noise(moved, i), steps(i)});
+  NoiseDerivatives found;
+  {
+    nb::gil_scoped_release released;
+    found = noise_slopes(first, series.poses, here, directions, outlier, series.start, by, slopes);
+  }
+  return {found.cost, moved1(found.gradient), moved2(found.information, m)};
+}
+
+double run_repeated(const FilterRun& first, const Series& series, Vector noise, double outlier,
+                    std::optional<Vector> step, bool slopes) {
+  const double* by = step_of(first, series, step);
+  const NoiseParameters other = make_noise(noise);
   nb::gil_scoped_release released;
-  return repeated(first, series.poses, believed, outlier, series.start);
+  return repeated(first, series.poses, other, outlier, series.start, by, slopes);
+}
+
+FilterRun run_relinearised(const FilterRun& first, const Series& series, Vector noise,
+                           double outlier, std::optional<Vector> step, bool slopes,
+                           std::optional<Places> blocks) {
+  const double* by = step_of(first, series, step);
+  check_blocks(series, blocks);
+  const NoiseParameters other = make_noise(noise);
+  nb::gil_scoped_release released;
+  return relinearised(first, series.poses, other, outlier, series.start, by, slopes,
+                      blocks ? blocks->data() : nullptr);
 }
 
 /// All that was kept pose by pose; sums stay.
 void forget_poses(FilterRun& p) {
   std::vector<Transition>().swap(p.transition);
-  for (auto* own : {&p.spread, &p.deviation, &p.weight}) std::vector<float>().swap(*own);
+  for (auto* own : {&p.spread, &p.deviation, &p.weight, &p.gain}) std::vector<float>().swap(*own);
   for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
 }
 
@@ -158,7 +184,11 @@ void bind_filter(nb::module_& m) {
       .def_ro("good", &FilterRun::good)
       .def_ro("cost", &FilterRun::cost)
       .def_prop_ro("repeatable", [](const FilterRun& p) { return !p.transition.empty(); })
-      .def("forget_transitions", [](FilterRun& p) { std::vector<Transition>().swap(p.transition); })
+      .def("forget_transitions",
+           [](FilterRun& p) {
+             std::vector<Transition>().swap(p.transition);
+             std::vector<float>().swap(p.gain);
+           })
       .def("forget_poses", &forget_poses)
       .def_prop_ro(
           "information",
@@ -209,9 +239,12 @@ void bind_filter(nb::module_& m) {
   m.def("innovations", &run_innovations, "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
         "effects"_a = nb::none(), "counts"_a = nb::none(), "blocks"_a = nb::none(),
         "repeatable"_a = true, "shares"_a = false, "earth_fixed"_a = false);
-  m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "outlier"_a,
-        "active"_a = ~0U);
-  m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a);
+  m.def("noise_slopes", &run_noise_slopes, "first"_a, "series"_a, "noise"_a, "moved"_a, "steps"_a,
+        "outlier"_a, "step"_a = nb::none(), "slopes"_a = false);
+  m.def("repeated", &run_repeated, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "step"_a = nb::none(), "slopes"_a = false);
+  m.def("relinearised", &run_relinearised, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "step"_a = nb::none(), "slopes"_a = false, "blocks"_a = nb::none());
 }
 
 }  // namespace

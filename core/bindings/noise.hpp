@@ -8,13 +8,23 @@ namespace {
 
 using namespace seatrial;
 
+NoiseParameters make_noise(const double* from) {
+  NoiseParameters noise;
+  for (int i = 0; i < kNoiseParameters; ++i) noise.parameter(i) = from[i];
+  return noise;
+}
+
 NoiseParameters make_noise(const Vector& row) {
   require(row.shape(0) == kNoiseParameters,
           "noise: 11 values expected: position, heading, random walks (2), disturbances (2), their "
           "time constant, coloured pose noise (2), its time constant and angular frequency");
-  NoiseParameters noise;
-  for (int i = 0; i < kNoiseParameters; ++i) noise.parameter(i) = row(static_cast<std::size_t>(i));
-  return noise;
+  return make_noise(row.data());
+}
+
+/// Row i of noises (m, 11).
+NoiseParameters make_noise(const Matrix& rows, std::size_t i) {
+  require(rows.shape(1) == kNoiseParameters, "noises: 11 values in each row");
+  return make_noise(rows.data() + i * kNoiseParameters);
 }
 
 inline Out1 noise_row(NoiseParameters noise) {

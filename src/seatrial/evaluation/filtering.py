@@ -20,9 +20,9 @@ from seatrial.boat.noise_parameters import (
     NOISE_START,
     OUTLIER,
     earth_fixed,
-    fitted_noise,
     noise_vector,
 )
+from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.pose_faults import FaultKind
@@ -185,7 +185,8 @@ def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noi
     for _ in range(NOISE_ROUNDS):
         passes = spread(lambda item: filter_pass(model, *item, noise), items)  # noqa: B023
         before = sum(p.cost for p in passes)
-        noise, cost = fitted_noise(passes, [s for _, s in items], noise, NOISE_GAIN)
+        at = Linearised(passes, [series for _, series in items], recordings[0].period)
+        noise, cost = fitted_noise(at, noise, NOISE_GAIN)
         if before - cost < 2.0 * NOISE_GAIN:
             break
     return noise

@@ -30,12 +30,26 @@ from seatrial.identification.diagnostics.external_disturbances import (
 from seatrial.identification.diagnostics.homogeneity import homogeneity_findings
 from seatrial.identification.diagnostics.parameter_drift import drift_findings
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
-from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
-from seatrial.identification.likelihood.noise_structures import multi_start
-from seatrial.identification.likelihood.optimiser import Point, far_from_poses, maximise_likelihood
+from seatrial.identification.likelihood.fit_horizon import (
+    prediction_findings,
+    with_noise_or_horizon,
+)
+from seatrial.identification.likelihood.noise_structures import refined
+from seatrial.identification.likelihood.optimiser import (
+    MOST_PASSES,
+    Outcome,
+    Point,
+    at_bounds,
+    by_linearisation,
+    converged,
+    far_from_poses,
+    full_pass,
+    maximise_likelihood,
+    search,
+)
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
-from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
 from seatrial.identification.regression.start_values import start_values
 from seatrial.identification.selection.actuator_selection import (
@@ -50,7 +64,6 @@ from seatrial.identification.selection.actuator_stages import (
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import (
-    at_bounds,
     sandwich_covariance,
     with_enough_blocks,
 )
@@ -62,6 +75,7 @@ from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 
+FIRST_PASSES = 12  # of the first search, at most
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
 LEAST_INTEGRATION_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
@@ -160,17 +174,15 @@ def _fit(
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
-    # the maximum of the likelihood: a first search, then several noise structures
-    at, theta = _maximised(problem, recordings, start, hold=chosen.hold_noise)
-    at = at if chosen.hold_noise else multi_start(at, theta)
-    # under model mismatch: the fit horizon that predicts best
-    disturbed = at if disturbed_at(at) else None
-    likely, at, horizon = with_fit_horizon(at, hold=chosen.hold_noise)
-    for point in (at, disturbed or at):
-        point.runs.drop_linearisation()
+    # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
+    at = likely = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+    horizon = 0.0
+    if not chosen.hold_noise:
+        likely, at, horizon = with_noise_or_horizon(at)
+    disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
     if further and prior is None:  # a prior has stages of its own
-        likely, at, horizon, found = _with_stages((likely, at, horizon), vehicle, chosen)
+        at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
         findings += found
     # diagnostics at the solution
     if further:
@@ -191,7 +203,7 @@ def _fit(
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
     if sought and (disturbed is not None or not without_process_noise(at)):
-        findings += disturbance_findings(disturbed, at, covariance, _from_start_values)
+        findings += disturbance_findings(disturbed, at, covariance)
     if _nothing_significant(at, covariance):
         findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
     return Fit(
@@ -203,30 +215,28 @@ def _fit(
         chosen,
         tuple(findings),
         horizon,
-        likely,
+        likely.noise,
     )
 
 
 def _with_stages(
-    first: tuple[Array, Point, float], vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Array, Point, float, list[Finding]]:
-    """The likelihood's noise, the solution, its fit horizon, and findings on the selected stages.
+    at: Point, horizon: float, likely: Array, vehicle: Vehicle, chosen: OutputErrorSettings
+) -> tuple[Point, float, list[Finding]]:
+    """The solution with the selected stages, its fit horizon, and findings on them.
 
-    A missing stage is model mismatch: with the stage the fit horizon is chosen again.
+    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the
+    likelihood takes the place of the fit horizon. likely: (11,) the noise at the maximum without the stages.
     """
-    likely, at, horizon = first
-    findings: list[Finding] = []
-    while True:
-        at, found = select_stages(at, vehicle, chosen, horizon)
-        findings += found
-        if not found or horizon == 0.0:
-            return likely, at, horizon, findings
-        try:
-            again = maximise_likelihood(at.runs.problem, at.theta, likely, hold=chosen.hold_noise)
-        except IdentificationError:
-            return likely, at, horizon, findings
-        likely, at, horizon = with_fit_horizon(again, hold=chosen.hold_noise)
-        at.runs.drop_linearisation()
+    at, findings = select_stages(at, vehicle, chosen, horizon)
+    if horizon and findings:
+        # first on the linearisation: mismatch that stays needs no search
+        near = by_linearisation(full_pass(at.runs.problem, at.theta, likely))
+        again, outcome = (
+            search(at.runs.problem, near.theta, near.noise) if is_white(near) else (at, None)
+        )
+        if outcome is Outcome.CONVERGED and is_white(again):
+            return refined(again), 0.0, findings
+    return at, horizon, findings
 
 
 def _nothing_significant(at: Point, covariance: Array) -> bool:
@@ -239,15 +249,19 @@ def _nothing_significant(at: Point, covariance: Array) -> bool:
 
 def _maximised(
     problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
-) -> tuple[Point, Array]:
-    """The maximum of the likelihood, and the parameters where its search started.
+) -> Point:
+    """The maximum of the likelihood, or a point near it where the search is slow, as under model mismatch.
 
     If the search from a start model fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
-        return maximise_likelihood(own, theta, noise, hold=hold), theta
+        at, outcome = search(
+            own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
+        )
+        near = outcome is Outcome.OUT_OF_STEPS and not hold and not far_from_poses(at)
+        return at if near else converged((at, outcome))
     except IdentificationError as error:
         if start is not None and not hold:
             return _maximised(problem, recordings, None, hold=False)

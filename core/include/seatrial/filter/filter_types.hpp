@@ -76,6 +76,7 @@ struct FilterRun {
   std::vector<float> deviation;        // (n, 3) standard deviations of the velocity after it
   std::vector<float> weight;           // (n) of each pose: 1, less for outliers, 0 for unused ones
   std::vector<Transition> transition;  // (n - 1); optional
+  std::vector<float> gain;             // (n - 1, 6, p) d transition / d parameters; optional
 };
 
 }  // namespace seatrial

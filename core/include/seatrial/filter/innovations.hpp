@@ -7,6 +7,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "seatrial/filter/likelihood_filter.hpp"
@@ -110,7 +111,9 @@ FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& pos
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
   FilterRun out = room_for(filter.parameters(), n, blocks);
   out.effects = effects;
+  const std::size_t gains = kStates * static_cast<std::size_t>(filter.parameters());
   out.transition.reserve(repeatable ? n : 0);
+  if (repeatable) out.gain.resize((n - 1) * gains);
   Transition unkept;
   for (int first = 0; first < poses.n; first += kFilterChunk) {
     // steps and forces of a part of the recording
@@ -131,8 +134,10 @@ FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& pos
       // prediction to the next pose
       if (repeatable) out.transition.emplace_back();
       const double length = poses.time[k + 1] - poses.time[k];
-      out.good =
-          filter.predict(schedule, k, boat, length, repeatable ? out.transition.back() : unkept);
+      Transition& kept = repeatable ? out.transition.back() : unkept;
+      float* const gain =
+          out.gain.empty() ? nullptr : &out.gain[static_cast<std::size_t>(k) * gains];
+      out.good = filter.predict(schedule, k, boat, length, kept, gain);
       if (!out.good) return out;
     }
   }
@@ -164,61 +169,146 @@ inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const P
 
 namespace detail {
 
-/// Columns of a filter that repeats a run: no parameters.
-inline Columns no_parameters() {
-  Columns none;
-  none.n_initial = kStates;
-  none.n_coefficients = kAxes;
-  return none;
+/// Columns of a filter that repeats a run, which has no model: so many parameters.
+inline Columns columns_of(int parameters) {
+  Columns kept;
+  kept.n_initial = kStates;
+  kept.n_coefficients = kAxes;
+  kept.n_constants = parameters;
+  return kept;
 }
 
-/// From pose k to the next, if there is one, linearised about the first run.
-template <int N>
-void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
-            const FilterRun& first, const PoseSeries& poses, int k) {
-  if (k == poses.n - 1) return;
-  const auto at = static_cast<std::size_t>(k);
-  const double* from = &first.state[at * kFilterStates];
-  const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
-                        poses.time[k + 1] - poses.time[k]);
-  for (std::size_t i = 0; i < filters; ++i) filter[i].repeat(first.transition[at], from, passed);
-}
+/// A run that is repeated with a step of the parameters, linearised about the first.
+class Repetition {
+ public:
+  /// step: (p) of the first run's parameters, null for none; slopes: its effects are among them.
+  Repetition(const FilterRun& first, const double* step, bool slopes)
+      : first_(first), step_(step), effects_(first.effects) {
+    if (step == nullptr || !slopes) return;
+    const double* by = step + first.parameters - kEffects;
+    for (int i = 0; i < 2; ++i) effects_.lever[i] += by[kLever + i];
+    for (int i = 0; i < 2; ++i) effects_.current[i] += by[kCurrent + i];
+  }
+
+  const Effects& effects() const { return effects_; }
+
+  /// Filters from pose k to the next, if there is one. The first one's noise is that of `passed`.
+  template <int N>
+  void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
+              const PoseSeries& poses, int k, bool sensitivities = false) const {
+    if (k == poses.n - 1) return;
+    const auto at = static_cast<std::size_t>(k);
+    const auto p = static_cast<std::size_t>(first_.parameters);
+    const double* from = &first_.state[at * kFilterStates];
+    const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
+                          poses.time[k + 1] - poses.time[k]);
+    const float* gain = first_.gain.empty() ? nullptr : &first_.gain[at * kStates * p];
+    double moved[kStates] = {};
+    if (step_ != nullptr) {
+      for (std::size_t i = 0; i < kStates; ++i) {
+        for (std::size_t c = 0; c < p; ++c) {
+          moved[i] += static_cast<double>(gain[i * p + c]) * step_[c];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < filters; ++i) {
+      filter[i].repeat(first_.transition[at], from, passed, step_ == nullptr ? nullptr : moved,
+                       sensitivities ? gain : nullptr);
+    }
+  }
+
+ private:
+  const FilterRun& first_;
+  const double* step_;
+  Effects effects_;
+};
 
 template <int N>
 double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
-                double outlier, const FilterStart& start) {
-  const Columns none = no_parameters();
-  LikelihoodFilter<N> again(none, noise, outlier, start, first.effects, false);
+                double outlier, const FilterStart& start, const double* step, bool slopes) {
+  const Columns none = columns_of(0);
+  const Repetition repetition(first, step, slopes);
+  LikelihoodFilter<N> again(none, noise, outlier, start, repetition.effects(), false);
   double cost = 0.0;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) cost += use_pose(again, poses, k).cost;
-    follow(&again, 1, noise, first, poses, k);
+    repetition.follow(&again, 1, noise, poses, k);
   }
   return cost;
 }
 
-}  // namespace detail
-
-/// The cost of a run that is repeated with other noise, linearised about the first.
-inline double repeated(const FilterRun& first, const PoseSeries& poses,
-                       const NoiseParameters& noise, double outlier, const FilterStart& start) {
-  const auto run = noise.oscillating() ? detail::repeated<kOscillatingStates>
-                   : noise.coloured()  ? detail::repeated<kColouredStates>
-                                       : detail::repeated<kFilterStates>;
-  return run(first, poses, noise, outlier, start);
+template <int N>
+FilterRun relinearised(const FilterRun& first, const PoseSeries& poses,
+                       const NoiseParameters& noise, double outlier, const FilterStart& start,
+                       const double* step, bool slopes, const int* block) {
+  const Columns columns = columns_of(first.parameters - (slopes ? kEffects : 0));
+  const Repetition repetition(first, step, slopes);
+  LikelihoodFilter<N> again(columns, noise, outlier, start, repetition.effects(), slopes);
+  const auto n = static_cast<std::size_t>(poses.n);
+  const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
+  FilterRun out = room_for(first.parameters, n, blocks);
+  out.effects = repetition.effects();
+  for (int k = 0; k < poses.n; ++k) {
+    if (poses.use[k] != kNotMeasured) {
+      const CostedInnovation seen =
+          use_pose(again, poses, k, 1.0, &out, block == nullptr ? k : block[k]);
+      out.cost += seen.cost;
+      keep(seen, k, out);
+    }
+    keep(again, k, out);
+    repetition.follow(&again, 1, noise, poses, k, true);
+  }
+  mirror(out.information.data(), out.parameters);
+  return out;
 }
 
-/// Half the cost's gradient and the Fisher information of the logarithms of the noise parameters.
+/// The number of states that all of these noises need, as a call with it as template argument.
+template <class Call>
+auto with_states(bool coloured, bool oscillating, Call call) {
+  if (oscillating) return call(std::integral_constant<int, kOscillatingStates>{});
+  if (coloured) return call(std::integral_constant<int, kColouredStates>{});
+  return call(std::integral_constant<int, kFilterStates>{});
+}
+
+}  // namespace detail
+
+/// The cost of a run that is repeated with other noise and, where `step` (p) is not null, other
+/// parameters, linearised about the first. `slopes`: the first run's effects are parameters.
+inline double repeated(const FilterRun& first, const PoseSeries& poses,
+                       const NoiseParameters& noise, double outlier, const FilterStart& start,
+                       const double* step = nullptr, bool slopes = false) {
+  return detail::with_states(noise.coloured(), noise.oscillating(), [&](auto states) {
+    return detail::repeated<states()>(first, poses, noise, outlier, start, step, slopes);
+  });
+}
+
+/// The same with gradient, information and scores: a run without integration.
+inline FilterRun relinearised(const FilterRun& first, const PoseSeries& poses,
+                              const NoiseParameters& noise, double outlier,
+                              const FilterStart& start, const double* step = nullptr,
+                              bool slopes = false, const int* block = nullptr) {
+  return detail::with_states(noise.coloured(), noise.oscillating(), [&](auto states) {
+    return detail::relinearised<states()>(first, poses, noise, outlier, start, step, slopes, block);
+  });
+}
+
+/// A noise beside the one whose derivatives are sought, and its distance in the coordinate moved.
+struct NoiseDirection {
+  NoiseParameters noise;
+  double step;
+};
+
+/// Half the cost's gradient (m) and the Fisher information (m, m) in the directions of noise.
 struct NoiseDerivatives {
   double cost = 0.0;
-  double gradient[kNoiseParameters] = {};
-  double information[kNoiseParameters][kNoiseParameters] = {};
+  std::vector<double> gradient;
+  std::vector<double> information;
 };
 
 namespace detail {
 
-/// Derivatives of innovations and of their covariance S to the noise parameters, one column each:
-/// S^-1 dS and its transpose, S^-1 de and de. Fisher information is a product of columns.
+/// Derivatives of innovations and of their covariance S in m directions, one column each: S^-1 dS
+/// and its transpose, S^-1 de and de. Fisher information is a product of columns.
 struct NoiseColumns {
   static constexpr int kTerms = kPose * kPose + kPose;
   double left[kTerms][kNoiseParameters];
@@ -254,52 +344,37 @@ struct NoiseColumns {
   }
 };
 
-/// Steps of the logarithms of the chosen noise parameters, for differences.
-struct NoiseSteps {
-  int n = 0;
-  int place[kNoiseParameters] = {};    // of each among all
-  double step[kNoiseParameters] = {};  // of its logarithm
-
-  NoiseSteps(const NoiseParameters& noise, unsigned active) {
-    constexpr double kStep = 0.05;
-    for (int i = 0; i < kNoiseParameters; ++i) {
-      if (((active >> i) & 1U) == 0) continue;
-      const bool turn = i == kTurnParameter;  // a resonance is sharp
-      step[n] = turn ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
-      place[n++] = i;
+/// The derivatives from the information and the costs (m): the slope is the difference quotient
+/// less its second-order share.
+inline void derive(const std::vector<NoiseDirection>& directions,
+                   const double information[kNoiseParameters][kNoiseParameters],
+                   const double* cost, NoiseDerivatives& out) {
+  const std::size_t m = directions.size();
+  out.gradient.resize(m);
+  out.information.resize(m * m);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      out.information[i * m + j] = out.information[j * m + i] = information[i][j];
     }
+    const double step = directions[i].step;
+    out.gradient[i] = 0.5 * (cost[i] - out.cost) / step - 0.5 * step * information[i][i];
   }
-
-  /// The derivatives, from the information and the costs (n) of the chosen. The slope is the
-  /// difference quotient less its second-order share.
-  void derive(const double information[kNoiseParameters][kNoiseParameters], const double* cost,
-              NoiseDerivatives& out) const {
-    for (int i = 0; i < n; ++i) {
-      const int a = place[i];
-      for (int j = 0; j <= i; ++j) {
-        out.information[a][place[j]] = out.information[place[j]][a] = information[i][j];
-      }
-      const double rise = (cost[i] - out.cost) / step[i];
-      out.gradient[a] = 0.5 * rise - 0.5 * step[i] * out.information[a][a];
-    }
-  }
-};
+}
 
 template <int N>
 NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
-                              const NoiseParameters& noise, double outlier,
-                              const FilterStart& start, unsigned active) {
-  // one filter of this noise, and one for each parameter that is moved
-  const NoiseSteps steps(noise, active);
-  const auto m = static_cast<std::size_t>(steps.n);
-  const Columns none = no_parameters();
-  LikelihoodFilter<N> base(none, noise, outlier, start, first.effects, false);
-  std::vector<NoiseParameters> up(m, noise);
-  std::vector<LikelihoodFilter<N>> moved;
-  moved.reserve(m);
-  for (std::size_t i = 0; i < m; ++i) {
-    up[i].parameter(steps.place[i]) *= std::exp(steps.step[i]);
-    moved.emplace_back(none, up[i], outlier, start, first.effects, false);
+                              const NoiseParameters& noise,
+                              const std::vector<NoiseDirection>& directions, double outlier,
+                              const FilterStart& start, const double* step, bool slopes) {
+  // one filter of this noise, and one for each direction
+  const std::size_t m = directions.size();
+  const Columns none = columns_of(0);
+  const Repetition repetition(first, step, slopes);
+  std::vector<LikelihoodFilter<N>> filters;
+  filters.reserve(m + 1);
+  filters.emplace_back(none, noise, outlier, start, repetition.effects(), false);
+  for (const NoiseDirection& to : directions) {
+    filters.emplace_back(none, to.noise, outlier, start, repetition.effects(), false);
   }
   // side by side along the recording
   NoiseDerivatives out;
@@ -308,33 +383,41 @@ NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
   NoiseColumns changes;
   for (int k = 0; k < poses.n; ++k) {
     if (poses.use[k] != kNotMeasured) {
-      const CostedInnovation here = use_pose(base, poses, k);
+      const CostedInnovation here = use_pose(filters[0], poses, k);
       out.cost += here.cost;
       for (std::size_t i = 0; i < m; ++i) {
-        const CostedInnovation there = use_pose(moved[i], poses, k);
+        const CostedInnovation there = use_pose(filters[i + 1], poses, k);
         cost[i] += there.cost;
-        changes.set(static_cast<int>(i), here, there, 1.0 / steps.step[i]);
+        changes.set(static_cast<int>(i), here, there, 1.0 / directions[i].step);
       }
-      changes.inform(steps.n, information);
+      changes.inform(static_cast<int>(m), information);
     }
-    follow(&base, 1, noise, first, poses, k);
-    follow(moved.data(), m, noise, first, poses, k);
+    repetition.follow(filters.data(), m + 1, noise, poses, k);
   }
-  steps.derive(information, cost, out);
+  derive(directions, information, cost, out);
   return out;
 }
 
 }  // namespace detail
 
-/// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j,
-/// by differences of linearised runs. Bit i of `active`: parameter i is evaluated.
+/// Fisher's information of Gaussian innovations: tr(S^-1 dS_i S^-1 dS_j) / 2 + de_i' S^-1 de_j, by
+/// differences of linearised runs. At most kNoiseParameters directions. `step`, `slopes`: as of
+/// `repeated`.
 inline NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
-                                     const NoiseParameters& noise, double outlier,
-                                     const FilterStart& start, unsigned active = ~0U) {
-  const auto run = noise.oscillating() ? detail::noise_slopes<kOscillatingStates>
-                   : noise.coloured()  ? detail::noise_slopes<kColouredStates>
-                                       : detail::noise_slopes<kFilterStates>;
-  return run(first, poses, noise, outlier, start, active);
+                                     const NoiseParameters& noise,
+                                     const std::vector<NoiseDirection>& directions, double outlier,
+                                     const FilterStart& start, const double* step = nullptr,
+                                     bool slopes = false) {
+  bool coloured = noise.coloured();
+  bool oscillating = noise.oscillating();
+  for (const NoiseDirection& to : directions) {
+    coloured = coloured || to.noise.coloured();
+    oscillating = oscillating || to.noise.oscillating();
+  }
+  return detail::with_states(coloured, oscillating, [&](auto states) {
+    return detail::noise_slopes<states()>(first, poses, noise, directions, outlier, start, step,
+                                          slopes);
+  });
 }
 
 }  // namespace seatrial

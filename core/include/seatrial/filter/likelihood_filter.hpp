@@ -51,9 +51,10 @@ class LikelihoodFilter {
   double variance(int i) const { return s_.p[i][i]; }
   int parameters() const { return parameters_; }
 
-  /// To the next pose. False where the boat diverged.
+  /// To the next pose. `gain`: takes G (6, p) where not null. False where the boat diverged.
   bool predict(const StepSchedule& schedule, int interval, Boat& boat, double length,
-               Transition& kept) {
+               Transition& kept, float* gain) {
+    kept_gain_ = gain;
     const Interval passed(noise_, std::cos(s_.x[2]), std::sin(s_.x[2]), length);
     const Disturbing disturbing(s_.x, length, effects_.bias, effects_.wind, effects_.earth_fixed);
     const int first = boat.structure.n_coefficients - kAxes;
@@ -70,8 +71,11 @@ class LikelihoodFilter {
     return true;
   }
 
-  /// The same transition again, linearised about the states `from` (9) where it began.
-  void repeat(const Transition& kept, const double* from, const Interval& passed) {
+  /// The same transition again, linearised about the states `from` (9) where it began. `moved` (6):
+  /// what a step of the parameters adds to it, null for none; `gain`: its G (6, p), null where this
+  /// filter carries no sensitivities.
+  void repeat(const Transition& kept, const double* from, const Interval& passed,
+              const double* moved, const float* gain) {
     double off[kFilterStates];
     for (int i = 0; i < kFilterStates; ++i) off[i] = s_.x[i] - from[i];
     MotionSlopes f;
@@ -81,10 +85,20 @@ class LikelihoodFilter {
         f[i][j] = static_cast<double>(kept.slope[i][j]);
         sum += f[i][j] * off[j + 2];
       }
-      s_.x[i] = sum;
+      s_.x[i] = moved == nullptr ? sum : sum + moved[i];
     }
     const GaussMarkov<N> others(noise_, passed);
     others.carry_mean(s_.x);
+    if (gain != nullptr) {
+      MotionSlopes whole;
+      for (int i = 0; i < kStates; ++i) std::copy(f[i], f[i] + kMoving, whole[i]);
+      for (int i = 2; i < kStates; ++i) whole[i][i - 2] += 1.0;
+      const auto kept_gain = [this, gain](int i, double* row) {
+        const float* from_row = gain + static_cast<std::ptrdiff_t>(i) * parameters_;
+        std::copy(from_row, from_row + parameters_, row);
+      };
+      carry_columns<N>(whole, others, parameters_, kept_gain, s_);
+    }
     carry_covariance<N>(f, others, s_);
     add_process_noise<N>(noise_, passed, others, s_);
   }
@@ -150,12 +164,17 @@ class LikelihoodFilter {
     const auto gain = [&](int i, double* row) {
       std::fill(row, row + parameters_, 0.0);
       for (int c = 0; c < own_; ++c) row[c] = dx.row[i][column(c)];
-      if (parameters_ == own_) return;
-      const double* push = dx.row[i] + force;
-      double* effect = row + own_;
-      for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
-      effect[kWind] = at.cos * push[0] - at.sin * push[1];
-      effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+      if (parameters_ > own_) {
+        const double* push = dx.row[i] + force;
+        double* effect = row + own_;
+        for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
+        effect[kWind] = at.cos * push[0] - at.sin * push[1];
+        effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+      }
+      if (kept_gain_ != nullptr) {
+        float* kept = kept_gain_ + static_cast<std::ptrdiff_t>(i) * parameters_;
+        for (int c = 0; c < parameters_; ++c) kept[c] = static_cast<float>(row[c]);
+      }
     };
     carry_columns<N>(f, others, parameters_, gain, s);
   }
@@ -267,6 +286,7 @@ class LikelihoodFilter {
   int own_;         // chosen coefficients and constants
   int parameters_;
   double spread_[kAxes] = {};  // of the velocity at a start
+  float* kept_gain_ = nullptr;
   FilterState<N, kMostSlopes> s_;
 };
 

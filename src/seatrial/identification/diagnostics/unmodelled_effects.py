@@ -9,21 +9,24 @@ import numpy as np
 
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, RAISED
+from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, Problem
+from seatrial.identification.likelihood.optimiser import (
+    Point,
+    linearised_optimum,
+    noise_box,
+)
+from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
-from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
-LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
+NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
@@ -33,12 +36,11 @@ EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that hav
 
 @dataclass(frozen=True)
 class _Candidate:
-    """An effect with a significant score test: the problem with it, where its fit begins, and its findings."""
+    """An effect with a significant score test: a pass with it at its neutral value, and its findings."""
 
     gain: float  # expected fall of -2 log L
-    problem: Problem
-    theta: Array
-    findings: Callable[[Array], list[Finding]]  # of the fitted parameters
+    at: Point
+    findings: Callable[[Array], list[Finding]]  # of the parameters with it
 
 
 def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
@@ -55,16 +57,13 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
         return heading_findings(at, off, noise_floor(off.problem, horizon))
     if not candidates:
         return []
-    # the best is fitted, and reported if the process noise falls
+    # the best is estimated on its pass' linearisation, and reported if the process noise falls
     most = max(candidates, key=lambda a: a.gain)
-    least = noise_floor(most.problem, horizon)
-    try:
-        there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
-    except IdentificationError:
+    box = noise_box(at.noise, noise_floor(at.runs.problem, horizon))
+    promise = linearised_optimum(most.at, box)
+    if not _removes_process_noise(at, promise.noise):
         return []
-    if not _removes_process_noise(at.noise, there.noise):
-        return []
-    return most.findings(there.theta)
+    return most.findings(most.at.theta + promise.move)
 
 
 def _effects(at: Point) -> list[_Candidate]:
@@ -75,7 +74,7 @@ def _effects(at: Point) -> list[_Candidate]:
     if not new:
         return []
     wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    runs = wider.run_filter(at.theta, at.noise, repeatable=False)
+    runs = wider.run_filter(at.theta, at.noise)
     candidates = []
     for kind, own in new.items():
         tested = [wider.free.index(i) for i in own]
@@ -83,12 +82,9 @@ def _effects(at: Point) -> list[_Candidate]:
         test = score_test(runs, tested, neutral=sorted(others))
         if not _significant(test):
             continue
-        theta = at.theta.copy()
-        theta[list(own)] = test.step
         with_it = replace(problem, free=(*problem.free, *own))
-        candidates.append(
-            _Candidate(test.gain, with_it, theta, partial(_effect_found, kind, list(own)))
-        )
+        there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
+        candidates.append(_Candidate(test.gain, there, partial(_effect_found, kind, list(own))))
     return candidates
 
 
@@ -102,13 +98,11 @@ def _unequal_gains(at: Point) -> list[_Candidate]:
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    runs = wider.problem.run_filter(wider.theta, at.noise, repeatable=False)
+    runs = wider.problem.run_filter(wider.theta, at.noise)
     test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
     if not _significant(test):
         return []
-    theta = wider.theta.copy()
-    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_START_GAIN)
-    return [_Candidate(test.gain, wider.problem, theta, wider.findings)]
+    return [_Candidate(test.gain, Point(wider.theta, at.noise, runs), wider.findings)]
 
 
 def _significant(test: ScoreTest) -> bool:
@@ -116,10 +110,10 @@ def _significant(test: ScoreTest) -> bool:
     return bool(likely and test.gain > LEAST_EFFECT_GAIN)
 
 
-def _removes_process_noise(before: Array, after: Array) -> bool:
+def _removes_process_noise(at: Point, after: Array) -> bool:
     """Whether the process noise of the linear or the angular motion falls below `MOST_NOISE_LEFT`."""
-    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (before, after))
-    there = old > RAISED[DISTURBANCES]
+    old, new = (np.hypot(n[PROCESS][:2], n[DISTURBANCES]) for n in (at.noise, after))
+    there = old > NEGLIGIBLE_NOISE * noise_units(at.noise, at.runs.problem.period)[DISTURBANCES]
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 

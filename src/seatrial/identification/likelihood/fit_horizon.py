@@ -4,10 +4,11 @@
 The likelihood weighs every pose by its own noise. Under model mismatch, coefficients then fit what happens
 within a few poses, where noise is smallest, and predict worse one second ahead. So longer fit horizons are tried
 as well: pose noise of at least horizon times the RMS speed, with which the innovations span about that time.
-The RMS error one second ahead decides. Where the innovations are white, model and noise explain the poses, and
-the maximum of the likelihood stays.
+Cross-validation by blocks of the error one second ahead decides. Where the innovations are white, model and noise
+explain the poses, and the maximum of the likelihood stays.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,35 +19,41 @@ from seatrial.boat.noise_parameters import (
     DISTURBANCES,
     NOISE_LEAST,
     PROCESS,
-    fitted_noise,
-    likelier_noise,
     noise_entry,
 )
+from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.boat.schema import EnvelopeEntry, Integration
-from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
-from seatrial.identification.likelihood.noise_structures import NOISE_SWITCH_GAIN, in_likelier_frame
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.noise_structures import (
+    in_likelier_frame,
+    priced,
+    refined,
+    screened,
+    searched,
+)
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    Point,
+    at_bounds,
+    converged,
+    search,
+)
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
-    autocorrelation_ratio,
     is_white,
     without_process_noise,
 )
 from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import motion
-from seatrial.util.errors import IdentificationError, ModelError, RecordingError
+from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
-# [s] that are tried: pose noise of at least so many seconds at the RMS speed
-FIT_HORIZONS = (0.2, 0.8)
-# times the limit of whiteness: beyond it the innovations show a mismatch for certain
-CLEAR_MISMATCH = 1.5
-# of the log error one second ahead, that a horizon may cost under a certain mismatch
-TOLERATED_LOSS = 0.01
-# of the log error one second ahead, that it must gain else: any fit to it gains a little
-REQUIRED_GAIN = 0.03
+FIT_HORIZON = (
+    0.8  # [s] under model mismatch: pose noise of at least so many seconds at the RMS speed
+)
+FOLDS = 4  # of the cross-validation
 # times the squared noise floor: below it squared errors say nothing of the model
 NOISE_DOMINATED = 2.0
 POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
@@ -69,41 +76,87 @@ class PredictionErrors:
     zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
-def with_fit_horizon(at: Point, *, hold: bool = False) -> tuple[Array, Point, float]:
-    """The noise (11,) at the likelihood's maximum, the solution that predicts best, and its fit horizon [s].
+def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
+    """The likelihood's maximum over noise structures, the solution that predicts best, and its fit horizon [s].
 
-    A longer horizon has fewer local optima, too: where the likelihood is higher there, the maximum is sought
-    again from there.
+    Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
+    model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
+    `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
-    problem = at.runs.problem
-    if hold or not _comparable(problem) or without_process_noise(at) or is_white(at):
-        return at.noise, at, 0.0
-    # a certain mismatch may cost a little one second ahead, a doubtful one must gain
-    may_cost = TOLERATED_LOSS if autocorrelation_ratio(at) > CLEAR_MISMATCH else -REQUIRED_GAIN
-    best = _prediction_errors(problem, at.theta, at.noise)
-    if best is None or (best.rms**2 < NOISE_DOMINATED * best.floor**2).all():
-        return at.noise, at, 0.0
-    # longer and longer horizons, each from the one before
-    chosen, horizon = at, 0.0
-    for tried in FIT_HORIZONS:
-        try:
-            found = maximise_likelihood(
-                problem, chosen.theta, chosen.noise, least=noise_floor(problem, tried)
-            )
-        except IdentificationError:
-            continue
-        likelier = _likelier_near(at, found)
-        if likelier is not at:
-            return with_fit_horizon(likelier)
-        ahead = _prediction_errors(problem, found.theta, at.noise)
-        if ahead is None:
-            continue
-        worse = float(np.mean(np.log(ahead.rms / best.rms)))
-        if worse < may_cost:  # as good one second ahead: the longer horizon
-            chosen, horizon, best = found, tried, ahead if worse < 0.0 else best
-    if horizon:  # the other frame of the disturbance may be likelier with this noise
-        chosen = in_likelier_frame(chosen, noise_floor(problem, horizon))
-    return at.noise, chosen, horizon
+    if not is_white(at):
+        structures = screened(at, priced(at), poses_only=False)
+        at = searched(at, [s for s in structures if s.explains(at)])
+    if is_white(at):
+        at = refined(at)
+        return at, at, 0.0
+    # with large pose noise the filter simulates: pose errors alone are screened about that
+    least = noise_floor(at.runs.problem, FIT_HORIZON)
+    fitted, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
+    if outcome is Outcome.CONVERGED:
+        simulated = screened(fitted, priced(at), poses_only=True)
+        by_poses = searched(at, [s for s in simulated if s.explains(at)])
+        if by_poses is at and _predicts_better(fitted, at):
+            # the other frame of the disturbance may be likelier with this noise
+            return at, in_likelier_frame(fitted, least), FIT_HORIZON
+        at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
+    at = searched(at, structures)
+    at = refined(converged(search(at.runs.problem, at.theta, at.noise)))
+    return at, at, 0.0
+
+
+def _predicts_better(fitted: Point, at: Point) -> bool:
+    """Whether a longer horizon's errors one second ahead are smaller in cross-validation, by a standard error."""
+    if not _comparable(at.runs.problem) or without_process_noise(at):
+        return False
+    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(fitted, at.noise)
+    return best is not None and ahead is not None and _worse(ahead, best) < 0.0
+
+
+def _worse(ahead: Array, best: Array) -> float:
+    """Upper end, one standard error up, of the mean difference in log errors of blocks (b, 3)."""
+    apart = 0.5 * np.mean(np.log(ahead / best), axis=1)
+    return float(apart.mean() + apart.std() / np.sqrt(len(apart)))
+
+
+def _held_out_errors(at: Point, noise: Array) -> Array | None:
+    """Mean squared errors (blocks, 3) one second ahead, each fold by the parameters of the others.
+
+    The parameters without a fold are a Gauss-Newton step away: its scores are left out. noise: (11,) of the
+    starts' filter. None where a model diverges, or nothing can be predicted.
+    """
+    problem, inside = at.runs.problem, ~at_bounds(at)
+    free = np.array(problem.free)[inside]
+    scores = at.runs.scores[:, inside]
+    fold = np.arange(len(scores)) * FOLDS // len(scores)
+    sums = np.array([scores[fold == k].sum(axis=0) for k in range(FOLDS)])
+    inverse = inverse_of(at.runs.information[np.ix_(inside, inside)])
+    ends = np.cumsum([int(b[-1]) + 1 for b in problem.blocks])
+    found = []
+    for k in range(FOLDS):
+        theta = at.theta.copy()
+        theta[free] -= inverse @ sums[k] * FOLDS / (FOLDS - 1)
+        for i, (recording, block) in enumerate(
+            zip(problem.recordings, problem.blocks, strict=True)
+        ):
+            own = fold[ends[i] - int(block[-1]) - 1 : ends[i]] == k
+            poses = own[block]
+            if poses.sum() < 2:
+                continue
+            times = recording.t[poses]
+            ahead = _ahead(problem, problem.clipped(theta), noise, i, (times[0], times[-1]))
+            if ahead is not None:
+                found += _by_block(ahead, problem.block)
+    errors = np.array(found).reshape(-1, 3)
+    return errors if len(errors) > 1 and np.isfinite(errors).all() else None
+
+
+def _by_block(ahead: Prediction, block: float) -> list[Array]:
+    """Mean squared errors (3,) of each block of time."""
+    numbers = (ahead.t // block).astype(int)
+    return [
+        np.mean(ahead.errors[numbers == n] ** 2, axis=0) + ERROR_FLOOR**2
+        for n in np.unique(numbers)
+    ]
 
 
 def prediction_findings(at: Point, horizon: float = 0.0) -> list[Finding]:
@@ -139,28 +192,6 @@ def _thrust_is_evident(at: Point, axis: int) -> bool:
     return bool((np.abs(at.theta[free]) > EVIDENT_THRUST * errors)[own].any())
 
 
-def _likelier_near(at: Point, found: Point) -> Point:
-    """A likelier solution than `at`, sought from `found`; `at` where there is none."""
-    problem = at.runs.problem
-    likelier = []
-    for process in (at.noise, found.noise):
-        noise = np.concatenate([at.noise[:2], process[2:]])
-        there = Point(found.theta, noise, problem.run_filter(found.theta, noise))
-        if np.isfinite(there.runs.cost):
-            better, gain = likelier_noise(
-                there.runs.by_recording, problem.series, noise, problem.outlier
-            )
-            likelier.append((there.runs.cost - gain, better))
-    cost, noise = min(likelier, key=lambda found: found[0], default=(np.inf, at.noise))
-    if cost > at.runs.cost - NOISE_SWITCH_GAIN:
-        return at
-    try:
-        other = maximise_likelihood(problem, found.theta, noise)
-    except IdentificationError:
-        return at
-    return other if other.runs.cost < at.runs.cost - NOISE_SWITCH_GAIN else at
-
-
 def noise_floor(problem: Problem, horizon: float) -> Array:
     """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed."""
     least = NOISE_LEAST.copy()
@@ -183,29 +214,47 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
         runs = held.run_filter(at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(runs.by_recording, held.series, noise, 1.0)
+        noise, cost = fitted_noise(runs.linearised(), noise, REFINED_NOISE_GAIN / 2.0)
         if runs.cost - cost < REFINED_NOISE_GAIN:
             break
     return noise
 
 
-def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> PredictionErrors | None:
-    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
+def _ahead(
+    problem: Problem,
+    theta: Array,
+    noise: Array,
+    recording: int,
+    span: tuple[float, float] | None = None,
+) -> Prediction | None:
+    """Prediction of a recording, or of a span [s] of it, by these parameters; starts by noise (11,).
+
+    None where it is too short. Raises ModelError where the model diverges.
+    """
     n, m = problem.n_coefficients, problem.n_constants
     model = Model(
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
     )  # fmt: skip
+    lever, current = np.split(theta[problem.effects(recording)][:4], 2)
+    own = problem.recordings[recording]
+    with suppress(RecordingError):
+        own = own if span is None else own.cut(*span)
+        return predict(model, poses_of_origin(own, lever, current), DEFAULT_HORIZON)
+    return None
+
+
+def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> PredictionErrors | None:
+    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
     squares, floors, constant, zero = np.zeros((4, 3))
     count = 0
-    for i, recording in enumerate(problem.recordings):
-        lever, current = np.split(theta[problem.effects(i)][:4], 2)
+    for i in range(len(problem.recordings)):
         try:
-            found = predict(model, poses_of_origin(recording, lever, current), DEFAULT_HORIZON)
-        except RecordingError:  # too short for that
-            continue
+            found = _ahead(problem, theta, noise, i)
         except ModelError:
             return None
+        if found is None:
+            continue
         squares += np.sum(found.errors**2, axis=0)
         floors += len(found.t) * found.floor**2
         constant += np.sum((found.measured - found.start) ** 2, axis=0)

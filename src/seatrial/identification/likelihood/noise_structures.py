@@ -1,24 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Multi-start over noise structures: restarts where a solution is at a corner of the noise space.
+"""Selection of the noise structure: how pose errors and disturbance force are correlated in time, and their frame.
 
-The likelihood has local optima in the noise, above all for a boat with a disturbance force and correlated pose
-errors:
-- Correlated pose errors that were set to 0 while the parameters were far off do not return by themselves.
-- Pose errors with a memory of seconds (GNSS) end at the longest memory of a first search; process noise and
-  wrong coefficients explain the rest.
-- A random walk of the velocity stands for a Gauss-Markov disturbance, or for both kinds of errors.
-- A disturbance may be fixed to the boat or to the earth.
-- Oscillating pose errors (waves) are found only from near their period.
-For each sign of one of these the search restarts from the opposite corner, and the likelier solution stays.
+The likelihood has several local maxima in the noise. So a search ends near one structure, and the others are
+screened on the linearisation of its last pass: parameters and noise are optimised there without integration. The
+best are searched in full; the likeliest stays, correlated pose errors having a price.
 """
 
-from collections.abc import Iterator
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial import _core
 from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_MEMORY,
@@ -26,231 +18,259 @@ from seatrial.boat.noise_parameters import (
     DISTURBANCES,
     MEMORY,
     NOISE_LEAST,
-    NOISE_MOST,
-    NOISE_START,
-    RAISED,
-    WALKS_AND_DISTURBANCES,
-    fitted_noise,
-    repeated_cost,
+    PROCESS,
+    WALKS,
+    noise_units,
+    oscillates,
 )
 from seatrial.identification.likelihood.optimiser import (
-    NEGLIGIBLE_NOISE,
+    Outcome,
     Point,
-    descend_below,
-    descend_some_steps,
+    Promise,
+    full_pass,
+    has_correlated_poses,
+    linearised_optimum,
+    noise_box,
+    search,
 )
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.likelihood.start_noise import (
-    LONG_CORRELATIONS,
-    disturbance_and_gauss_markov,
-    gauss_markov_for_white,
-    gauss_markov_poses,
-    oscillating_poses,
-)
+from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
-from seatrial.identification.regression.start_lever import poses_of_origin
-from seatrial.identification.regression.start_values import start_values
-from seatrial.identification.regression.weak_rows import Widths
-from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-# All gains are falls of -2 log likelihood.
-# that another noise structure must reach: it may have several parameters more
-NOISE_SWITCH_GAIN = 20.0
-# that the other frame of the disturbance must reach: it has no parameter more
-FRAME_SWITCH_GAIN = 3.0
-# times the longest memory of a first search, as start of one with a longer memory
-MEMORY_EXTENSION = 1.5
-AT_LONGEST_MEMORY = 0.99  # of that longest memory: there a search counts as stopped by it
+# All gains and prices are falls of -2 log likelihood.
+PARAMETER_PRICE = 4.0  # of a parameter of a noise source
+# sources that a solution may do without, and their parameters
+SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
+MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
+SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
+WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
+LONGER = 6.0  # times the memory of correlated pose errors, that is tried
+SEARCHED = 2  # structures that are searched in full after the screening, at most
+NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
+DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
+POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
 TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
 WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
-POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
-# [s] of windows that average waves out, but not the boat's motion
-WAVE_FREE_WIDTHS = Widths(0.6, 3.0)
-BRIEF_CORRELATION = (3.0, 0.3)  # times the white errors, [s]: too short to be taken for motion
-NEAR_STEPS = 12  # of a descent that only has to come near
+WAVE_MEMORY = 2.0  # of oscillating errors, in periods
 
 
-def multi_start(at: Point, theta: Array) -> Point:
-    """The likeliest of `at` and the solutions of restarts from other noise structures.
+@dataclass(frozen=True)
+class NoiseStructure:
+    """Where the search of one noise structure begins."""
 
-    `theta` (p,): where the search of `at` began.
+    name: str
+    # correlated pose errors: memories [s], and sizes over the white errors; None: those that
+    # have the fourth differences of the white errors
+    memory: float | None = None
+    size: float | None = None
+    waves: bool = False  # they oscillate
+    disturbance: bool = False  # a Gauss-Markov disturbance force; else no process noise
+    keeps_process: bool = False  # process noise as the first search found it
+    earth_fixed: bool = False  # the frame of the disturbance force
+
+    @property
+    def poses_only(self) -> bool:
+        """Whether pose errors explain all that the model does not."""
+        return not (self.disturbance or self.keeps_process)
+
+
+STRUCTURES = (
+    NoiseStructure("correlated poses", memory=0.3, keeps_process=True),
+    NoiseStructure("disturbance", disturbance=True),
+    NoiseStructure("disturbance, correlated poses", memory=0.3, disturbance=True),
+    NoiseStructure("disturbance, slowly correlated poses", memory=3.0, size=1.0, disturbance=True),
+    NoiseStructure("earth-fixed disturbance", disturbance=True, earth_fixed=True),
+    NoiseStructure(
+        "earth-fixed disturbance, correlated poses", memory=0.3, disturbance=True, earth_fixed=True
+    ),
+    NoiseStructure("slowly correlated poses", memory=3.0, size=3.0),
+    NoiseStructure("very slowly correlated poses", memory=10.0, size=10.0),
+    NoiseStructure("waves", waves=True),
+)
+
+
+@dataclass(frozen=True)
+class Screened:
+    """The optimum of a noise structure by the linearisation of a pass."""
+
+    begin: Point
+    promise: Promise
+    white: bool  # whether its innovations are
+
+    @property
+    def cost(self) -> float:
+        """-2 log likelihood, with prices."""
+        return self.begin.runs.cost - self.promise.fall + _price(self.promise.noise)
+
+    def explains(self, at: Point) -> bool:
+        """Whether it explains what a solution's structure does not: it is white, or likelier by much."""
+        poses = sum(len(r.t) for r in at.runs.problem.recordings)
+        return self.white or self.cost < priced(at) - MUCH_LIKELIER * poses
+
+
+def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
+    """Noise structures by the linearisation of a pass, the likeliest first.
+
+    rival: cost with prices that they have to beat; poses_only: those without process noise, else the others.
     """
-    # all pose errors correlated, where such errors were set to 0
-    uncorrelated = bool((at.noise[COLOUR] <= _core.NO_COLOUR).any())
-    if uncorrelated and not is_white(at):
-        at = _likelier_from(at, theta, gauss_markov_for_white(at.runs.problem.recordings))
-    # correlated pose errors and a disturbance force, no random walk
-    if not is_white(at):
-        at = _likelier_from(at, theta, disturbance_and_gauss_markov(at.runs.problem.recordings))
-    # a longer memory of the pose errors
-    if (other := with_longer_memory(at.noise)) is not None:
-        at = _likelier_from(at, at.theta, other)
-    # a disturbance force instead of the random walk of the same motion
-    for walk, disturbance in WALKS_AND_DISTURBANCES:
-        other = disturbance_for_walk(at.noise, walk, disturbance)
-        if other is not None and _noise_alone_gains(at, other):
-            at = _likelier_from(at, at.theta, other)
-    # the other frame of the disturbance
-    at = in_likelier_frame(at)
-    problem = at.runs.problem
-    if not _has_disturbance(at) and not is_white(at):
-        noise = disturbance_and_gauss_markov(problem.recordings)
-        at = _likelier_from(at, theta, noise, _other_frame(problem))
-    # pose errors with a long memory, no process noise
-    for times, memory in LONG_CORRELATIONS:
-        if not is_white(at):
-            at = _likelier_from(
-                at, theta, gauss_markov_poses(at.runs.problem.recordings, times, memory)
-            )
-    # disturbance forces instead of all random walks
-    if not is_white(at) and (other := disturbances_for_walks(at.noise)) is not None:
-        at = _likelier_from(at, at.theta, other)
-    # oscillating pose errors
-    if not is_white(at):
-        at = _with_waves(at, theta)
+    frames = {at.runs.problem.earth_fixed: at}
+    found: list[Screened] = []
+    for structure in STRUCTURES:
+        begin = _in_frame(at, structure, frames) if structure.poses_only == poses_only else None
+        if begin is None:
+            continue
+        for noise in _start_noises(structure, at, begin.runs.problem):
+            beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
+            box = noise_box(noise, NOISE_LEAST)
+            promise = linearised_optimum(begin, box, noise=noise, beat=beat)
+            runs = begin.runs.relinearised(promise.noise, promise.move)
+            there = Point(begin.theta + promise.move, promise.noise, runs)
+            found.append(Screened(begin, promise, is_white(there)))
+    return sorted(found, key=lambda s: s.cost)
+
+
+def searched(at: Point, candidates: Sequence[Screened]) -> Point:
+    """The likeliest of a solution and those of the best of some structures, searched in full."""
+    for one in candidates[:SEARCHED]:
+        if one.cost < priced(at) - SWITCH_GAIN:
+            at = _likelier(at, one.begin, one.promise, NOISE_LEAST)
     return at
 
 
+def refined(at: Point) -> Point:
+    """The solution in the likelier frame, with a longer memory if that is likelier, without needless sources."""
+    return simplified(with_longer_memory(in_likelier_frame(at)))
+
+
 def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
-    """The likelier of `at` and the solution with the disturbance force in the other frame, earth or body.
-
-    `least` (11,): lower bounds of the noise.
-    """
-    if not _has_disturbance(at):
+    """The likelier of `at` and the solution with the disturbance force in the other frame, earth or body."""
+    if not has_disturbance(at):
         return at
-    other = _other_frame(at.runs.problem)
-    return _likelier_from(at, at.theta, at.noise, other, gain=FRAME_SWITCH_GAIN, least=least)
-
-
-def _has_disturbance(at: Point) -> bool:
-    """Whether there is a disturbance force, which has a frame."""
-    return bool((at.noise[DISTURBANCES] > NEGLIGIBLE_NOISE * RAISED[DISTURBANCES]).any())
-
-
-def _other_frame(problem: Problem) -> Problem:
-    return replace(problem, earth_fixed=not problem.earth_fixed)
-
-
-def _with_waves(at: Point, theta: Array) -> Point:
-    """The likelier of `at` and the solution with oscillating pose errors.
-
-    Wide windows average waves out of the start values. A short descent with briefly correlated errors comes
-    near the boat; on its linearised trajectory the likeliest period and size of the waves start the search.
-    """
     problem = at.runs.problem
-    near = _near_solution(problem, theta)
-    waves = list(_wave_noises(problem))
-    if near is None or not waves:
+    other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
+    if not np.isfinite(other.runs.cost):
         return at
-    each = near.runs.by_recording
-    costs = [
-        (repeated_cost(each, problem.series, noise, problem.outlier), noise) for noise in waves
-    ]
-    found = _likelier_from(at, near.theta, min(costs, key=lambda c: c[0])[1])
-    oscillates = found.noise[COLOUR_MEMORY] * found.noise[COLOUR_TURN] > 1.0  # else it only decays
-    return found if oscillates else at
+    promise = linearised_optimum(other, noise_box(at.noise, least))
+    if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
+        return at
+    return _likelier(at, other, promise, least)
 
 
-def _near_solution(problem: Problem, theta: Array) -> Point | None:
-    """A point near the solution without process noise, all residuals being pose errors; None: there is none."""
-    with suppress(IdentificationError):  # no recording is as long as such a window
-        noise = gauss_markov_poses(problem.recordings, *BRIEF_CORRELATION)
-        return descend_some_steps(problem, _start_without_waves(problem, theta), noise, NEAR_STEPS)
-    return None
+def with_longer_memory(at: Point) -> Point:
+    """The likelier of `at` and the solution with pose errors that are correlated for longer and as much larger."""
+    if not has_correlated_poses(at.noise):
+        return at
+    noise = at.noise.copy()
+    noise[COLOUR_MEMORY] *= LONGER
+    noise[COLOUR] *= np.sqrt(LONGER)
+    promise = linearised_optimum(at, noise_box(noise, NOISE_LEAST), noise=noise)
+    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
 
 
-def _wave_noises(problem: Problem) -> Iterator[Array]:
-    """Noise (11,) with oscillating pose errors, of all periods and sizes that are tried."""
-    for period in _wave_periods(problem):
-        for times in WAVE_SIZES:
-            yield oscillating_poses(problem.recordings, times, float(period))
+def has_disturbance(at: Point) -> bool:
+    """Whether there is a disturbance force, which has a frame."""
+    units = noise_units(at.noise, at.runs.problem.period)
+    return bool((at.noise > NEGLIGIBLE_NOISE * units)[DISTURBANCES].any())
 
 
-def _wave_periods(problem: Problem) -> Array:
-    """Periods [s] of waves that the poses can show; none where poses are rare."""
-    least = POSES_PER_WAVE * float(np.median([r.period for r in problem.recordings]))
-    return np.asarray(TRIED_WAVE_PERIODS[least < TRIED_WAVE_PERIODS])
-
-
-def _start_without_waves(problem: Problem, theta: Array) -> Array:
-    """Start values (p,) by windows that average waves out."""
-    n, m = problem.n_coefficients, problem.n_constants
-    found = theta.copy()
-    sought = [i - n for i in problem.free if n <= i < n + m]
-    arms = (theta[problem.effects(i)][:2] for i in range(len(problem.recordings)))
-    origins = [poses_of_origin(r, arm) for r, arm in zip(problem.recordings, arms, strict=True)]
-    found[:n], found[n : n + m] = start_values(
-        origins, problem.vehicle, sought, widths=WAVE_FREE_WIDTHS
+def _likelier(at: Point, begin: Point, promise: Promise, least: Array) -> Point:
+    """The likelier, with prices, of a solution and that of a search from a promise."""
+    found, outcome = search(
+        begin.runs.problem, begin.theta + promise.move, promise.noise, least=least
     )
-    held = [i for i in range(n + m) if i not in problem.free]
-    found[held] = theta[held]
-    return found
+    good = outcome is Outcome.CONVERGED and priced(found) < priced(at) - SWITCH_GAIN
+    return found if good else at
 
 
-def with_longer_memory(noise: Array) -> Array | None:
-    """The noise (11,) with a longer memory of the pose errors, where a first search stopped at its longest."""
-    bound = NOISE_MOST[COLOUR_MEMORY]
-    absent = (noise[COLOUR] <= _core.NO_COLOUR).all()
-    if absent or not AT_LONGEST_MEMORY * bound < noise[COLOUR_MEMORY] <= bound:
-        return None
-    other = noise.copy()
-    other[COLOUR_MEMORY] = MEMORY_EXTENSION * bound
-    return np.asarray(other)
+def priced(at: Point) -> float:
+    """-2 log likelihood, with prices."""
+    return at.runs.cost + _price(at.noise)
 
 
-def disturbances_for_walks(noise: Array) -> Array | None:
-    """The noise (11,) with disturbance forces for all random walks, and white pose errors; None: no walks."""
-    walks = [walk for walk, _ in WALKS_AND_DISTURBANCES]
-    if (noise[walks] < NEGLIGIBLE_NOISE * RAISED[walks]).all():
-        return None
-    other = noise.copy()
-    other[MEMORY] = NOISE_START[MEMORY]
-    for walk, disturbance in WALKS_AND_DISTURBANCES:
-        equal = other[walk] / np.sqrt(2.0 * other[MEMORY])
-        other[disturbance] = max(other[disturbance], equal, RAISED[disturbance])
-        other[walk] = NOISE_LEAST[walk]
-    other[COLOUR[0] :] = NOISE_START[COLOUR[0] :]
-    return other
+def _price(noise: Array) -> float:
+    return PARAMETER_PRICE * (3.0 * has_correlated_poses(noise) + oscillates(noise))
 
 
-def disturbance_for_walk(noise: Array, walk: int, disturbance: int) -> Array | None:
-    """The noise (11,) with a disturbance force for the random walk of the same motion; None where there is one.
+def simplified(at: Point) -> Point:
+    """The solution without noise sources that gain less than their price."""
+    for sources, parameters in SOURCES:
+        price = PARAMETER_PRICE * parameters
+        if not (at.noise > NOISE_LEAST)[list(sources)].any():
+            continue
+        # correlated pose errors become white ones; the others are left out
+        noise = at.noise.copy()
+        if set(sources) == set(COLOUR):
+            noise[:2] = np.hypot(noise[:2], noise[COLOUR])
+            noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
+        noise[list(sources)] = NOISE_LEAST[list(sources)]
+        free = np.ones(len(noise), dtype=bool)
+        free[list(sources)] = False
+        promise = linearised_optimum(at, noise_box(noise, NOISE_LEAST, free), noise=noise)
+        if promise.fall < -price:
+            continue
+        theta = at.theta + promise.move
+        found, outcome = search(at.runs.problem, theta, promise.noise, free=free)
+        if outcome is Outcome.CONVERGED and found.runs.cost < at.runs.cost + price:
+            at = found
+    return at
 
-    A force of size d and memory T is a walk of d sqrt(2 T) over times longer than T.
-    """
-    walk_per_force = np.sqrt(2.0 * noise[MEMORY])
-    absent = noise[walk] < NEGLIGIBLE_NOISE * RAISED[walk]
-    if absent or noise[disturbance] * walk_per_force > NEGLIGIBLE_NOISE * noise[walk]:
-        return None
-    other = noise.copy()
-    other[disturbance] = noise[walk] / walk_per_force
-    other[walk] = NOISE_LEAST[walk]
-    return np.asarray(other)
+
+def _in_frame(at: Point, structure: NoiseStructure, frames: dict[bool, Point]) -> Point | None:
+    """The point with its pass in the structure's frame; None where that does not concern it, or diverges."""
+    problem = at.runs.problem
+    earth = structure.earth_fixed if structure.disturbance else problem.earth_fixed
+    if earth not in frames:
+        noise = at.noise.copy()
+        noise[DISTURBANCES] = _disturbances(at, problem)
+        frames[earth] = full_pass(replace(problem, earth_fixed=earth), at.theta, noise)
+    return frames[earth] if np.isfinite(frames[earth].runs.cost) else None
 
 
-def _noise_alone_gains(at: Point, noise: Array) -> bool:
-    """Whether other noise is likelier by `NOISE_SWITCH_GAIN` with the same parameters."""
-    runs = at.runs.by_recording
-    _, cost = fitted_noise(runs, at.runs.problem.series, noise, NOISE_SWITCH_GAIN)
-    return cost < sum(p.cost for p in runs) - NOISE_SWITCH_GAIN
+def _start_noises(structure: NoiseStructure, at: Point, problem: Problem) -> Iterator[Array]:
+    """Noises (11,) where the search of a structure begins; none where the poses can not show it."""
+    noise = noise_from_poses(problem.recordings)
+    noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
+    noise[PROCESS] = at.noise[PROCESS] if structure.keeps_process else NOISE_LEAST[PROCESS]
+    if structure.disturbance:
+        noise[DISTURBANCES], noise[MEMORY] = _disturbances(at, problem), DISTURBANCE_MEMORY
+    if structure.waves:
+        yield from _likeliest_wave(at, noise, problem)
+        return
+    if structure.memory is not None:
+        white = noise[:2].copy()
+        own = correlated_size(problem.period, structure.memory)
+        noise[COLOUR] = white * (own if structure.size is None else structure.size)
+        noise[COLOUR_MEMORY] = structure.memory
+        if structure.size is None:
+            noise[:2] *= WHITE_REMAINDER
+    yield noise
 
 
-def _likelier_from(
-    at: Point,
-    theta: Array,
-    noise: Array,
-    problem: Problem | None = None,
-    *,
-    gain: float = NOISE_SWITCH_GAIN,
-    least: Array = NOISE_LEAST,
-) -> Point:
-    """The likelier of `at` and the solution from another start, or of another problem.
+def _disturbances(at: Point, problem: Problem) -> Array:
+    """Disturbance forces (2,) that move the boat as the process noise does, or as pose errors do."""
+    units = noise_units(at.noise, problem.period)[DISTURBANCES]
+    own = at.noise[DISTURBANCES]
+    return np.asarray(np.maximum(np.hypot(own, force_for_walk(at.noise[WALKS])), units))
 
-    gain: fall of -2 log likelihood that the other must reach.
-    """
-    try:
-        other = descend_below(problem or at.runs.problem, theta, noise, at.runs.cost, least)
-    except IdentificationError:
-        return at
-    return other if other.runs.cost < at.runs.cost - gain else at
+
+def force_for_walk(walk: Array) -> Array:
+    """The disturbance force that moves the velocity as far as a random walk: d sqrt(2 T), T its memory."""
+    return np.asarray(walk / np.sqrt(2.0 * DISTURBANCE_MEMORY))
+
+
+def _likeliest_wave(at: Point, noise: Array, problem: Problem) -> Sequence[Array]:
+    """The noise with the oscillating errors that are likeliest at these parameters."""
+    tried = []
+    for period in wave_periods(problem.period):
+        for times in WAVE_SIZES:
+            waves = noise.copy()
+            waves[COLOUR] = times * noise[:2]
+            waves[COLOUR_MEMORY], waves[COLOUR_TURN] = WAVE_MEMORY * period, 2.0 * np.pi / period
+            tried.append((at.runs.linearised().cost(waves), waves))
+    return [min(tried, key=lambda t: t[0])[1]] if tried else []
+
+
+def wave_periods(period: float) -> Array:
+    """Periods [s] of waves that poses with a period [s] can show; none where these are rare."""
+    return np.asarray(TRIED_WAVE_PERIODS[POSES_PER_WAVE * period < TRIED_WAVE_PERIODS])

@@ -1,65 +1,60 @@
 # SPDX-License-Identifier: MIT
-"""Maximisation of the likelihood over parameters and noise.
+"""Maximisation of the likelihood over parameters and noise: a damped Gauss-Newton search in two loops.
 
-Levenberg-Marquardt steps on the parameters, Fisher scoring on the log-noise. Both come from one
-filter run, as the information between parameters and noise is 0 for normal innovations; other noise
-is evaluated on the run's linearised trajectory, without integration.
+The outer loop takes full filter passes, which integrate the model. The inner one works on the last pass'
+linearisation, without integration: there it alternates Gauss-Newton steps of the parameters with Fisher scoring of
+the noise, until neither promises more. So full passes are needed only as often as the model is not linear in its
+parameters. Levenberg-Marquardt damping is the trust region (Nocedal and Wright, Numerical Optimization, 2nd ed.,
+section 10.3).
 """
 
-from contextlib import suppress
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import (
-    COLOUR,
-    COLOUR_MEMORY,
-    NOISE_LEAST,
-    NOISE_SETTLED,
-    NOISE_STEP,
-    PROCESS,
-    RAISED,
-    likelier_noise,
-    loosened,
-    most_noise,
-    oscillates,
-    repeated_cost,
-)
+from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, loosened, most_noise
+from seatrial.boat.noise_scoring import NoiseBox, Value, scored
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
-from seatrial.identification.likelihood.start_noise import gauss_markov_for_white
+from seatrial.util.box import box_minimum
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Mask
 
 # All gains and costs are falls of -2 log likelihood.
-# that a step still promises at convergence: 0.1 standard errors, all parameters together
-CONVERGED_GAIN = 0.01
-CONVERGED_NOISE_GAIN = 0.3  # that other noise still promises there
-COARSE_GAIN = 100.0  # CONVERGED_GAIN of a descent that only has to come near
-STUCK_GAIN = 1000.0  # promised, and yet no trial step falls: there is no solution
-# by other noise: from here on noise takes a double step, far from the end
-NOISE_EXTRAPOLATION_GAIN = 10.0
-CORRELATION_GAIN = 10.0  # that correlated pose errors must reach, else they are left out
+CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
+EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
+UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
+IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
+INNER_GAIN = 0.05  # of one round of the inner loop, at its end
+INNER_SHARE = (
+    0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
+)
+RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a race by
+INNER_ROUNDS = 6  # of the inner loop, at most
+STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
+MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
-START_DAMPING, LEAST_RETRY_DAMPING = 1e-4, 1e-3  # Levenberg-Marquardt, relative to the diagonal
-DAMPING_FACTOR = 10.0  # of the damping: up after a failed trial, down after a good one
+LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
+START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
+SHRINKAGE, FIRST_GROWTH = (
+    1.0 / 3.0,
+    2.0,
+)  # of the damping: least factor after a fall, first after none
+FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
+FAILED_PASSES = 6  # in a row that do not fall: the same
+AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
 LEAST_DAMPING = 1e-12  # keeps the step unique where two terms are the same
 INFORMATION_FLOOR = 1e-12  # on the diagonal, for parameters without any information
-DAMPING_TRIALS = 6  # of one step; the last changes the noise only
-MOST_ITERATIONS = 40
-FLAT_STEPS = 2  # in a row that gain less than NOISE_SETTLED: converged
-# after so many steps, so many falls like the last two must beat the rival
-RACE_STEPS, RACE_FALLS = 5, 10.0
-NEGLIGIBLE_NOISE = 0.01  # share of a usual noise level (RAISED) below which it is as good as absent
-AT_LONGEST = 0.99  # of the longest memory: there it counts as reached
-# in a row with pose errors at their longest memory: the filter takes motion for pose errors
-DRIFT_STEPS = 8
-# times the first process noise, to begin where the model is far off
-PROCESS_NOISE_FACTORS = (10.0, 1.0)
-ALIGNED_COSINE = 0.9  # between two moves of log-noise in a row: the same direction
-# after so many aligned moves a move so many times as long is tried
-CREEP_STEPS, CREEP_LEAP = 3, 5.0
-BOX_STEPS_PER_PARAMETER = 4  # of the active-set solver, at most
+
+
+class Outcome(Enum):
+    """How a search ends."""
+
+    CONVERGED = "converged"
+    STUCK = "no step improves the likelihood, far from its maximum"
+    OUT_OF_STEPS = f"no solution after {MOST_PASSES} steps"
+    DIVERGED = "the boat diverges from the start values"
 
 
 @dataclass(frozen=True)
@@ -69,6 +64,15 @@ class Point:
     theta: Array  # (p,) all parameters
     noise: Array  # (11,)
     runs: FilterRuns
+
+
+@dataclass(frozen=True)
+class Promise:
+    """The optimum of a linearised problem."""
+
+    move: Array  # (names,) of the parameters
+    noise: Array  # (11,)
+    fall: float  # of the cost
 
 
 def maximise_likelihood(
@@ -81,50 +85,56 @@ def maximise_likelihood(
 ) -> Point:
     """The maximum-likelihood parameters and, unless `hold`, noise levels not below `least` (11,).
 
-    Correlated pose errors stay only where they gain `CORRELATION_GAIN`. Where they drift to the longest
-    memory, the descent restarts with all pose errors correlated, then with none.
-    Raises IdentificationError where the model diverges, or where the descent does not converge.
+    Raises IdentificationError where the model diverges, or where the search does not converge.
     """
-    # start inside the bounds; with much process noise where the model is far from the poses
-    begin = _started_within_bounds(_point(problem, theta, np.clip(noise, least, most_noise(noise))))
-    if far_from_poses(begin):
-        begin = _with_more_process_noise(begin, hold, least)
-    if hold:
-        return _descent(begin, hold, least)
-    try:
-        at = _descent(begin, hold, least)
-    except IdentificationError:
-        if not has_correlated_poses(begin.noise):
-            raise
-        at = _restarted_after_drift(begin, theta, least)
-    return _without_needless_correlation(at, least)
+    return converged(search(problem, theta, noise, hold=hold, least=least))
 
 
-def _restarted_after_drift(begin: Point, theta: Array, least: Array) -> Point:
-    """The solution after correlated pose errors drifted: first from all errors correlated, then from
-    none, then from the same start without a limit on the drift."""
-    problem = begin.runs.problem
-    correlated = np.clip(gauss_markov_for_white(problem.recordings), least, None)
-    white = begin.noise.copy()
-    white[COLOUR] = least[COLOUR]
-    for noise in (correlated, white):
-        with suppress(IdentificationError):
-            return _descent(_point(problem, theta, noise), False, least)
-    return _descent(_with_linearisation(begin), False, least, drifts=np.inf)
-
-
-def _started_within_bounds(at: Point) -> Point:
-    """The same point, or if it is outside the bounds, the likelier of two inside: a Gauss-Newton step into
-    them, which moves the other parameters along, or the nearest point."""
-    problem = at.runs.problem
-    nearest = problem.clipped(at.theta)
-    if (nearest == at.theta).all():
+def converged(found: tuple[Point, Outcome]) -> Point:
+    """The point of a search. Raises IdentificationError where it did not converge."""
+    at, outcome = found
+    if outcome is Outcome.CONVERGED:
         return at
-    if not np.isfinite(at.runs.cost):  # its gradient is useless
-        return _point(problem, nearest, at.noise)
-    stepped = problem.clipped(at.theta + bounded_step(at, 0.0)[0])
-    tried = (_point(problem, theta, at.noise) for theta in (stepped, nearest))
-    return min(tried, key=lambda p: p.runs.cost if np.isfinite(p.runs.cost) else np.inf)
+    if outcome is Outcome.DIVERGED:
+        raise IdentificationError(f"{outcome.value}; look at the recordings with inspect")
+    more = "drive more, or state" if outcome is Outcome.OUT_OF_STEPS else "state"
+    raise IdentificationError(
+        f"{outcome.value}; do poses and commands belong together, by one clock? If so, {more} known "
+        "constants of the thrusters in the vehicle file (chain)"
+    )
+
+
+def search(
+    problem: Problem,
+    theta: Array,
+    noise: Array,
+    *,
+    hold: bool = False,
+    least: Array = NOISE_LEAST,
+    free: Mask | None = None,
+    passes: int = MOST_PASSES,
+) -> tuple[Point, Outcome]:
+    """The last point of a search and its outcome.
+
+    free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
+    """
+    box = noise_box(noise, least, free)
+    # start inside the bounds; with much process noise where the model is far from the poses
+    begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
+    if far_from_poses(begin):
+        begin = _with_more_process_noise(begin, box, hold=hold)
+    return _descent(begin, box, hold=hold, passes=passes)
+
+
+def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
+    """The box of a search that begins with this noise (11,). `free` (11,): parameters that are scored, or all."""
+    every = np.ones(len(noise), dtype=bool)
+    return NoiseBox(least, np.maximum(most_noise(noise), least), every if free is None else free)
+
+
+def full_pass(problem: Problem, theta: Array, noise: Array) -> Point:
+    """The point with its full filter pass."""
+    return Point(theta, noise, problem.run_filter(theta, noise))
 
 
 def far_from_poses(at: Point) -> bool:
@@ -133,50 +143,13 @@ def far_from_poses(at: Point) -> bool:
     return not at.runs.cost < FAR_COST_PER_POSE * poses
 
 
-def _point(problem: Problem, theta: Array, noise: Array) -> Point:
-    return Point(theta, noise, problem.run_filter(theta, noise))
-
-
-def _with_more_process_noise(at: Point, hold: bool, least: Array) -> Point:
-    """The same with more process noise, which the descent reduces again; where the noise is held, the
-    parameters found with less and less of it."""
-    problem, theta = at.runs.problem, at.theta
-    for times in PROCESS_NOISE_FACTORS:
-        loose = _point(problem, theta, loosened(at.noise, times))
-        if not hold:
-            return loose
-        theta = _descent(loose, hold, least, COARSE_GAIN).theta
-    return _point(problem, theta, at.noise)
-
-
-def descend_below(
-    problem: Problem,
-    theta: Array,
-    noise: Array,
-    beat: float = np.inf,
-    least: Array = NOISE_LEAST,
-) -> Point:
-    """`maximise_likelihood` without a restart where correlated pose errors drift: long ones may stay long.
-
-    Raises IdentificationError as soon as it falls too slowly to get below the cost to `beat`."""
-    begin, most = _point(problem, theta, noise), most_noise(noise)
-    at = _descent(begin, False, least, most=most, beat=beat, drifts=np.inf)
-    return _without_needless_correlation(at, least)
-
-
-def descend_some_steps(problem: Problem, theta: Array, noise: Array, steps: int) -> Point:
-    """The point after so many steps, or at convergence if that is earlier."""
-    return _descent(_point(problem, theta, noise), False, NOISE_LEAST, steps=steps)
-
-
-def _without_needless_correlation(at: Point, least: Array) -> Point:
-    """Without correlated pose errors that gain too little; unchanged where there is no solution without them."""
-    while (whiter := _whiter_noise(at, least)) is not None:
-        try:
-            at = _descent(_point(at.runs.problem, at.theta, whiter), False, least)
-        except IdentificationError:
-            break
-    return at
+def at_bounds(at: Point) -> Mask:
+    """Which free parameters (p,) are at a bound, or as good as that."""
+    problem = at.runs.problem
+    low, high = problem.bounds
+    theta = at.theta[list(problem.free)]
+    reach = np.where(np.isfinite(high - low), AT_BOUND_SHARE * (high - low), 0.0)
+    return np.asarray((theta <= low + reach) | (theta >= high - reach))
 
 
 def has_correlated_poses(noise: Array) -> bool:
@@ -184,215 +157,169 @@ def has_correlated_poses(noise: Array) -> bool:
     return bool((noise[COLOUR] > _core.NO_COLOUR).any())
 
 
-def _pose_noise_drifts(noise: Array, most: Array) -> bool:
-    """Whether correlated pose errors are at their longest memory, large, and beside process noise."""
-    longest = noise[COLOUR_MEMORY] > AT_LONGEST * most[COLOUR_MEMORY]
-    larger = (noise[COLOUR] > noise[:2]).any()
-    disturbed = (noise[PROCESS] > NEGLIGIBLE_NOISE * RAISED[PROCESS]).any()
-    return bool(longest and larger and disturbed and not oscillates(noise))
+def _within_bounds(at: Point) -> Point:
+    """The same point, or if it is outside the bounds, the likelier of two inside: a Gauss-Newton step into
+    them, which moves the other parameters along, or the nearest point."""
+    problem = at.runs.problem
+    nearest = problem.clipped(at.theta)
+    if (nearest == at.theta).all():
+        return at
+    if not np.isfinite(at.runs.cost):  # its gradient is useless
+        return full_pass(problem, nearest, at.noise)
+    stepped = problem.clipped(at.theta + bounded_step(at, 0.0)[0])
+    tried = [full_pass(problem, theta, at.noise) for theta in (stepped, nearest)]
+    return min(tried, key=lambda p: p.runs.cost if np.isfinite(p.runs.cost) else np.inf)
 
 
-def _whiter_noise(at: Point, least: Array) -> Array | None:
-    """The noise (11,) without correlated pose errors that gain too little; None where all gain enough.
-
-    They are set to 0, or added to the white errors, which they equal if they fade within one pose period.
-    """
-    problem, runs = at.runs.problem, at.runs.by_recording
-    here = sum(p.cost for p in runs)
-    for white, i in enumerate(COLOUR):
-        if at.noise[i] <= _core.NO_COLOUR:
-            continue
-        for size in (at.noise[white], np.hypot(at.noise[white], at.noise[i])):
-            without = at.noise.copy()
-            without[i], without[white] = least[i], size
-            cost = repeated_cost(runs, problem.series, without, problem.outlier)
-            if cost < here + CORRELATION_GAIN:
-                return without
-    return None
+def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
+    """The same with more process noise, which the search reduces again; where the noise is held, the
+    parameters found with less and less of it."""
+    problem, theta = at.runs.problem, at.theta
+    for times in LOOSE_PROCESS_NOISE:
+        loose = full_pass(problem, theta, loosened(at.noise, times))
+        if not hold:
+            return loose
+        theta = _descent(loose, box, hold=True)[0].theta
+    return full_pass(problem, theta, at.noise)
 
 
 def _descent(
-    at: Point,
-    hold: bool,
-    least: Array,
-    settled: float = CONVERGED_GAIN,
-    *,
-    most: Array | None = None,
-    beat: float = np.inf,
-    steps: int = MOST_ITERATIONS,
-    drifts: float = DRIFT_STEPS,
-) -> Point:
-    """Downhill from a point, until the next step promises less than `settled`.
-
-    steps: at most; fewer than `MOST_ITERATIONS` need not converge. drifts: steps in a row with pose errors at
-    their longest memory, after which it gives up. beat: cost of a rival solution."""
+    at: Point, box: NoiseBox, *, hold: bool, passes: int = MOST_PASSES
+) -> tuple[Point, Outcome]:
+    """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
-        raise IdentificationError(
-            "the boat diverges from the start values; look at the recordings with inspect"
-        )
-    noise_steps = _NoiseSteps(hold, least, most_noise(at.noise) if most is None else most, drifts)
-    parameter_steps = _ParameterSteps(settled)
-    costs: list[float] = []
-    for _ in range(steps):
-        # give up a race against a rival that the recent falls can not win
-        costs.append(at.runs.cost)
-        if len(costs) > RACE_STEPS and costs[-1] - beat > RACE_FALLS * (costs[-3] - costs[-1]):
-            raise IdentificationError("a rival solution is likelier")
-        # Fisher scoring on the log-noise, the parameters held
-        noise, gain = noise_steps.take(at)
-        # Levenberg-Marquardt on the parameters, with that noise
-        lower = parameter_steps.take(at, noise, noise_steps.extrapolated(at, noise, gain), gain)
-        if lower is None:
-            return _with_linearisation(at)
-        at = lower
-    if steps < MOST_ITERATIONS:
-        return _with_linearisation(at)
-    raise IdentificationError(
-        f"no solution after {MOST_ITERATIONS} steps; do poses and commands belong together, by one "
-        "clock? If so, drive more, or state known constants of the thrusters in the vehicle file (chain)"
-    )
-
-
-@dataclass
-class _NoiseSteps:
-    """Steps of the log-noise along a descent, which watch for drift and for creeping."""
-
-    hold: bool  # the noise stays as it is
-    least: Array  # (11,)
-    most: Array  # (11,)
-    drifts: float  # steps in a row with drifting pose errors that are too many
-    # last one, of log-noise
-    move: Array = field(default_factory=lambda: np.zeros(len(NOISE_LEAST)))
-    aligned: int = 0  # moves in a row in the same direction
-    drifting: int = 0  # steps in a row with drifting pose errors
-
-    def take(self, at: Point) -> tuple[Array, float]:
-        """Likelier noise (11,), and the fall of the cost. Raises IdentificationError where pose errors drift."""
-        noise, gain = at.noise, 0.0
-        if not self.hold:
-            noise, gain = likelier_noise(
-                at.runs.by_recording, at.runs.problem.series, at.noise, at.runs.problem.outlier,
-                least=self.least, most=self.most,
-            )  # fmt: skip
-        before, self.move = self.move, np.log(noise / at.noise)
-        lengths = np.linalg.norm(self.move) * np.linalg.norm(before)
-        self.aligned = self.aligned + 1 if self.move @ before > ALIGNED_COSINE * lengths else 0
-        self.drifting = self.drifting + 1 if _pose_noise_drifts(noise, self.most) else 0
-        if self.drifting == self.drifts:
-            raise IdentificationError("pose errors that drift are not separable from motion")
-        return noise, gain
-
-    def extrapolated(self, at: Point, noise: Array, gain: float) -> Array:
-        """The noise (11,) further along its move, where it creeps or is far from its end."""
-        if self.aligned >= CREEP_STEPS:
-            return np.clip(noise * np.exp(CREEP_LEAP * self.move), self.least, self.most)
-        return _extrapolated_noise(at.noise, noise) if gain > NOISE_EXTRAPOLATION_GAIN else noise
-
-
-@dataclass
-class _ParameterSteps:
-    """Damped Gauss-Newton steps of the parameters along a descent."""
-
-    settled: float  # gain that a step promises at convergence
-    damping: float = START_DAMPING
-    flat: int = 0  # steps in a row that gained next to nothing
-
-    def take(self, at: Point, noise: Array, extrapolated: Array, gain: float) -> Point | None:
-        """A point that is likelier; None at convergence.
-
-        gain: fall of the cost by `noise` alone. The first trial takes the extrapolated noise, the last one no step
-        of the parameters. Raises IdentificationError where much is promised, and no trial falls.
-        """
-        promised_first = 0.0
-        for trial in range(DAMPING_TRIALS):
-            # converged where neither parameters nor noise promise any more
-            move, promised = bounded_step(at, self.damping)
-            promised_first = max(gain, promised) if trial == 0 else promised_first
-            if (promised < self.settled and gain < CONVERGED_NOISE_GAIN) or self.flat == FLAT_STEPS:
-                return None
-            # one full filter run; two sets of a long recording's poses need not be in memory
+        return at, Outcome.DIVERGED
+    damping, growth = START_DAMPING, FIRST_GROWTH
+    flat = failed = 0
+    settled = hold  # the noise is, until the parameters are
+    again: Array | None = None  # the noise of a trial that did not fall
+    for _ in range(passes):
+        held = settled or again is not None
+        promise = linearised_optimum(at, box, damping, noise=again, hold=held)
+        if settled and not hold and promise.fall < CONVERGED_GAIN:
+            promise = linearised_optimum(at, box, damping)
+        if promise.fall < CONVERGED_GAIN:
+            return at, Outcome.CONVERGED
+        tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
+        fall = at.runs.cost - tried.runs.cost
+        ratio = fall / promise.fall
+        # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
+        if fall > 0.0:
+            kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
+            settled, again = hold or (kept and fall < UNSETTLING_FALL), None
             at.runs.drop_poses()
-            there = at.theta if trial == DAMPING_TRIALS - 1 else at.theta + move
-            tried = extrapolated if trial == 0 else noise
-            found = at.runs.problem.run_filter(there, tried)
-            if found.cost < at.runs.cost:
-                self.flat = self.flat + 1 if at.runs.cost - found.cost < NOISE_SETTLED else 0
-                self.damping /= DAMPING_FACTOR
-                return Point(there, tried, found)
-            # uphill: a shorter step
-            found.drop_poses()
-            self.damping = max(DAMPING_FACTOR * self.damping, LEAST_RETRY_DAMPING)
-        if promised_first > STUCK_GAIN:
-            raise IdentificationError(
-                "no solution: no step improves the likelihood, far from its maximum; do poses and commands "
-                "belong together, by one clock? If so, state known constants of the thrusters in the "
-                "vehicle file (chain)"
-            )
-        return None
+            at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
+            damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
+            growth = FIRST_GROWTH
+        else:
+            tried.runs.drop_poses()
+            again = promise.noise
+            damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
+            failed += 1
+        in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
+        if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
+            return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
+    return at, Outcome.OUT_OF_STEPS
 
 
-def _with_linearisation(at: Point) -> Point:
-    """The same with its linearised trajectory, which other noise is evaluated on."""
-    if at.runs.repeatable:
-        return at
-    return Point(at.theta, at.noise, at.runs.problem.run_filter(at.theta, at.noise))
+def linearised_optimum(
+    at: Point,
+    box: NoiseBox,
+    damping: float = START_DAMPING,
+    *,
+    noise: Array | None = None,
+    hold: bool = False,
+    beat: float = -np.inf,
+) -> Promise:
+    """Parameters and noise that are likeliest by the linearisation of a point's full pass.
+
+    damping: of the parameters' steps, relative to the diagonal of their information; noise: (11,) where the search
+    of the noise begins, by default the point's own; beat: the fall of a rival, that as many rounds again as they
+    gain now must reach. Every noise is valued with the parameters a step on from it.
+    """
+    profile = _Profile(at, damping)
+    best = profile.begin() if noise is None else profile.at(noise)
+    if hold:
+        return best
+    for round_ in range(INNER_ROUNDS):
+        before = best.fall
+        here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
+        scored(here, best.noise, box, value, absent=round_ == 0)
+        best = profile.best
+        gain = best.fall - before
+        if (
+            not gain > max(INNER_GAIN, INNER_SHARE * best.fall)
+            or best.fall + RACE_ROUNDS * gain < beat
+        ):
+            break
+    return best
 
 
-def _extrapolated_noise(before: Array, after: Array) -> Array:
-    """The noise (11,) after a double step of falling process noise: better parameters leave less to it."""
-    further = after * np.clip(after / before, np.exp(-NOISE_STEP), 1.0)
-    out = after.copy()
-    out[PROCESS] = np.maximum(further, NOISE_LEAST)[PROCESS]
-    return out
+def by_linearisation(at: Point, least: Array = NOISE_LEAST, noise: Array | None = None) -> Point:
+    """The likeliest point by the linearisation of a full pass, with its relinearised runs.
+
+    least: (11,) lower bounds of the noise; noise: (11,) where its search begins, by default the point's own.
+    """
+    promise = linearised_optimum(at, noise_box(at.noise, least), noise=noise)
+    runs = at.runs.relinearised(promise.noise, promise.move)
+    return Point(at.theta + promise.move, promise.noise, runs)
 
 
-def bounded_step(at: Point, damping: float) -> tuple[Array, float]:
-    """A Gauss-Newton step (names,) within bounds and step limits, and the fall of the cost that it promises."""
+@dataclass
+class _Profile:
+    """The likelihood of the noise by a linearisation, the parameters being at their best for it."""
+
+    about: Point
+    damping: float
+    best: Promise = field(init=False)
+
+    def begin(self) -> Promise:
+        """With the point's own noise."""
+        move, fall = bounded_step(self.about, self.damping)
+        self.best = Promise(move, self.about.noise, fall)
+        return self.best
+
+    def at(self, noise: Array) -> Promise:
+        """With another noise (11,), from the point's parameters."""
+        self.best = self._promise(noise, np.zeros(len(self.about.theta)))
+        return self.best
+
+    def value(self, noise: Array) -> float:
+        """Cost, less the point's own, with the parameters a step on from the best so far."""
+        found = self._promise(noise, self.best.move)
+        if found.fall > self.best.fall:
+            self.best = found
+        return -found.fall
+
+    def _promise(self, noise: Array, move: Array) -> Promise:
+        at = self.about
+        there = Point(at.theta + move, noise, at.runs.relinearised(noise, move))
+        if not np.isfinite(there.runs.cost):
+            return Promise(move, noise, -np.inf)
+        step, promised = bounded_step(there, self.damping, at)
+        return Promise(move + step, noise, at.runs.cost - there.runs.cost + promised)
+
+
+def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tuple[Array, float]:
+    """A Gauss-Newton step (names,) within bounds and step limits, and the fall of the cost that it promises.
+
+    origin: where the limits and the damping count from; by default `at`.
+    """
     problem = at.runs.problem
     free = np.array(problem.free)
-    low, high = (bound - at.theta[free] for bound in problem.bounds)
     gradient, information = at.runs.gradient, at.runs.information
+    begin = at if origin is None else origin
+    moved = (at.theta - begin.theta)[free]
+    low, high = (bound - at.theta[free] for bound in problem.bounds)
+    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
     diagonal = np.diag(information) + INFORMATION_FLOOR
     scale = 1.0 / np.sqrt(diagonal)
     step = scale * box_minimum(
-        (information + max(damping, LEAST_DAMPING) * np.diag(diagonal)) * np.outer(scale, scale),
-        scale * gradient,
-        np.maximum(low, -problem.step_limits) / scale,
-        np.minimum(high, problem.step_limits) / scale,
+        (information + np.diag(trust + LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
+        scale * (gradient - trust * moved),
+        np.minimum(np.maximum(low, -problem.step_limits - moved), 0.0) / scale,
+        np.maximum(np.minimum(high, problem.step_limits - moved), 0.0) / scale,
     )
     move = np.zeros(len(at.theta))
     move[free] = step
     return move, float(2.0 * step @ gradient - step @ information @ step)
-
-
-def box_minimum(matrix: Array, linear: Array, low: Array, high: Array) -> Array:
-    """The minimum (p,) of x' M x / 2 - b' x in a box around 0.
-
-    matrix: M (p, p), positive definite; linear: b (p,); low, high: (p,). Active sets: Nocedal and Wright,
-    Numerical Optimization, 2nd ed., algorithm 16.3.
-    """
-    x = np.clip(np.zeros(len(linear)), low, high)
-    held = np.zeros(len(linear), dtype=bool)
-    for _ in range(BOX_STEPS_PER_PARAMETER * len(linear)):
-        # minimum over the variables that are not held at a bound
-        go = np.flatnonzero(~held)
-        to = x.copy()
-        rest = linear[go] - matrix[np.ix_(go, held)] @ x[held]
-        to[go] = np.linalg.solve(matrix[np.ix_(go, go)], rest)
-        # outside the box: only as far as the first bound, which then holds its variable
-        edge = np.clip(to, low, high)
-        beyond = go[edge[go] != to[go]]
-        if len(beyond):
-            shares = (edge - x)[beyond] / (to - x)[beyond]
-            first = beyond[int(np.argmin(shares))]
-            x += float(shares.min()) * (to - x)
-            x[first], held[first] = edge[first], True
-            continue
-        # inside: release the held variable with the steepest way down into the box
-        x = to
-        slope = linear - matrix @ x
-        back = held & (low < high) & np.where(x <= low, slope > 0.0, slope < 0.0)
-        if not back.any():
-            break
-        held[int(np.argmax(np.where(back, np.abs(slope), 0.0)))] = False
-    return x

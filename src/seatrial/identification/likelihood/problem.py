@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import thrust_trace
+from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
@@ -140,6 +141,11 @@ class Problem:
     def free_effects(self) -> tuple[int, ...]:
         """Indices of the free effects among all parameters."""
         return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
+
+    @cached_property
+    def period(self) -> float:
+        """Period [s] of the poses."""
+        return float(np.median([r.period for r in self.recordings]))
 
     @property
     def has_effects(self) -> bool:
@@ -268,10 +274,40 @@ class FilterRuns:
         prior = self.problem.prior
         return out if prior is None else out - (prior.precision @ (self.theta - prior.mean))[free]
 
-    @property
-    def repeatable(self) -> bool:
-        """Whether the linearised trajectories are still kept, to evaluate other noise on them."""
-        return all(p.repeatable for p in self.by_recording)
+    def _own_steps(self, move: Array) -> list[Array]:
+        """A step (names,) of all parameters as that of each run's own."""
+        of_free = move[list(self.problem.free)]
+        found = []
+        for i in range(len(self.by_recording)):
+            to = self.problem.free_columns(i)
+            found.append(np.where(to >= 0, of_free[to], 0.0))
+        return found
+
+    def linearised(self, move: Array | None = None) -> Linearised:
+        """The linearisation, a step `move` (names,) of the parameters away."""
+        steps = () if move is None else self._own_steps(move)
+        problem = self.problem
+        return Linearised(
+            self.by_recording,
+            problem.series,
+            problem.period,
+            problem.outlier,
+            steps,
+            problem.has_effects,
+        )
+
+    def relinearised(self, noise: Array, move: Array) -> "FilterRuns":
+        """Runs by the linearisation, a step `move` (names,) of the parameters away and with other noise (11,)."""
+        problem, steps = self.problem, self._own_steps(move)
+
+        def one(i: int) -> _core.FilterRun:
+            return _core.relinearised(
+                self.by_recording[i], problem.series[i], noise, problem.outlier,
+                steps[i], problem.has_effects, problem.blocks[i],
+            )  # fmt: skip
+
+        found = tuple(spread(one, range(len(self.by_recording))))
+        return FilterRuns(problem, self.theta + move, found)
 
     def drop_linearisation(self) -> None:
         """Frees the linearised trajectories, half of the memory of a run."""

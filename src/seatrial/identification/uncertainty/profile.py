@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.optimiser import Point, at_bounds, maximise_likelihood
 from seatrial.identification.solution import Fit
-from seatrial.identification.uncertainty.covariance import at_bounds, sandwich_covariance
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread

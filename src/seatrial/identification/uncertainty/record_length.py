@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.identification.console import minutes as spelled
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.optimiser import Point, at_bounds
 from seatrial.identification.solution import Fit
-from seatrial.identification.uncertainty.covariance import at_bounds
 from seatrial.identification.uncertainty.parameter_verdict import (
     SHARP_ERROR,
     ParameterVerdict,
