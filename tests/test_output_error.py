@@ -275,7 +275,7 @@ def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_
     plan = with_seed(load_plan("paper-like"), 5)
     (unseen,) = simulate(msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]}), vehicle)
     scores = {
-        m: seatrial.validate(model, [unseen.recording]).recordings[0].scores
+        m: seatrial.validate(model, [unseen.recording], reference="stencil").recordings[0].scores
         for m, model in found.items()
     }
     for symbol in "uvr":

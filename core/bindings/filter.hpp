@@ -16,6 +16,8 @@
 #include "arrays.hpp"
 #include "noise.hpp"
 #include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/lookahead.hpp"
+#include "seatrial/filter/smoother.hpp"
 
 namespace {
 
@@ -164,6 +166,38 @@ FilterRun run_relinearised(const FilterRun& first, const Series& series, Vector 
                       blocks ? blocks->data() : nullptr);
 }
 
+std::tuple<Out2, Out2> run_smoothed(const FilterRun& first, const Series& series, Vector noise,
+                                    double outlier) {
+  step_of(first, series, std::nullopt);
+  const NoiseParameters other = make_noise(noise);
+  SmootherRun run;
+  {
+    nb::gil_scoped_release released;
+    run = smoothed(first, series.poses, other, outlier, series.start);
+  }
+  return {moved2(run.state, kFilterStates), moved2(run.deviation, kAxes)};
+}
+
+Out2 run_lookahead_variance(const FilterRun& first, const Series& series, Vector noise,
+                            double outlier, Places from, Places to) {
+  step_of(first, series, std::nullopt);
+  require(from.shape(0) == to.shape(0), "from, to: one each for a prediction");
+  const std::vector<int> begin(from.data(), from.data() + from.shape(0));
+  const std::vector<int> end(to.data(), to.data() + to.shape(0));
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    require(begin[i] >= (i == 0 ? 0 : begin[i - 1]) && end[i] >= begin[i] &&
+                static_cast<std::size_t>(end[i]) < series.time.size(),
+            "from: rising poses; to: later ones");
+  }
+  const NoiseParameters other = make_noise(noise);
+  std::vector<double> found;
+  {
+    nb::gil_scoped_release released;
+    found = lookahead_variance(first, series.poses, other, outlier, series.start, begin, end);
+  }
+  return moved2(found, kAxes);
+}
+
 /// All that was kept pose by pose; sums stay.
 void forget_poses(FilterRun& p) {
   std::vector<Transition>().swap(p.transition);
@@ -245,6 +279,12 @@ void bind_filter(nb::module_& m) {
         "step"_a = nb::none(), "slopes"_a = false);
   m.def("relinearised", &run_relinearised, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "step"_a = nb::none(), "slopes"_a = false, "blocks"_a = nb::none());
+  m.def("smoothed", &run_smoothed, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "States (n x 9) from the poses before and after each, and standard deviations (n x 3) of "
+        "the velocity.");
+  m.def("lookahead_variance", &run_lookahead_variance, "first"_a, "series"_a, "noise"_a,
+        "outlier"_a, "from_pose"_a, "to_pose"_a,
+        "Variances (m x 3) of predictions that start from the filter, without the disturbance.");
 }
 
 }  // namespace

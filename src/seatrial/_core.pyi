@@ -140,6 +140,16 @@ def repeated(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.fl
 
 def relinearised(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, slopes: bool = False, blocks: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None) -> FilterRun: ...
 
+def smoothed(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None))]]:
+    """
+    States (n x 9) from the poses before and after each, and standard deviations (n x 3) of the velocity.
+    """
+
+def lookahead_variance(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, from_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], to_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    Variances (m x 3) of predictions that start from the filter, without the disturbance.
+    """
+
 def health_words() -> list[tuple[int, str, str]]: ...
 
 class OnboardModel:

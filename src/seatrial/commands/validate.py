@@ -23,6 +23,11 @@ def add(command: argparse.ArgumentParser) -> None:
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
     add_json(command, "also write the scores as JSON")
     command.add_argument(
+        "--reference", choices=("smoothed", "stencil"), default="smoothed",
+        help="velocity to compare with: smoothed, predicted from the model's filter, or the paper's five-point "
+        "stencil, predicted from that (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument(
         "--against", type=Path, metavar="OTHER", help="another model for a head-to-head comparison"
     )
 
@@ -43,7 +48,7 @@ def run(args: argparse.Namespace) -> None:
     with stage("reading", 0.4):
         recordings = read_all(args, model.vehicle)
     with stage("validating"):
-        scores = validate(model, recordings, args.horizon, other=other)
+        scores = validate(model, recordings, args.horizon, other=other, reference=args.reference)
     if args.json is not None:
         write_text(args.json, dump_json(scores_json(scores)))
     say(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")

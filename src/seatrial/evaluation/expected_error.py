@@ -67,9 +67,10 @@ def parameter_variance(
 
     To first order: the covariance of coefficients and constants through the sensitivities.
     """
-    return variance_of(
-        parameter_sensitivities(model, recording, begin, start, end), model.covariance
-    )
+    if not model.covariance.any():
+        return np.zeros(3)
+    slopes = parameter_sensitivities(model, recording, begin, start, end)
+    return variance_of(slopes, model.covariance)
 
 
 def variance_of(slopes: Array, covariance: Array) -> Array:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat.model import INTEGRATORS, Model
 from seatrial.boat.noise_parameters import (
+    COLOUR,
     NOISE_FIRST,
     NOISE_START,
     OUTLIER,
@@ -60,6 +61,17 @@ class Filtered:
     motion: Motion  # state after each pose, with the filter's own standard deviations
     residual: Array  # (n, 3) innovations in body axes, in standard deviations
     noise: Array  # (11,) of the filter
+    run: _core.FilterRun
+    series: _core.Series  # what it ran along
+
+    def prediction_variance(self, start: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+        """Variances (m, 3) [m/s, m/s, rad/s]^2 of predictions between poses (m,), `start` rising.
+
+        They start from the filter's velocity and leave out the disturbance.
+        """
+        begin, to = start.astype(np.int32), end.astype(np.int32)
+        found = _core.lookahead_variance(self.run, self.series, self.noise, OUTLIER, begin, to)
+        return np.asarray(found)
 
 
 def filter_series(recording: Recording) -> _core.Series:
@@ -173,10 +185,21 @@ def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
     these recordings, so that its filter is the best possible.
     """
     own = noise_vector(model.noise)
-    if own is not None:
-        return own
+    return recording_noise(model, recordings) if own is None else own
+
+
+def recording_noise(
+    model: Model, recordings: Sequence[Recording], colour: Array | None = None
+) -> Array:
+    """Maximum-likelihood noise (11,) of these recordings for the model, whatever noise it states.
+
+    colour: (4,) start of the Gauss-Markov pose noise; none by default.
+    """
     parts = [part for r in recordings for part in _pieces(r, NOISE_DURATION / len(recordings))]
-    return _maximum_likelihood_noise(model, parts, _start_noise(recordings))
+    start = _start_noise(recordings)
+    if colour is not None:
+        start[COLOUR[0] :] = colour
+    return _maximum_likelihood_noise(model, parts, start)
 
 
 def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:
@@ -221,7 +244,8 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     Raises ModelError where the model diverges.
     """
     used_noise = filter_noise(model, [recording]) if noise is None else noise
-    found = filter_pass(model, recording, filter_series(recording), used_noise)
+    series = filter_series(recording)
+    found = filter_pass(model, recording, series, used_noise)
     # Poses count after the settling of a start, and not as outliers.
     begins = recording.t[recording.valid][0]
     used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + FILTER_SETTLING)
@@ -230,7 +254,8 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)
-    return Filtered(moving, _normalised_innovation(found, state[:, 2]), used_noise)
+    residual = _normalised_innovation(found, state[:, 2])
+    return Filtered(moving, residual, used_noise, found, series)
 
 
 def _normalised_innovation(found: _core.FilterRun, psi: Array) -> Array:

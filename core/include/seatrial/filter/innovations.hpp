@@ -41,15 +41,16 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
   }
 }
 
-/// Jumps and restarts at pose k, before it is used.
+/// Jumps and restarts at pose k, before it is used. Whether it jumped.
 template <int N>
-void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
+bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
   const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
   if (poses.use[k] == kJumped) filter.loosen(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
   if (poses.use[k] == kBeginning) {
     filter.restart(poses.eta + at, poses.velocity + at, poses.time[k]);
   }
+  if (poses.use[k] != kGapped) return poses.use[k] == kJumped;
+  return filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
 }
 
 /// Update by pose k, after a jump or restart. The last three arguments are of the filter's update.

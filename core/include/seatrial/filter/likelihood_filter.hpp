@@ -49,6 +49,7 @@ class LikelihoodFilter {
 
   const double* state() const { return s_.x; }
   double variance(int i) const { return s_.p[i][i]; }
+  const FilterState<N, kMostSlopes>& filter() const { return s_; }
   int parameters() const { return parameters_; }
 
   /// To the next pose. `gain`: takes G (6, p) where not null. False where the boat diverged.
@@ -119,12 +120,25 @@ class LikelihoodFilter {
   }
 
   /// The same where that is likelier: the poses may have jumped while there were none. The lesser
-  /// cost of the two is continuous in all parameters.
-  void loosen_if_likelier(const double* eta, double t) {
+  /// cost of the two is continuous in all parameters. Whether it is.
+  bool loosen_if_likelier(const double* eta, double t) {
     LikelihoodFilter stays(*this);
     LikelihoodFilter jumps(*this);
     jumps.loosen(eta, t);
-    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen(eta, t);
+    const bool likelier = jumps.update(eta, t).cost < stays.update(eta, t).cost;
+    if (likelier) loosen(eta, t);
+    return likelier;
+  }
+
+  /// From here on the disturbance counts as zero: its error is all of it. That of the velocity keeps
+  /// its covariance with it, as what the filter knows of it is uncorrelated with the filter's errors.
+  void leave_out_disturbance() {
+    for (int i = kStates; i < kFilterStates; ++i) {
+      const double sigma = noise_.disturbance(i - kStates);
+      s_.x[i] = 0.0;
+      for (int j = kStates; j < kFilterStates; ++j) s_.p[i][j] = 0.0;
+      s_.p[i][i] = sigma * sigma;
+    }
   }
 
   /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
