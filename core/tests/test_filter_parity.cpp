@@ -48,10 +48,12 @@ void estimate(const Run& run, const NoiseParameters& noise, const Effects& effec
   NoiseParameters other = noise;
   other.walk_linear *= 2.0;
   out.push_back(repeated(pass, run.poses(), other, kOutlier, run.start));
-  const NoiseDerivatives noises = noise_slopes(pass, run.poses(), noise, kOutlier, run.start);
+  const NoiseDerivatives noises = noise_slopes(
+      pass, run.poses(), noise, problems::logarithmic_directions(noise), kOutlier, run.start);
+  constexpr std::size_t kRow = kNoiseParameters;
   out.insert(out.end(), {noises.cost, noises.gradient[0], noises.gradient[3], noises.gradient[6],
-                         noises.gradient[7], noises.information[0][0], noises.information[4][2],
-                         noises.information[9][9]});
+                         noises.gradient[7], noises.information[0],
+                         noises.information[4 * kRow + 2], noises.information[9 * kRow + 9]});
 }
 
 /// Two boats, three noises; an outlier, a jump for good, a gap; with effects and without.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "boats.hpp"
 #include "filter_run.hpp"
 
@@ -133,7 +135,9 @@ TEST_CASE("derivatives to the noise are the cost's differences") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
     const FilterRun first = run.pass(noise);
-    const NoiseDerivatives slopes = noise_slopes(first, run.poses(), noise, kNever, run.start);
+    const std::vector<NoiseDirection> directions = problems::logarithmic_directions(noise);
+    const NoiseDerivatives slopes =
+        noise_slopes(first, run.poses(), noise, directions, kNever, run.start);
     const auto cost = [&](int i, double logarithm) {
       NoiseParameters moved = noise;
       moved.parameter(i) *= std::exp(logarithm);
@@ -142,15 +146,48 @@ TEST_CASE("derivatives to the noise are the cost's differences") {
     const double here = cost(0, 0.0);
     for (int i = 0; i < kNoiseParameters; ++i) {
       const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
-      const bool sharp = i == kTurnParameter;  // a resonance is
-      const double step = sharp ? 0.05 / (1.0 + noise.colour_turn * noise.colour_memory) : 0.05;
+      const auto at = static_cast<std::size_t>(i);
+      const double step = directions[at].step;
+      const double information = slopes.information[at * (kNoiseParameters + 1)];
       const double bend = (cost(i, step) - 2.0 * here + cost(i, -step)) / (step * step);
       // a forward quotient with its second-order share taken off as it is expected to be
-      const double want = 0.5 * slope + 0.5 * step * (0.5 * bend - slopes.information[i][i]);
-      CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
-      CHECK(slopes.information[i][i] >= 0.0);
+      const double want = 0.5 * slope + 0.5 * step * (0.5 * bend - information);
+      CHECK(slopes.gradient[at] == doctest::Approx(want).epsilon(0.01).scale(1.0));
+      CHECK(information >= 0.0);
     }
   }
+}
+
+TEST_CASE("a run relinearised where it was has its gradient, information and scores") {
+  const Run run = mallard_run();
+  for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+    const FilterRun first = run.pass(noise);
+    const FilterRun again = relinearised(first, run.poses(), noise, kNever, run.start);
+    CHECK(again.cost == doctest::Approx(first.cost).epsilon(1e-9));
+    Worst worst;
+    const double gradient = *std::max_element(first.gradient.begin(), first.gradient.end());
+    for (std::size_t i = 0; i < first.gradient.size(); ++i) {
+      worst.see(again.gradient[i] / gradient, first.gradient[i] / gradient);
+      const std::size_t own = i * (first.gradient.size() + 1);
+      worst.see(again.information[own] / first.information[own], 1.0);
+    }
+    CHECK(worst.value() < 1e-4);  // the kept sensitivities are short
+  }
+}
+
+TEST_CASE("after a small step of the parameters it is a full run of these parameters") {
+  const Run run = mallard_run();
+  const FilterRun first = run.pass(kWhite);
+  const auto p = static_cast<std::size_t>(first.parameters);
+  std::vector<double> step(p, 0.0);
+  step[0] = 1e-4 * run.problem.boat.coefficient[0];
+  const double there =
+      relinearised(first, run.poses(), kWhite, kNever, run.start, step.data()).cost;
+  CHECK(there == repeated(first, run.poses(), kWhite, kNever, run.start, step.data()));
+  const double slope = -2.0 * first.gradient[0];
+  const double bend = 2.0 * first.information[0];
+  const double foretold = first.cost + step[0] * slope + 0.5 * step[0] * step[0] * bend;
+  CHECK(there - first.cost == doctest::Approx(foretold - first.cost).epsilon(1e-3));
 }
 
 TEST_CASE("an outlier has less weight, and costs less than its square") {

@@ -73,6 +73,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
+from seatrial.util.progress import stage
 from seatrial.util.statistics import inverse_of
 
 FIRST_PASSES = 12  # of the first search, at most
@@ -175,37 +176,39 @@ def _fit(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
-    at = likely = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+    with stage("likelihood", 0.25):
+        at = likely = _maximised(problem, recordings, start, hold=chosen.hold_noise)
     horizon = 0.0
-    if not chosen.hold_noise:
-        likely, at, horizon = with_noise_or_horizon(at)
+    with stage("noise structure", 0.3):
+        if not chosen.hold_noise:
+            likely, at, horizon = with_noise_or_horizon(at)
     disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
-    if further and prior is None:  # a prior has stages of its own
-        at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
-        findings += found
+    with stage("actuator stages", 0.25):
+        if further and prior is None:  # a prior has stages of its own
+            at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
+            findings += found
     # diagnostics at the solution
-    if further:
-        findings += [
-            *unmodelled_effect_findings(at, horizon),
-            *homogeneity_findings(at),
-            *drift_findings(at),
-        ]
-    findings += [*_outliers(at), *prediction_findings(at, horizon)]
-    problem = at.runs.problem
-    for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
-        value = at.theta[int(i)]
-        end = low if abs(value - low) < abs(value - high) else high
-        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
-    if horizon:
-        findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
+    with stage("diagnostics", 0.1):
+        if further:
+            findings += [
+                *unmodelled_effect_findings(at, horizon),
+                *homogeneity_findings(at),
+                *drift_findings(at),
+            ]
+        findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
+        if horizon:
+            findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     # standard errors, and what disturbed intervals do to them
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
-    if sought and (disturbed is not None or not without_process_noise(at)):
-        findings += disturbance_findings(disturbed, at, covariance)
+    with stage("standard errors"):
+        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+        sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
+        if sought and (disturbed is not None or not without_process_noise(at)):
+            findings += disturbance_findings(disturbed, at, covariance)
     if _nothing_significant(at, covariance):
         findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
+    for point in (at, likely):
+        point.runs.drop_linearisation()
     return Fit(
         at.runs.problem,
         at.theta,
@@ -217,6 +220,16 @@ def _fit(
         horizon,
         likely.noise,
     )
+
+
+def _at_bound_findings(at: Point) -> list[Finding]:
+    """A finding on each parameter that ends at a bound."""
+    problem, findings = at.runs.problem, []
+    for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
+        value = at.theta[int(i)]
+        end = low if abs(value - low) < abs(value - high) else high
+        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
+    return findings
 
 
 def _with_stages(

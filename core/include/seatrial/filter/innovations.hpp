@@ -348,8 +348,8 @@ struct NoiseColumns {
 /// The derivatives from the information and the costs (m): the slope is the difference quotient
 /// less its second-order share.
 inline void derive(const std::vector<NoiseDirection>& directions,
-                   const double information[kNoiseParameters][kNoiseParameters],
-                   const double* cost, NoiseDerivatives& out) {
+                   const double information[kNoiseParameters][kNoiseParameters], const double* cost,
+                   NoiseDerivatives& out) {
   const std::size_t m = directions.size();
   out.gradient.resize(m);
   out.information.resize(m * m);

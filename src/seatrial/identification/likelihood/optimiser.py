@@ -20,6 +20,7 @@ from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.util.box import box_minimum
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
+from seatrial.util.progress import step
 
 # All gains and costs are falls of -2 log likelihood.
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
@@ -34,6 +35,7 @@ RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a ra
 INNER_ROUNDS = 6  # of the inner loop, at most
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
+USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
 START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
@@ -201,6 +203,7 @@ def _descent(
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
+        step(USUAL_PASSES)
         fall = at.runs.cost - tried.runs.cost
         ratio = fall / promise.fall
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
@@ -296,8 +299,8 @@ class _Profile:
         there = Point(at.theta + move, noise, at.runs.relinearised(noise, move))
         if not np.isfinite(there.runs.cost):
             return Promise(move, noise, -np.inf)
-        step, promised = bounded_step(there, self.damping, at)
-        return Promise(move + step, noise, at.runs.cost - there.runs.cost + promised)
+        further, promised = bounded_step(there, self.damping, at)
+        return Promise(move + further, noise, at.runs.cost - there.runs.cost + promised)
 
 
 def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tuple[Array, float]:
@@ -314,12 +317,12 @@ def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tupl
     trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
     diagonal = np.diag(information) + INFORMATION_FLOOR
     scale = 1.0 / np.sqrt(diagonal)
-    step = scale * box_minimum(
+    taken = scale * box_minimum(
         (information + np.diag(trust + LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
         scale * (gradient - trust * moved),
         np.minimum(np.maximum(low, -problem.step_limits - moved), 0.0) / scale,
         np.maximum(np.minimum(high, problem.step_limits - moved), 0.0) / scale,
     )
     move = np.zeros(len(at.theta))
-    move[free] = step
-    return move, float(2.0 * step @ gradient - step @ information @ step)
+    move[free] = taken
+    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
