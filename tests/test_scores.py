@@ -156,3 +156,15 @@ def test_the_command_takes_the_file(pool, tmp_path, capsys):
     assert main(["report", model, drive, "-o", str(tmp_path / "own.html"), "-q"]) == 0
     assert page.read_text() == (tmp_path / "own.html").read_text()
     assert capsys.readouterr().err == ""
+
+
+def test_the_command_has_the_stencils_scores_too(pool, tmp_path, capsys):
+    model, drive, path = str(pool / "model.yaml"), str(pool / "S7-AF"), tmp_path / "scores.json"
+    for chosen, word in (
+        ("stencil", "five-point stencil, starts too"),
+        ("smoothed", "smoothed vel"),
+    ):
+        arguments = ["validate", model, drive, "--reference", chosen, "--json", str(path), "-q"]
+        assert main(arguments) == 0
+        assert f"  reference: S7-AF: {word}" in capsys.readouterr().out
+        assert load_scores(path).reference == chosen

@@ -130,8 +130,9 @@ class LikelihoodFilter {
     return likelier;
   }
 
-  /// From here on the disturbance counts as zero: its error is all of it. That of the velocity keeps
-  /// its covariance with it, as what the filter knows of it is uncorrelated with the filter's errors.
+  /// From here on the disturbance counts as zero: its error is all of it. That of the velocity
+  /// keeps its covariance with it, as what the filter knows of it is uncorrelated with the filter's
+  /// errors.
   void leave_out_disturbance() {
     for (int i = kStates; i < kFilterStates; ++i) {
       const double sigma = noise_.disturbance(i - kStates);
