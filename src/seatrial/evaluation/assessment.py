@@ -31,6 +31,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
@@ -83,7 +84,7 @@ def assess(
     # predictions, and their scores
     smoothed = _smoothed(model, recordings, filters, reference)
     each = list(zip(recordings, filters, smoothed, strict=True))
-    found = [_assessed(model, r, horizon, f, smooth) for r, f, smooth in over(each, "recording")]
+    found = spread(lambda one: _assessed(model, one[0], horizon, *one[1:]), each, "recording")
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
         return found
