@@ -9,8 +9,10 @@ from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
 from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
+from seatrial.evaluation.assessment import Assessment, assess
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, scores_json
-from seatrial.evaluation.validation import validate
+from seatrial.evaluation.validation import scores_of
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
@@ -19,7 +21,8 @@ from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.recording import Recording
-from seatrial.report import write_report
+from seatrial.report.evidence.model_evidence import evidence_of
+from seatrial.report.model_report import write_evidence
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
@@ -45,7 +48,7 @@ TABLE_III = {
 DEMO_LEGEND = """\
   constant: RMS error of a constant velocity; in brackets: error over that;
   floor: noise floor, the error of a perfect model from pose noise;
-  velocities by the five-point stencil, as in the paper; the reports have smoothed ones"""
+  velocities by the five-point stencil, as in the paper; seatrial validate and report have smoothed ones"""
 Say = Callable[[str], None]
 
 
@@ -80,12 +83,12 @@ def _ship(out: Path, say: Say) -> None:
     for file, method, label in SHIPS:
         with stage(label, 0.1 if method == PAPER else 0.4):
             vehicle, (*trained, tested) = vehicles[file], runs[file]
-            with stage("identifying", 0.6):
+            with stage("identifying", 0.7):
                 model = identify(trained, vehicle, method=method)
-            with stage("validating", 0.1):
-                found[label] = validate(model, [tested], reference="stencil")
             name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
-            _store(out / name, model, found[label], [tested, *trained])
+            unseen = _assessed(model, [tested])
+            found[label] = _scores(model, unseen)
+            _store(out / name, model, found[label], [*unseen, *_assessed(model, trained)])
     say(_scores_table(found))
     (row,) = found[label].recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
@@ -126,10 +129,11 @@ def _trials(out: Path, say: Say) -> None:
         for method in DEMO_METHODS:
             with stage(method, 0.3):
                 models[method] = identify(recordings[:3], known, method=method)
-                found[method] = validate(models[method], recordings[3:], reference="stencil")
+                assessed = _assessed(models[method], recordings[3:])
+                found[method] = _scores(models[method], assessed)
         save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
         best = out / f"result{suffix}"
-        _store(best, models[DEFAULT_METHOD], found[DEFAULT_METHOD], recordings[3:])
+        _store(best, models[method], found[method], assessed)
         say(f" allocation{suffix.replace('-', ' ')}")
         say(_coefficients_table(models, plan.plant.coefficients))
         say(_scores_table(found, TABLE_III[suffix]))
@@ -163,11 +167,26 @@ def _coefficients_table(models: Mapping[str, Model], truth: Mapping[str, float])
     return table(["", *names], rows)
 
 
-def _store(out: Path, model: Model, scores: Scores, recordings: Sequence[Recording]) -> None:
+def _assessed(model: Model, recordings: Sequence[Recording]) -> list[Assessment]:
+    """Predictions of all recordings, for the scores and for the report."""
+    with stage("validating", 0.5):
+        return assess(model, recordings, DEFAULT_HORIZON, "stencil")
+
+
+def _scores(model: Model, assessed: Sequence[Assessment]) -> Scores:
+    """Scores of recordings that can be predicted."""
+    for one in assessed:
+        if one.failure is not None:
+            raise one.failure
+    return scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
+
+
+def _store(out: Path, model: Model, scores: Scores, assessed: Sequence[Assessment]) -> None:
     save(model, out / "model.yaml")
     write_text(out / "scores.json", dump_json(scores_json(scores)))
     with stage("report"):
-        write_report(model, recordings, out / "report.html")
+        every = scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
+        write_evidence(evidence_of(model, assessed, every), out / "report.html")
 
 
 def _show_model(model: Model, out: Path, say: Say) -> None:

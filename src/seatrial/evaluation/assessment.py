@@ -81,10 +81,14 @@ def assess(
     check_horizon(horizon)
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
+
     # predictions, and their scores
-    smoothed = _smoothed(model, recordings, filters, reference)
-    each = list(zip(recordings, filters, smoothed, strict=True))
-    found = spread(lambda one: _assessed(model, one[0], horizon, *one[1:]), each, "recording")
+    def one(item: tuple[Recording, Filtered | str]) -> Assessment:
+        recording, filtered = item
+        smooth = _smoothed(model, recording, filtered, reference)
+        return _assessed(model, recording, horizon, filtered, smooth)
+
+    found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
         return found
@@ -112,7 +116,7 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
                 f"({', '.join(f'{r.recording} {r.length:.1f} s' for r in scores.recordings)}): validate again, "
                 "with --json"
             )
-        (smooth,) = _smoothed(model, [recording], [filtered], row.reference)
+        smooth = _smoothed(model, recording, filtered, row.reference)
         known = filtered if isinstance(filtered, Filtered) else None
         look = Lookahead(model, recording, filtered=known, smoothed=smooth)
         found.append(
@@ -142,23 +146,16 @@ def _filters(
 
 
 def _smoothed(
-    model: Model,
-    recordings: Sequence[Recording],
-    filters: Sequence[Filtered | str],
-    reference: Reference,
-) -> list[Motion | None]:
-    """Smoothed velocities of each recording; None where the stencil's are the reference."""
-    states_noise = noise_vector(model.noise) is not None
-    found: list[Motion | None] = []
-    for recording, filtered in zip(recordings, filters, strict=True):
-        smooth = None
-        if reference == "smoothed" and isinstance(filtered, Filtered):
-            # a model that states no noise has the likeliest of these recordings already
-            noise = None if states_noise else filtered.noise
-            with suppress(ModelError):
-                smooth = smoothed_motion(model, recording, noise)
-        found.append(smooth)
-    return found
+    model: Model, recording: Recording, filtered: Filtered | str, reference: Reference
+) -> Motion | None:
+    """Smoothed velocities; None where the stencil's are the reference."""
+    if reference == "stencil" or not isinstance(filtered, Filtered):
+        return None
+    # a model that states no noise has the likeliest of these recordings already
+    noise = None if noise_vector(model.noise) is not None else filtered.noise
+    with suppress(ModelError):
+        return smoothed_motion(model, recording, noise)
+    return None
 
 
 def _assessed(

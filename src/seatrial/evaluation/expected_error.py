@@ -67,10 +67,9 @@ def parameter_variance(
 
     To first order: the covariance of coefficients and constants through the sensitivities.
     """
-    if not model.covariance.any():
-        return np.zeros(3)
-    slopes = parameter_sensitivities(model, recording, begin, start, end)
-    return variance_of(slopes, model.covariance)
+    return variance_of(
+        parameter_sensitivities(model, recording, begin, start, end), model.covariance
+    )
 
 
 def variance_of(slopes: Array, covariance: Array) -> Array:

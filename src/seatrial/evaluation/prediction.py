@@ -125,13 +125,12 @@ class Lookahead:
 
     @cached_property
     def trace_of_starts(self) -> _core.ThrustTrace:
-        """The same with sensitivities to the initial state, and to parameters, if `_expected` needs them."""
-        model = self.model
-        uncertain = noise_vector(model.noise) is not None and bool(model.covariance.any())
+        """The same with sensitivities to the initial state, and to parameters of known process noise."""
+        model, known = self.model, noise_vector(self.model.noise) is not None
         return model.trace(
             self.recording, initial=True,
-            coefficients=range(len(model.coefficients) if uncertain else 0),
-            tangents=range(len(model.constants) if uncertain else 0),
+            coefficients=range(len(model.coefficients) if known else 0),
+            tangents=range(len(model.constants) if known else 0),
         )  # fmt: skip
 
     @cached_property
@@ -203,7 +202,8 @@ class Lookahead:
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
         slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
         floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
-        foreseen, unsure = self._expected(floor, begin, start, end, few, slopes=slopes[:, :, 6:])
+        noise = self._noise_variance(floor, begin, start, end, few)
+        foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
         variance = None
         if self.smoothed is not None:  # no score is below the standard error of the reference
             variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
@@ -235,25 +235,28 @@ class Lookahead:
             threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
-    def _expected(
-        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice, *, slopes: Array
-    ) -> tuple[Array | None, Array | None]:
-        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter.
+    def _noise_variance(
+        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
+    ) -> Array | None:
+        """Variance (3,) from the noise of start (and reference), and process noise; None without the latter.
 
-        From a filter's start floor and process noise together: its error is correlated with the disturbance.
-        slopes: (n, 3, p) d nu(end) / d parameters at `few` of the starts; none where these are exact.
+        From a filter's start both together: its error is correlated with the disturbance.
         """
-        if self.smoothed is not None and self.filtered is not None:
-            stated = noise_vector(self.model.noise) is not None
-            few_by_few = self.filtered.prediction_variance(start[few], end[few]) if stated else None
-            noise = None if few_by_few is None else few_by_few.mean(axis=0)
-        else:
+        if self.smoothed is None or self.filtered is None:
             force = process_noise_variance(self.model, self.recording, begin, start, end)
-            noise = None if force is None else floor**2 + force
+            return None if force is None else np.asarray(floor**2 + force)
+        if noise_vector(self.model.noise) is None:
+            return None
+        return np.asarray(self.filtered.prediction_variance(start[few], end[few]).mean(axis=0))
+
+    def _expected(self, noise: Array | None, slopes: Array) -> tuple[Array | None, Array | None]:
+        """Expected RMS^2 = variance by noise + parameter errors'^2; and the latter.
+
+        slopes: (n, 3, p) d nu(end) / d parameters.
+        """
         if noise is None:
             return None, None
-        known = slopes.shape[2] == 0
-        parameters = np.zeros(3) if known else variance_of(slopes, self.model.covariance)
+        parameters = variance_of(slopes, self.model.covariance)
         return np.sqrt(noise + parameters), np.sqrt(parameters)
 
     def _floor(
@@ -263,14 +266,14 @@ class Lookahead:
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
         less twice what that makes of their product (the turn of the boat in between is left out). Beside a
-        smoothed reference the start's noise alone: see `Prediction.squares`. slopes: (n, 3, 3)
-        d nu(end) / d nu(start).
+        smoothed reference the start's noise alone: see `Prediction.squares`.
+        slopes: (n, 3, 3) d nu(end) / d nu(start).
         """
         given = self.velocities
         if given is not None and given.deviation is None and starts is None:
             return np.zeros(3)
-        if self.smoothed is not None:
-            own = _deviation(self.reference if starts is None else starts, start, np.zeros(3))
+        if self.smoothed is not None and starts is not None:
+            own = _deviation(starts, start, np.zeros(3))
             return np.asarray(np.sqrt(np.einsum("nij,nj->i", slopes**2, own**2) / len(start)))
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))

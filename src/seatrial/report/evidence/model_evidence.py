@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.assessment import assess, assess_from
+from seatrial.evaluation.assessment import Assessment, assess, assess_from
 from seatrial.evaluation.scores import Scores
 from seatrial.evaluation.validation import scores_of
 from seatrial.identification.experiment_design import (
@@ -64,12 +64,16 @@ def collect(
             if scores is None
             else assess_from(model, recordings, scores)
         )
+    return evidence_of(model, found, scores or scores_of(model, found, horizon))
+
+
+def evidence_of(model: Model, found: Sequence[Assessment], scores: Scores) -> Evidence:
+    """The same of recordings that are assessed already."""
     runs = gather(model, found)
     with stage("information of recordings", 0.2):
         point, each, gained, reason = _information(model, runs)
     return Evidence(
-        model, tuple(runs), scores or scores_of(model, found, horizon), identifiability(model), physics(model),
-        point, each, gained, reason,
+        model, tuple(runs), scores, identifiability(model), physics(model), point, each, gained, reason,
     )  # fmt: skip
 
 
