@@ -13,10 +13,11 @@ from seatrial.util.frames import Array
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3, 1e-9])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] least start values of a search
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 60.0, 1e-9])
+NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0, 1e-9])
 POSE_NOISE_GROWTH = (
     3.0  # times the start value, bound of pose noise where that is above `NOISE_MOST`
 )
+LONGEST = 60.0  # [s] longest memory of Gauss-Markov pose noise that starts above a second (GNSS)
 WAVE_PERIODS = (0.4, 20.0)  # [s] of oscillating pose noise
 PROCESS, WALKS, DISTURBANCES, MEMORY = slice(2, 6), [2, 3], [4, 5], 6  # places in the vector
 COLOUR, COLOUR_MEMORY, COLOUR_TURN = [7, 8], 9, 10  # Gauss-Markov pose noise
@@ -67,8 +68,14 @@ def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
 
 
 def most_noise(noise: Array) -> Array:
-    """Upper bounds (11,) of a search from this noise; metres of position noise only from such a start."""
+    """Upper bounds (11,) of a search from this noise.
+
+    Far from the optimum, long correlation of pose noise absorbs motion: a search that starts with a short memory
+    keeps it short. Metres of position noise are allowed only from such a start.
+    """
     most = NOISE_MOST.copy()
+    if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9) or oscillates(noise):
+        most[COLOUR_MEMORY] = LONGEST
     most[0] = most[COLOUR[0]] = max(most[0], POSE_NOISE_GROWTH * noise[0])
     if oscillates(noise):
         most[COLOUR_TURN] = 2.0 * np.pi / WAVE_PERIODS[0]

@@ -14,9 +14,11 @@ from seatrial.identification.diagnostics.heading_offset import heading_findings,
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import (
+    Outcome,
     Point,
     linearised_optimum,
     noise_box,
+    search,
 )
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
@@ -57,13 +59,15 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
         return heading_findings(at, off, noise_floor(off.problem, horizon))
     if not candidates:
         return []
-    # the best is estimated on its pass' linearisation, and reported if the process noise falls
+    # the best is estimated if by its pass' linearisation the process noise falls
     most = max(candidates, key=lambda a: a.gain)
-    box = noise_box(at.noise, noise_floor(at.runs.problem, horizon))
-    promise = linearised_optimum(most.at, box)
+    least = noise_floor(at.runs.problem, horizon)
+    promise = linearised_optimum(most.at, noise_box(at.noise, least))
     if not _removes_process_noise(at, promise.noise):
         return []
-    return most.findings(most.at.theta + promise.move)
+    theta = most.at.theta + promise.move
+    there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
+    return most.findings(there.theta) if outcome is Outcome.CONVERGED else []
 
 
 def _effects(at: Point) -> list[_Candidate]:

@@ -151,7 +151,8 @@ def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
     other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
     if not np.isfinite(other.runs.cost):
         return at
-    promise = linearised_optimum(other, noise_box(at.noise, least))
+    beat = other.runs.cost - at.runs.cost + SWITCH_GAIN
+    promise = linearised_optimum(other, noise_box(at.noise, least), beat=beat)
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
@@ -162,10 +163,16 @@ def with_longer_memory(at: Point) -> Point:
     if not has_correlated_poses(at.noise):
         return at
     noise = at.noise.copy()
+    _lengthen(noise)
+    box = noise_box(noise, NOISE_LEAST)
+    promise = linearised_optimum(at, box, noise=noise, beat=SWITCH_GAIN)
+    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
+
+
+def _lengthen(noise: Array) -> None:
+    """Makes pose errors correlated for longer, and as much larger: those of a short time stay."""
     noise[COLOUR_MEMORY] *= LONGER
     noise[COLOUR] *= np.sqrt(LONGER)
-    promise = linearised_optimum(at, noise_box(noise, NOISE_LEAST), noise=noise)
-    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
 
 
 def has_disturbance(at: Point) -> bool:
@@ -204,9 +211,12 @@ def simplified(at: Point) -> Point:
             noise[:2] = np.hypot(noise[:2], noise[COLOUR])
             noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
         noise[list(sources)] = NOISE_LEAST[list(sources)]
+        if set(sources) == set(range(*PROCESS.indices(len(noise)))) and has_correlated_poses(noise):
+            _lengthen(noise)  # pose errors take the place of motion
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
-        promise = linearised_optimum(at, noise_box(noise, NOISE_LEAST, free), noise=noise)
+        box = noise_box(noise, NOISE_LEAST, free)
+        promise = linearised_optimum(at, box, noise=noise, beat=-price)
         if promise.fall < -price:
             continue
         theta = at.theta + promise.move

@@ -37,7 +37,7 @@ STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
-LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
+LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
 START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
 SHRINKAGE, FIRST_GROWTH = (
     1.0 / 3.0,
@@ -194,10 +194,8 @@ def _descent(
     damping, growth = START_DAMPING, FIRST_GROWTH
     flat = failed = 0
     settled = hold  # the noise is, until the parameters are
-    again: Array | None = None  # the noise of a trial that did not fall
     for _ in range(passes):
-        held = settled or again is not None
-        promise = linearised_optimum(at, box, damping, noise=again, hold=held)
+        promise = linearised_optimum(at, box, damping, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
         if promise.fall < CONVERGED_GAIN:
@@ -209,14 +207,13 @@ def _descent(
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-            settled, again = hold or (kept and fall < UNSETTLING_FALL), None
+            settled = hold or (kept and fall < UNSETTLING_FALL)
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
             damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
             growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
-            again = promise.noise
             damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
