@@ -4,6 +4,7 @@
 import ast
 import graphlib
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -141,6 +142,18 @@ def test_the_program_loads_the_command_that_is_called():
     assert called - {"seatrial.commands.cli", "seatrial.commands.shared"} == {
         "seatrial.commands.tune"
     }
+
+
+def test_the_program_runs_blas_with_one_thread_unless_told_otherwise():
+    code = "import os; from seatrial.commands.cli import main; main(['export', '--help'])"
+    shown = f"import atexit, os; atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); {code}"
+    for given, used in ((None, "1"), ("3", "3")):
+        own = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+        own |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+        done = subprocess.run(
+            [sys.executable, "-c", shown], capture_output=True, text=True, check=True, env=own
+        )
+        assert done.stdout.splitlines()[-1] == used
 
 
 def test_every_command_has_its_file():

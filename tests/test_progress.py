@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from seatrial.util import progress
+from seatrial.util.parallel import spread
 from seatrial.util.progress import Line, Status, duration_text, line_text, show_progress
 
 
@@ -187,6 +188,25 @@ def test_threads_report_only_to_their_own_listener():
     for name in "ab":
         assert {one for one, _ in found[name]} == {name, ""}
         assert found[name][-1] == ("", 0.5)
+
+
+def test_items_in_threads_are_parts_of_the_work_that_spread_them():
+    def one(item):
+        assert progress._current.get() is not None
+        progress.reach(0.5)
+        return item**2
+
+    def work():
+        with progress.stage("fits", 0.8):
+            assert spread(one, range(4), "fit") == [0, 1, 4, 9]
+
+    found = heard(work)
+    assert found[-1] == ("", 0.8)
+    shares = [share for _, share in found]
+    assert shares == sorted(shares)
+    assert {name for name, _ in found} == {"fits", "fits: fit", ""}
+    assert set(shares) >= {0.0, 0.1, 0.8}
+    assert heard(lambda: spread(lambda item: item, range(4))) == []
 
 
 def test_time_left_is_what_the_done_share_took(monkeypatch):

@@ -31,6 +31,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
@@ -80,12 +81,14 @@ def assess(
     check_horizon(horizon)
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
+
     # predictions, and their scores
-    items = list(zip(recordings, filters, strict=True))
-    found = [
-        _assessed(model, r, horizon, f, _smoothed(model, r, f, reference))
-        for r, f in over(items, "recording")
-    ]
+    def one(item: tuple[Recording, Filtered | str]) -> Assessment:
+        recording, filtered = item
+        smooth = _smoothed(model, recording, filtered, reference)
+        return _assessed(model, recording, horizon, filtered, smooth)
+
+    found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
         return found

@@ -4,10 +4,9 @@
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from typing import TypeVar
 
-from seatrial.util.progress import over
+from seatrial.util.progress import shared
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -25,9 +24,8 @@ def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) 
     `name`: of an item; with it each is a part of the progress at hand.
     """
     count, given = cores(), list(items)
-    shown = partial(over, name=name or "", total=len(given))
+    one = work if name is None else shared(work, len(given), name)
     if count == 1:
-        return [work(item) for item in (given if name is None else shown(given))]
+        return [one(item) for item in given]
     with ThreadPoolExecutor(count) as pool:
-        found = pool.map(work, given)
-        return list(found if name is None else shown(found))
+        return list(pool.map(one, given))

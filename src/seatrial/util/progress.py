@@ -17,6 +17,7 @@ from math import exp
 from typing import NamedTuple, TextIO, TypeVar
 
 T = TypeVar("T")
+R = TypeVar("R")
 
 LINE_AFTER = 0.5  # [s] work that is shorter shows no line
 LINE_EVERY = 0.25  # [s] between two drawings of the line
@@ -46,27 +47,26 @@ class _Work:
         self.share = 0.0
         self.lock = threading.Lock()
 
-    def tell(self, name: str, share: float) -> None:
+    def add(self, share: float, name: str) -> None:
         with self.lock:
-            self.share = max(self.share, share)
+            self.share = min(self.share + share, 1.0)
             self.report(Status(name, self.share, time_left(self.begun, self.share)))
 
 
 class _Part:
-    """A part of the work; its stages and steps divide it further."""
+    """A part of the work; its stages and steps divide it further. Parts may go on at the same time."""
 
-    def __init__(self, work: _Work, name: str, start: float, width: float) -> None:
-        self.work, self.name, self.start, self.width = work, name, start, width
+    def __init__(self, work: _Work, name: str, width: float, claim: float = 1.0) -> None:
+        self.work, self.name, self.width = work, name, width  # share of all the work
+        self.claim = claim  # share of the part that this one divides
         self.detail = ""  # of the step at hand
         self.done, self.steps = 0.0, 0.0
         self.begin, self.end = 0.0, 1.0  # done before and after the step at hand
 
     def part(self, name: str, share: float | None) -> "_Part":
         left = self.end - self.done
-        width = left if share is None else min(share * (self.end - self.begin), left)
-        return _Part(
-            self.work, self._named(name), self.start + self.width * self.done, self.width * width
-        )
+        claim = left if share is None else min(share * (self.end - self.begin), left)
+        return _Part(self.work, self._named(name), self.width * claim, claim)
 
     @property
     def left(self) -> float:
@@ -74,15 +74,17 @@ class _Part:
         return (self.end - self.done) / max(self.end - self.begin, 1e-12)  # after very many steps
 
     def finish(self, part: "_Part") -> None:
-        if self.width > 0.0:
-            self.reach((part.start + part.width - self.start) / self.width)
+        with self.work.lock:
+            self.done = min(self.done + part.claim, 1.0)
+        self.work.add((1.0 - part.done) * part.width, self._named(""))
 
     def reach(self, done: float) -> None:
-        self.done = min(max(self.done, done), 1.0)
-        self.tell()
+        more = max(min(done, 1.0) - self.done, 0.0)
+        self.done += more
+        self.work.add(more * self.width, self._named(""))
 
     def tell(self) -> None:
-        self.work.tell(self._named(""), self.start + self.width * self.done)
+        self.work.add(0.0, self._named(""))
 
     def _named(self, name: str) -> str:
         return ": ".join(word for word in (self.name, self.detail, name) if word)
@@ -123,6 +125,20 @@ def over(items: Iterable[T], name: str = "", total: int | None = None) -> Iterat
                 _current.set(whole)
         whole.finish(part)
     yield from rest
+
+
+def shared(work: Callable[[T], R], count: int, name: str) -> Callable[[T], R]:
+    """`work` on one of `count` items, in any thread; each is an equal part of the work at hand."""
+    whole = _current.get()
+    if whole is None:
+        return work
+    share = whole.left / max(count, 1)
+
+    def one(item: T) -> R:
+        with _inside(whole, whole.part(name, share)):
+            return work(item)
+
+    return one
 
 
 def reach(done: float) -> None:
@@ -180,7 +196,7 @@ def show_progress(report: Report | None = None, *, quiet: bool = False) -> Itera
 @contextmanager
 def _listening(work: _Work) -> Iterator[None]:
     before = _current.get()
-    _current.set(_Part(work, "", 0.0, 1.0))
+    _current.set(_Part(work, "", 1.0))
     try:
         yield
     finally:
@@ -190,12 +206,13 @@ def _listening(work: _Work) -> Iterator[None]:
 @contextmanager
 def _inside(whole: _Part, part: _Part) -> Iterator[None]:
     """Work on a part, which then is a done part of the whole."""
+    before = _current.get()
     _current.set(part)
     part.tell()
     try:
         yield
     finally:
-        _current.set(whole)
+        _current.set(before)
         whole.finish(part)
 
 
