@@ -196,20 +196,20 @@ def _fit(
         if further and prior is None:  # a prior has stages of its own
             at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
             findings += found
-    # diagnostics at the solution
-    with stage("diagnostics", 0.1):
+    # standard errors, and diagnostics at the solution
+    with stage("standard errors", 0.1):
+        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+    with stage("diagnostics"):
         if further:
             findings += [
-                *unmodelled_effect_findings(at, horizon),
+                *unmodelled_effect_findings(at, horizon, covariance),
                 *homogeneity_findings(at),
                 *drift_findings(at),
             ]
         findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
         if horizon:
             findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
-    # standard errors, and what disturbed intervals do to them
-    with stage("standard errors"):
-        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+        # what disturbed intervals do to the standard errors
         sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
         if sought and (disturbed is not None or not without_process_noise(at)):
             findings += disturbance_findings(disturbed, at, covariance)
