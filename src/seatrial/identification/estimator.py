@@ -254,6 +254,13 @@ def _maximised(
         raise IdentificationError(f"{error}{said}") from error
 
 
+def first_maximum(recordings: Sequence[Recording], vehicle: Vehicle) -> Point:
+    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
+    whole, _ = with_estimated_stages(vehicle, recordings)
+    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, OutputErrorSettings()))
+    return _maximised(problem, recordings, None, hold=False)
+
+
 def _from_start_values(problem: Problem) -> Point:
     """The maximum of the likelihood from start values; no further attempts."""
     theta, noise = _start(problem, problem.recordings, None)

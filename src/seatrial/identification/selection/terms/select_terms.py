@@ -10,13 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
-from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
-from seatrial.identification.estimator import output_error, with_free_stages
+from seatrial.identification.estimator import fit, with_free_stages
 from seatrial.identification.methods import check_recordings
 from seatrial.identification.selection.terms.candidates import (
     default_candidates,
@@ -28,6 +27,7 @@ from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
 from seatrial.identification.selection.terms.significance import freedom
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
+from seatrial.identification.selection.terms.term_fit import TermFit, term_fit
 from seatrial.recording.recording import Recording
 from seatrial.util.statistics import BLOCK
 
@@ -56,37 +56,37 @@ def select(
     tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = TermSearch(vehicle, tried, together, say)
+    search = TermSearch(vehicle, (tried,), horizon, say)
     # the fit with the vehicle's own terms, and the effects that it lacks
     say("the vehicle's own terms")
-    model = output_error(together, vehicle)
-    own = model.structure.terms
-    first = model.findings_of(*EFFECTS_FOUND, *DISTURBANCES)
-    aliased = search.aliased(own, tried)
+    first = fit(together, vehicle)
+    begin = term_fit(first)
+    asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
+    aliased = search.aliased(begin.terms, tried)
     # if the boat changed between recordings: further terms may explain that
-    model, changed = _with_changes_explained(search, model)
+    there, changed = _with_changes_explained(search, begin, first.findings)
     one_boat = not of_kinds(changed, *DISAGREEMENTS)
     # candidates in and out, until every term stands repeats and held-out prediction
-    tests, refused = _supported(search, model, parts, horizon, one_boat=one_boat)
+    tests, refused = _supported(search, there, parts, one_boat=one_boat)
     # the table, and the vehicle with the chosen terms
-    rows = rows_of(tests, own, aliased, refused)
-    chosen = replace(with_terms(vehicle, tests.model.structure.terms), source=vehicle.source)
-    asked = tuple(of_files(finding) for finding in (*first, *changed))
-    return Selection(chosen, tests.model, rows, parts, horizon, asked)
+    rows = rows_of(tests, begin.terms, aliased, refused)
+    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
+    told = tuple(of_files(finding) for finding in (*asked, *changed))
+    return Selection(chosen, tests.fit.solution(first).model(), rows, parts, horizon, told)
 
 
 def _supported(
-    search: TermSearch, model: Model, parts: Sequence[Fold], horizon: float, *, one_boat: bool
+    search: TermSearch, there: TermFit, parts: Sequence[Fold], *, one_boat: bool
 ) -> tuple[TermTests, dict[str, str]]:
-    """The tests of a model whose terms all stand them, and the refused terms with the reason."""
+    """The tests of a solution whose terms all stand them, and the refused terms with the reason."""
     named = set(search.vehicle.structure.coefficients)
     refused: dict[str, str] = {}
     while True:
         # forward and backward at the present noise; refused terms stay out
-        model = forward_and_back(search, model, [*refused])
+        there = forward_and_back(search, there, [*refused])
         # repeats against each other, and held-out prediction without each term
         search.say("repeats and held-out prediction")
-        tests = TermTests(search, model, parts, horizon)
+        tests = TermTests(search, there, parts)
         reasons = {
             name: reason_to_go(found, len(tests.kept), parts, own=name in named, one_boat=one_boat)
             for name, found in tests.kept.items()
@@ -97,7 +97,7 @@ def _supported(
         # the worst goes, the others are tested again without it
         worst = min(bad, key=lambda name: tests.kept[name].change.z)
         refused[worst] = bad[worst]
-        model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
+        there = there.refitted([t for t in there.terms if t.coefficient != worst])
 
 
 def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
@@ -107,20 +107,22 @@ def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
-def _with_changes_explained(search: TermSearch, model: Model) -> tuple[Model, tuple[Finding, ...]]:
-    """The model, and its findings on a boat that changed between or within recordings.
+def _with_changes_explained(
+    search: TermSearch, begin: TermFit, findings: Sequence[Finding]
+) -> tuple[TermFit, tuple[Finding, ...]]:
+    """The solution, and its findings on a boat that changed between or within recordings.
 
     Missing terms can look like a change: then the terms are selected first, and the findings are taken again.
     """
-    changed = model.findings_of(*CHANGES)
+    changed = of_kinds(findings, *CHANGES)
     if not changed:
-        return model, ()
-    whole = forward_and_back(search, model, [])
-    if whole.structure.terms == model.structure.terms:
-        return model, changed
+        return begin, ()
+    whole = forward_and_back(search, begin, [])
+    if whole.terms == begin.terms:
+        return begin, changed
     search.say("whether the recordings agree, with these")
-    whole = search.fit(whole.structure.terms, None)
-    return whole, whole.findings_of(*CHANGES)
+    found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
+    return term_fit(found), of_kinds(found.findings, *CHANGES)
 
 
 def of_files(finding: Finding) -> Finding:
