@@ -15,6 +15,11 @@ from seatrial.commands.shared import (
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.progress import Progress
 
+TERMS_NOT_CHOSEN = (
+    "structure: auto: {length:.0f} s are too short to choose terms. The model has drag and thrust of every axis. "
+    "Record 20 s for each parameter, or write the terms in the vehicle file"
+)
+
 if TYPE_CHECKING:
     from seatrial.commands.shared import Verbs
 
@@ -28,6 +33,10 @@ def add(verbs: "Verbs") -> None:
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
         "dead zone; equation-error: the paper's least squares (default: %(default)s)",
+    )  # fmt: skip
+    identify.add_argument(
+        "--structure", choices=["auto"],
+        help="auto: the recordings choose the terms, whatever the vehicle file has (default: the vehicle file's)",
     )  # fmt: skip
     identify.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
@@ -71,15 +80,26 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         EquationErrorSettings,
         identify_with_fit,
         summary,
+        with_chosen_terms,
     )
+    from seatrial.identification.selection.terms import selection_text
     from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     if args.prior_spread is not None and args.prior is None:
         raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
     vehicle = load_vehicle(args.vehicle)
+    vehicle = vehicle if args.structure is None else vehicle.with_automatic_structure()
     prior = None if args.prior is None else load(args.prior)
     recordings = read_all(args, vehicle, progress)
+    reasons = ""
+    if vehicle.automatic:
+        vehicle, chosen = with_chosen_terms(recordings, vehicle, prior, say=progress.say)
+        if chosen is not None:
+            reasons = selection_text(chosen)
+        elif prior is None:
+            length = sum(recording.duration for recording in recordings)
+            reasons = TERMS_NOT_CHOSEN.format(length=length)
     progress.say("identifying")
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
@@ -90,6 +110,8 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     )  # fmt: skip
     save(model, args.out)
     progress.clear()
+    if reasons:
+        print(f"{reasons}\n")
     print(summary(model))
     if args.minutes or args.profile or args.bootstrap:
         from seatrial.identification.on_request import accuracy_tables

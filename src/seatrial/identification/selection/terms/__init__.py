@@ -3,11 +3,12 @@
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
 from seatrial.identification.selection.terms.console import selection_json, selection_text
-from seatrial.identification.selection.terms.select_terms import select
+from seatrial.identification.selection.terms.select_terms import choose_structure, select
 from seatrial.identification.selection.terms.selection import Selection
 
 __all__ = [
     "Selection",
+    "choose_structure",
     "default_candidates",
     "given_candidates",
     "select",

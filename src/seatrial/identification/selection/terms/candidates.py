@@ -5,13 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
-
+from seatrial.boat.physical_library import library_tiers
 from seatrial.boat.structure import Force, Structure, Term, parse
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.errors import StructureError
 from seatrial.util.files import read_yaml
-from seatrial.util.frames import AXES, SYMBOLS, Axes
+from seatrial.util.frames import AXES, SYMBOLS
 
 COEFFICIENT_LETTERS = ("X", "Y", "N")
 ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboard, not fore to aft
@@ -140,7 +139,11 @@ def is_essential(term: Term, forces: Sequence[Force]) -> bool:
 
 def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
     """The vehicle with other terms, given forward-left-up, written in the axes of its file."""
-    ordered = sorted(terms, key=lambda term: term.axis)
-    structure = Structure(vehicle.structure.name, tuple(ordered), vehicle.forces)
-    lines = (structure.flipped() if vehicle.axes is Axes.FRD else structure).lines()
-    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, structure=lines))
+    return vehicle.with_terms(terms)
+
+
+def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
+    """Candidates in the order in which they are tried: the physical library for `structure: auto`."""
+    if vehicle.automatic:
+        return library_tiers(vehicle.forces, explicit=bool(vehicle.file.forces))
+    return (default_candidates(vehicle),)

@@ -15,10 +15,10 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
-from seatrial.identification.estimator import fit, with_free_stages
-from seatrial.identification.methods import check_recordings
+from seatrial.identification.estimator import first_maximum, fit, with_free_stages
+from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.terms.candidates import (
-    default_candidates,
+    candidate_tiers,
     with_terms,
 )
 from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
@@ -27,7 +27,8 @@ from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
 from seatrial.identification.selection.terms.significance import freedom
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
-from seatrial.identification.selection.terms.term_fit import TermFit, term_fit
+from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
+from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.statistics import BLOCK
 
@@ -45,34 +46,75 @@ def select(
 ) -> Selection:
     """Keep a term if it is distinguishable from zero, repeats agree on it, and held-out prediction is no worse.
 
-    `candidates` are terms that may come in (default: `default_candidates`); the vehicle's own may
+    `candidates` are terms that may come in (default: `candidate_tiers`); the vehicle's own may
     go, but not thrust along its own axis nor known terms. Raises IdentificationError where there is
     too little data, StructureError where a candidate can't be one.
     """
     # enough data, repeats of the experiment, candidates
     check_recordings(recordings)
-    blocks = math.ceil(sum(r.duration for r in recordings) / BLOCK)
-    freedom(blocks, _estimated(vehicle, recordings))
-    tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
+    freedom(_blocks(recordings), _estimated(vehicle, recordings))
+    tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = TermSearch(vehicle, (tried,), horizon, say)
+    search = TermSearch(vehicle, tiers, horizon, say)
     # the fit with the vehicle's own terms, and the effects that it lacks
     say("the vehicle's own terms")
     first = fit(together, vehicle)
     begin = term_fit(first)
     asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
-    aliased = search.aliased(begin.terms, tried)
     # if the boat changed between recordings: further terms may explain that
     there, changed = _with_changes_explained(search, begin, first.findings)
     one_boat = not of_kinds(changed, *DISAGREEMENTS)
-    # candidates in and out, until every term stands repeats and held-out prediction
-    tests, refused = _supported(search, there, parts, one_boat=one_boat)
-    # the table, and the vehicle with the chosen terms
-    rows = rows_of(tests, begin.terms, aliased, refused)
-    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
     told = tuple(of_files(finding) for finding in (*asked, *changed))
-    return Selection(chosen, tests.fit.solution(first).model(), rows, parts, horizon, told)
+    return _selection(search, there, begin.terms, parts, one_boat=one_boat, asked=told)
+
+
+def choose_structure(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> Selection | None:
+    """The terms of a vehicle with `structure: auto`; None where the recordings are too short to test any.
+
+    As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
+    actuator chain with the chosen terms. Raises IdentificationError where no solution is found.
+    """
+    check_recordings(recordings)
+    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    parameters = _estimated(vehicle, recordings)
+    if _blocks(recordings) < 2 * parameters:
+        return None
+    parts = folds(vehicle, recordings)
+    together = tuple(r for part in parts for r in part.recordings)
+    search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON, say)
+    say("the terms that every boat has")
+    begin = begun_at(first_maximum(together, vehicle))
+    return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+
+
+def _selection(
+    search: TermSearch,
+    there: TermFit,
+    own: Sequence[Term],
+    parts: tuple[Fold, ...],
+    *,
+    one_boat: bool,
+    asked: tuple[Finding, ...],
+) -> Selection:
+    """Candidates in and out, until every term stands repeats and held-out prediction; the table of all."""
+    aliased = search.aliased(own, search.candidates)
+    tests, refused = _supported(search, there, parts, one_boat=one_boat)
+    rows = rows_of(tests, own, aliased, refused)
+    vehicle = search.vehicle
+    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
+    model = tests.fit.solution().model()
+    return Selection(chosen, model, rows, parts, search.ahead, asked)
+
+
+def _blocks(recordings: Sequence[Recording]) -> int:
+    """Number of blocks of `BLOCK` [s]."""
+    return math.ceil(sum(r.duration for r in recordings) / BLOCK)
 
 
 def _supported(

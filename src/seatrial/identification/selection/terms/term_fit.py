@@ -23,7 +23,7 @@ from seatrial.identification.likelihood.optimiser import (
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.selection.terms.score_information import moved, problem_with_terms
-from seatrial.identification.solution import Fit
+from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
@@ -96,13 +96,12 @@ class TermFit:
             noise_entry(self.likely, earth=problem.earth_fixed), EnvelopeEntry({}, {}),
         )  # fmt: skip
 
-    def solution(self, like: Fit) -> Fit:
-        """With its covariance; settings as those of another solution."""
+    def solution(self) -> Fit:
+        """With its covariance, without findings."""
         at = self.at
-        return replace(
-            like, problem=self.problem, theta=at.theta, noise=at.noise, runs=at.runs,
-            covariance=sandwich_covariance(at), findings=(), horizon=self.horizon,
-            maximum_noise=self.likely,
+        return Fit(
+            self.problem, at.theta, at.noise, at.runs, sandwich_covariance(at),
+            OutputErrorSettings(), (), self.horizon, self.likely,
         )  # fmt: skip
 
 

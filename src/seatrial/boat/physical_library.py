@@ -8,7 +8,6 @@ that are even in v and r in surge, and odd ones in sway and yaw. Curved thrust i
 from collections.abc import Sequence
 
 from seatrial.boat.structure import Force, Term
-from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import SYMBOLS
 
 SURGE, SWAY, YAW = range(3)
@@ -42,11 +41,11 @@ CURVED: tuple[tuple[Named, ...], ...] = (
 )  # fmt: skip
 
 
-def base_terms(vehicle: Vehicle) -> tuple[Term, ...]:
+def base_terms(forces: Sequence[Force], *, explicit: bool) -> tuple[Term, ...]:
     """What every boat has: rigid-body Coriolis terms, linear and quadratic drag, and thrust.
 
-    Thrust acts along its axis; sway thrust that the file states as `forces` turns the boat as well, as its lever
-    arm is unknown.
+    Thrust acts along its axis. `explicit`: the file states forces as sums of inputs. Sway forces turn the boat
+    then, as their lever arms are unknown.
     """
     found = []
     for axis, own in enumerate(SYMBOLS):
@@ -55,19 +54,19 @@ def base_terms(vehicle: Vehicle) -> tuple[Term, ...]:
             found.append(Term(axis, None, coriolis[0], coriolis[1], None))
         found.append(Term(axis, f"{letter}_{own}", 1.0, (own,), None))
         found.append(Term(axis, f"{letter}_{2 * own}", 1.0, (f"|{own}|", own), None))
-        for force in vehicle.forces:
-            turns = axis == YAW and force.axis == SWAY and bool(vehicle.file.forces)
+        for force in forces:
+            turns = axis == YAW and force.axis == SWAY and explicit
             if force.axis == axis or turns:
                 found.append(Term(axis, _of_force(axis, force), 1.0, (force.name,), None))
     return tuple(found)
 
 
-def library_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
+def library_tiers(forces: Sequence[Force], *, explicit: bool) -> tuple[tuple[Term, ...], ...]:
     """What a boat may have besides, in the order in which it is tried: linear in velocities and forces first."""
-    own = {term.coefficient for term in base_terms(vehicle)}
+    own = {term.coefficient for term in base_terms(forces, explicit=explicit)}
     coupled: tuple[list[Term], list[Term]] = [], []
     for axis in range(3):
-        for force in vehicle.forces:
+        for force in forces:
             term = Term(axis, _of_force(axis, force), 1.0, (force.name,), None)
             asymmetric = (axis == SURGE) != (force.axis == SURGE)
             if term.coefficient not in own:
