@@ -57,19 +57,21 @@ def base_terms(forces: Sequence[Force], *, explicit: bool) -> tuple[Term, ...]:
         for force in forces:
             turns = axis == YAW and force.axis == SWAY and explicit
             if force.axis == axis or turns:
-                found.append(Term(axis, _of_force(axis, force), 1.0, (force.name,), None))
+                only = force.axis == axis and sum(f.axis == axis for f in forces) == 1
+                name = f"{letter}_F" if only else _of_force(axis, force)
+                found.append(Term(axis, name, 1.0, (force.name,), None))
     return tuple(found)
 
 
 def library_tiers(forces: Sequence[Force], *, explicit: bool) -> tuple[tuple[Term, ...], ...]:
     """What a boat may have besides, in the order in which it is tried: linear in velocities and forces first."""
-    own = {term.coefficient for term in base_terms(forces, explicit=explicit)}
+    own = {(t.axis, t.factors) for t in base_terms(forces, explicit=explicit)}
     coupled: tuple[list[Term], list[Term]] = [], []
     for axis in range(3):
         for force in forces:
             term = Term(axis, _of_force(axis, force), 1.0, (force.name,), None)
             asymmetric = (axis == SURGE) != (force.axis == SURGE)
-            if term.coefficient not in own:
+            if (axis, term.factors) not in own:
                 coupled[asymmetric].append(term)
     return tuple(_named(ADDED_MASS)), (*_named(LINEAR), *coupled[0]), (*_named(CURVED), *coupled[1])
 

@@ -21,7 +21,7 @@ from seatrial.util.statistics import BLOCK
 BLOCK_FOLDS = 4
 FOLD_BLOCKS = 6  # in a row
 LEAST_GAIN = 0.002  # of the log RMS errors, summed over the axes
-LEAST_GAIN_Z = 2.5  # standard errors of the gain
+LEAST_GAIN_Z = 2.0  # standard errors of the gain
 LEAST_SQUARE = 1e-24  # [m^2/s^2, rad^2/s^2] against a division by 0 where nothing moves
 
 

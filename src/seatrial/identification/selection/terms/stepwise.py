@@ -22,7 +22,6 @@ from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
-MISMATCH_LEVEL = 0.05
 MOST_SWEEPS = 20  # of adding and removing
 Message = Callable[[str], None]
 
@@ -79,9 +78,10 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
 
 
 def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> list[Term]:
-    """The best candidate of every axis that passes Holm's test among all candidates, of the first tier with one.
+    """The best candidate of every axis, of the first tier that has any.
 
-    The best is the most significant one; under model mismatch, the one that improves held-out prediction most.
+    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it passes its
+    own test, and improves the prediction of left-out blocks most and beyond chance.
     """
     room = room_for(fit.terms)
     out = {*fit.values, *refused}
@@ -92,15 +92,11 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
     for tier in tried if room else ():
         looked = dict(candidate_information(fit, [t for t in tier if t.coefficient not in hidden]))
         tested = {t: estimate(s, str(t.coefficient)) for t, s in looked.items()}
-        passed = (
-            significant(tested, tests)
-            if not fit.horizon
-            else [
-                t for t in sorted(tested, key=lambda t: tested[t].p) if tested[t].p < MISMATCH_LEVEL
-            ]
-        )
-        if fit.horizon and passed:
-            passed = _that_predict(search, fit, {t: looked[t] for t in passed})
+        if fit.horizon:
+            likely = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
+            passed = _that_predict(search, fit, {t: looked[t] for t in likely})
+        else:
+            passed = significant(tested, tests)
         best: dict[int, Term] = {}
         for term in passed:
             best.setdefault(term.axis, term)
@@ -123,6 +119,8 @@ def _that_predict(
     search: TermSearch, fit: TermFit, looked: Mapping[Term, ScoreInformation]
 ) -> list[Term]:
     """Terms that improve the prediction of left-out blocks, the best first."""
+    if not looked:
+        return []
     blocks = BlockPrediction.of(fit.model(), fit.problem.recordings, search.ahead)
     first = next(iter(looked))
     own = [n for n in looked[first].names if n != first.coefficient]
@@ -142,7 +140,9 @@ def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:
     names = [n for n in search.removable(fit.terms) if n not in own]
     idle = fit.at_bounds  # 0, and without a gradient
     tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
-    level = SIGNIFICANCE_LEVEL / (1 if fit.horizon else len(search.candidates))
+    level = (
+        SIGNIFICANCE_LEVEL if fit.horizon else SIGNIFICANCE_LEVEL / max(1, len(search.candidates))
+    )
     loose = [name for name in names if tested[name] > level]
     return max(loose, key=lambda name: tested[name], default=None)
 
