@@ -106,6 +106,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     model, solution = identify_with_fit(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
         prior=prior, effects=args.effect,
+        given_terms=not reasons,
         prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
     )  # fmt: skip
     save(model, args.out)

@@ -23,7 +23,11 @@ from seatrial.identification.regression.equation_error import (
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
-from seatrial.identification.selection.terms import Selection, choose_structure
+from seatrial.identification.selection.terms import (
+    Selection,
+    choose_structure,
+    missing_term_findings,
+)
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
@@ -81,18 +85,27 @@ def identify_with_fit(
     prior: Model | None = None,
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
+    given_terms: bool = True,
 ) -> tuple[Model, Fit | None]:
-    """`identify`, and the solution that the model came from; None where the method has none."""
+    """`identify`, and the solution that the model came from; None where the method has none.
+
+    `given_terms`: the vehicle's terms are the user's, not chosen from the recordings: a finding names the most
+    significant missing one.
+    """
     # refuse what no model can come from, and options of another method
     _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
     # the terms, where the recordings or the prior choose them
     if vehicle.automatic:
         vehicle, _ = with_chosen_terms(recordings, vehicle, prior)
+        given_terms = False
     # the method
     solution = None
     if method == OUTPUT_ERROR:
         solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+        if given_terms:
+            more = missing_term_findings(solution)
+            solution = replace(solution, findings=(*solution.findings, *more))
         model = solution.model()
         if prior is not None:
             model = with_prior_findings(model, prior, prior_spread)

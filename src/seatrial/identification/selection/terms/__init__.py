@@ -3,6 +3,7 @@
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
 from seatrial.identification.selection.terms.console import selection_json, selection_text
+from seatrial.identification.selection.terms.missing_term import missing_term_findings
 from seatrial.identification.selection.terms.select_terms import choose_structure, select
 from seatrial.identification.selection.terms.selection import Selection
 
@@ -11,6 +12,7 @@ __all__ = [
     "choose_structure",
     "default_candidates",
     "given_candidates",
+    "missing_term_findings",
     "select",
     "selection_json",
     "selection_text",

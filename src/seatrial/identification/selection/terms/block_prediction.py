@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Cross-validation over blocks of time: prediction of left-out blocks, with and without a term.
 
-Of every recording, `FOLD_BLOCKS` blocks in a row are in one fold. The parameters without a fold are a Gauss-Newton
+Up to `FOLD_BLOCKS` blocks in a row are in one fold. The parameters without a fold are a Gauss-Newton
 step away, by the information in its blocks.
 """
 
@@ -52,14 +52,15 @@ class BlockPrediction:
 
     def squares(self, model: Model, information: ScoreInformation) -> Array:
         """Mean squared errors (blocks, 3) of all recordings, each fold by the parameters of the others."""
-        fold = _folds(information.recording)
-        found = []
+        fold = _folds(information.blocks)
         models = [
             at_parameters(model, information, _without(information, fold == k))
             for k in range(BLOCK_FOLDS)
         ]
-        for recording, aim in zip(self.recordings, self.targets, strict=True):
-            own = (recording.t[aim.start] // BLOCK).astype(int) // FOLD_BLOCKS % BLOCK_FOLDS
+        found = []
+        for i, (recording, aim) in enumerate(zip(self.recordings, self.targets, strict=True)):
+            number = np.unique(recording.t // BLOCK, return_inverse=True)[1]
+            own = fold[information.recording == i][number[aim.start]]
             nu = np.empty((len(own), 3))
             for k in np.unique(own).tolist():
                 nu[own == k] = aim.only(own == k).predict(models[k], recording)
@@ -75,10 +76,10 @@ class BlockPrediction:
         return Gain(float(falls.mean()), float(falls.mean()) / error if error > 0.0 else 0.0)
 
 
-def _folds(recording: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The fold of every block; recording: (blocks,) the recording of each."""
-    number = np.concatenate([np.arange(np.sum(recording == i)) for i in np.unique(recording)])
-    return np.asarray(number // FOLD_BLOCKS % BLOCK_FOLDS)
+def _folds(blocks: int) -> NDArray[np.int64]:
+    """The fold of every block of all recordings."""
+    together = max(1, min(FOLD_BLOCKS, blocks // (2 * BLOCK_FOLDS)))
+    return np.asarray(np.arange(blocks) // together % BLOCK_FOLDS)
 
 
 def _without(information: ScoreInformation, left_out: NDArray[np.bool_]) -> Array:

@@ -5,7 +5,6 @@ Exact aliases first, which no data can separate. Then candidates by score tests,
 tests, backward. At last repeats of the experiment against each other, and the prediction of left-out recordings.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -25,12 +24,11 @@ from seatrial.identification.selection.terms.cross_validation import HALF_NAMES,
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
-from seatrial.identification.selection.terms.significance import freedom
+from seatrial.identification.selection.terms.significance import blocks_of, enough_blocks, freedom
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.statistics import BLOCK
 
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
@@ -52,7 +50,7 @@ def select(
     """
     # enough data, repeats of the experiment, candidates
     check_recordings(recordings)
-    freedom(_blocks(recordings), _estimated(vehicle, recordings))
+    freedom(blocks_of(recordings), _estimated(vehicle, recordings))
     tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -82,8 +80,7 @@ def choose_structure(
     """
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-    parameters = _estimated(vehicle, recordings)
-    if _blocks(recordings) < 2 * parameters:
+    if not enough_blocks(recordings, _estimated(vehicle, recordings)):
         return None
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -110,11 +107,6 @@ def _selection(
     chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
     model = tests.fit.solution().model()
     return Selection(chosen, model, rows, parts, search.ahead, asked)
-
-
-def _blocks(recordings: Sequence[Recording]) -> int:
-    """Number of blocks of `BLOCK` [s]."""
-    return math.ceil(sum(r.duration for r in recordings) / BLOCK)
 
 
 def _supported(

@@ -106,12 +106,16 @@ class TermFit:
 
 
 def term_fit(found: Fit) -> TermFit:
-    """Where a selection begins: a solution."""
+    """Where a selection begins: a solution, under model mismatch at the fit horizon."""
+    fit = term_fit_of(found)
+    return fit if fit.horizon else begun_at(fit.at)
+
+
+def term_fit_of(found: Fit) -> TermFit:
+    """A solution as it is."""
     likely = found.noise if found.maximum_noise is None else found.maximum_noise
-    at = Point(found.theta, found.noise, found.runs)
-    if found.horizon:
-        return TermFit(_with_usual_blocks(at), found.horizon, likely)
-    return begun_at(at)
+    at = _with_usual_blocks(Point(found.theta, found.noise, found.runs))
+    return TermFit(at, found.horizon, likely)
 
 
 def begun_at(at: Point) -> TermFit:
