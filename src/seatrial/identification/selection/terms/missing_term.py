@@ -25,7 +25,7 @@ from seatrial.identification.solution import Fit
 from seatrial.util.frames import AXES
 
 MOST_TRIED = 6  # of the significant terms: their predictions are compared
-LEAST_IMPROVEMENT = 0.02  # of the RMS error one second ahead: less is not worth a line
+LEAST_IMPROVEMENT = 0.01  # of the RMS error one second ahead: less is not worth a line
 
 
 def missing_term_findings(found: Fit) -> list[Finding]:
