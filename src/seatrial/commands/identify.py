@@ -92,7 +92,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     vehicle = vehicle if args.structure is None else vehicle.with_automatic_structure()
     prior = None if args.prior is None else load(args.prior)
     recordings = read_all(args, vehicle, progress)
-    reasons = ""
+    reasons, chosen = "", None
     if vehicle.automatic:
         vehicle, chosen = with_chosen_terms(recordings, vehicle, prior, say=progress.say)
         if chosen is not None:
@@ -106,7 +106,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     model, solution = identify_with_fit(
         recordings, vehicle, method=args.method, roles=roles, settings=settings,
         prior=prior, effects=args.effect,
-        given_terms=not reasons,
+        chosen=chosen,
         prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
     )  # fmt: skip
     save(model, args.out)

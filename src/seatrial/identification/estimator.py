@@ -102,15 +102,19 @@ def fit(
     settings: OutputErrorSettings | None = None,
     start: Model | None = None,
     prior: Model | None = None,
+    begin: Model | None = None,
 ) -> Fit:
-    """`output_error` with the solution: parameters, noise, filter runs, covariance."""
+    """`output_error` with the solution: parameters, noise, filter runs, covariance.
+
+    `begin`: a model with start values for the search, which is complete all the same.
+    """
     chosen = settings or OutputErrorSettings()
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
     fresh = start is None and chosen.select_stages
     if not (fresh and prior is None and "lever" in chosen.effects):
-        return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
+        return _fit(recordings, vehicle, chosen, start, prior, further=fresh, begin=begin)
     beside = _from_stated_lever(recordings, vehicle, chosen)
     try:
         found = _fit(recordings, vehicle, chosen, None, None, further=True)
@@ -150,6 +154,7 @@ def _fit(
     prior: Model | None,
     *,
     further: bool,
+    begin: Model | None = None,
 ) -> Fit:
     """`fit` from one start; `further`: with stage selection and all diagnostics."""
     # which parameters are free, and the prior on them
@@ -167,7 +172,8 @@ def _fit(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     # the maximum of the likelihood; under model mismatch the fit horizon, else the noise structure
-    first = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+    values = begin if start is None else start
+    first = _maximised(problem, recordings, values, hold=chosen.hold_noise)
     at, horizon = (first, 0.0) if chosen.hold_noise else with_fit_horizon(first)
     likely = first
     if not (horizon or chosen.hold_noise):

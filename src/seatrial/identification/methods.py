@@ -85,25 +85,31 @@ def identify_with_fit(
     prior: Model | None = None,
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
-    given_terms: bool = True,
+    chosen: Selection | None = None,
 ) -> tuple[Model, Fit | None]:
     """`identify`, and the solution that the model came from; None where the method has none.
 
-    `given_terms`: the vehicle's terms are the user's, not chosen from the recordings: a finding names the most
-    significant missing one.
+    `chosen`: the choice of the vehicle's terms, from these recordings. Without one the terms are the user's, and a
+    finding names the most significant missing one.
     """
     # refuse what no model can come from, and options of another method
     _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
     # the terms, where the recordings or the prior choose them
     if vehicle.automatic:
-        vehicle, _ = with_chosen_terms(recordings, vehicle, prior)
-        given_terms = False
+        vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
     # the method
     solution = None
     if method == OUTPUT_ERROR:
-        solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
-        if given_terms:
+        solution = _output_error(
+            recordings,
+            vehicle,
+            prior,
+            prior_spread,
+            effects,
+            begin=None if chosen is None else chosen.model,
+        )
+        if chosen is None:
             more = missing_term_findings(solution)
             solution = replace(solution, findings=(*solution.findings, *more))
         model = solution.model()
@@ -201,10 +207,12 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
+    *,
+    begin: Model | None,
 ) -> Fit:
     """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
     try:
-        return _fit(recordings, vehicle, prior, spread, effects)
+        return _fit(recordings, vehicle, prior, spread, effects, begin=begin)
     except IdentificationError as error:
         raise _explained(error, recordings, vehicle) from None
 
@@ -225,12 +233,14 @@ def _fit(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
+    *,
+    begin: Model | None,
 ) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return fit(recordings, vehicle, settings=settings)
+        return fit(recordings, vehicle, settings=settings, begin=begin)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"

@@ -128,10 +128,13 @@ def _supported(
         bad = {n: r for n, r in reasons.items() if r is not None}
         if not bad:
             return tests, refused
-        # the worst goes, the others are tested again without it
-        worst = min(bad, key=lambda name: tests.kept[name].change.z)
-        refused[worst] = bad[worst]
-        there = there.refitted([t for t in there.terms if t.coefficient != worst])
+        # the worst of each axis goes, the others are tested again without it
+        axes = {str(t.coefficient): t.axis for t in there.terms}
+        worst: dict[int, str] = {}
+        for name in sorted(bad, key=lambda name: tests.kept[name].change.z):
+            worst.setdefault(axes[name], name)
+        refused |= {name: bad[name] for name in worst.values()}
+        there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
 def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
