@@ -27,7 +27,7 @@ def errors(name: str, seed: int) -> list[float]:
     plan = msgspec.structs.replace(clean, seed=seed, trials=driven)
     trials = {t.name.split("-")[0]: t.recording for t in simulate(plan, vehicle)}
     model = seatrial.identify([trials[s] for s in TRAINING], vehicle, method="equation-error")
-    rows = seatrial.validate(model, [trials[s] for s, _ in PAIRING]).recordings
+    rows = seatrial.validate(model, [trials[s] for s, _ in PAIRING], reference="stencil").recordings
     return [row.scores[symbol].rms for row, (_, symbol) in zip(rows, PAIRING, strict=True)]
 
 

@@ -31,7 +31,7 @@ SKIFF = """
 seatrial: vehicle 1
 name: skiff
 axes: forward-left-up
-pose: {topic: /odom, parent: map, clock: bag, lever: [0.1, -0.2],
+pose: {topic: /odom, parent: map, clock: bag, lever: [0.1, -0.2], delay: 0.2, heading_delay: 0.05,
   x: {unit: mm, offset: 12}, psi: {field: "state.angles[2]", unit: deg, sign: -1, offset: 90}}
 commands:
   topic: /rc

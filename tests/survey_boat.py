@@ -60,8 +60,22 @@ def even(rate):
 TEN_HZ = even(10.0)
 
 
-def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, stamps=TEN_HZ, noise=NOISE):
-    """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag."""
+def driven(
+    curve,
+    sizes,
+    *,
+    seconds=300.0,
+    seed=1,
+    idle=0.3,
+    bow=False,
+    stamps=TEN_HZ,
+    noise=NOISE,
+    late=(0.0, 0.0),
+):
+    """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag.
+
+    late: [s] by which positions and headings are older than their stamps.
+    """
     rng = np.random.default_rng(seed)
     stages = {"latency": LATENCY, "lag": LAG}
     if isinstance(curve, dict):
@@ -76,8 +90,12 @@ def driven(curve, sizes, *, seconds=300.0, seed=1, idle=0.3, bow=False, stamps=T
     trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
     )
-    states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])
-    eta = states[:, :3] + rng.normal(size=(len(t), 3)) * noise
+    positions, headings = (
+        np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), np.maximum(t - delay, 0.0))[0])
+        for delay in late
+    )
+    eta = np.column_stack([positions[:, :2], headings[:, 2]])
+    eta += rng.normal(size=(len(t), 3)) * noise
     vehicle = boat(bow=bow)
     commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
     return vehicle, make_recording("drive", np.round(1e9 * t).astype(np.int64), eta, commands)

@@ -103,7 +103,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
 def test_a_model_that_is_right_scores_what_it_foresees(drive):
     """At all horizons and from both starts; noise alone would be half of it 5 s ahead."""
     model, recording = drive
-    row = validate(model, [recording]).recordings[0]
+    row = validate(model, [recording], reference="stencil").recordings[0]
     assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "filter")
     for found in row.horizons:
         for symbol, score in found.scores.items():
@@ -143,7 +143,8 @@ def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
 
 
 @pytest.mark.system
-def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af):
+@pytest.mark.parametrize(("reference", "kinds"), [("smoothed", 1), ("stencil", 2)])
+def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af, reference, kinds):
     """Where hardly anything pushes and intervals are narrow: pose noise is known to some per cent only."""
     process = ProcessEntry(1e-9, 1e-9, 1e-9, 1e-9, 2.0)
     cells, narrow = 0, 0
@@ -151,12 +152,13 @@ def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af):
         plan = plan_of(None, seed=seed)
         (trial,) = simulate(plan, af)
         model = believing(plant_model(plan, af), plan, process)
-        for found in validate(model, [trial.recording]).recordings[0].horizons:
+        (row,) = validate(model, [trial.recording], reference=reference).recordings
+        for found in row.horizons:
             for score in found.scores.values():
                 cells += 1
                 narrow += score.rms_interval[0] > score.foreseen
                 assert score.as_foreseen or score.at_floor, (seed, found.horizon, found.start)
-    assert cells == 3 * 3 * 2 * len((0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
+    assert cells == 3 * 3 * kinds * len((0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
     assert narrow > 0
 
 

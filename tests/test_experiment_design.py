@@ -48,17 +48,18 @@ def test_errors_fall_as_the_inverse_of_all_information_says():
     fall = ErrorDecay.of(covariance, rate)
     for seconds in (0.0, 0.7, 30.0):
         expected = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(covariance) + seconds * rate)))
-        assert [fall.error(k, seconds) for k in range(4)] == pytest.approx(expected)
+        assert fall.errors(np.full(4, seconds)) == pytest.approx(expected)
     for k in range(4):
-        seconds = fall.halved(k)
+        seconds = fall.halved()[k]
         if np.isfinite(seconds):
-            assert fall.error(k, seconds) == pytest.approx(0.5 * fall.error(k, 0.0))
+            after = fall.errors(np.full(4, seconds))[k]
+            assert after == pytest.approx(0.5 * fall.errors(np.zeros(4))[k])
 
 
 def test_one_number_is_halved_by_three_times_what_is_known():
     fall = ErrorDecay.of(np.array([[0.25]]), np.array([[2.0]]))  # 4 known, 2 more a second
-    assert fall.halved(0) == pytest.approx(3 * 4 / 2)
-    assert ErrorDecay.of(np.array([[0.25]]), np.array([[0.0]])).halved(0) == np.inf
+    assert fall.halved() == pytest.approx(3 * 4 / 2)
+    assert ErrorDecay.of(np.array([[0.25]]), np.array([[0.0]])).halved() == np.inf
 
 
 def test_what_is_not_told_of_has_no_inverse():

@@ -69,7 +69,7 @@ def test_a_right_models_cells_are_at_their_floors(truth, trial):  # noqa: F811
 
 
 def test_every_horizon_has_its_floor_from_either_start(truth, trial):  # noqa: F811
-    row = validate(truth, [trial.recording]).recordings[0]
+    row = validate(truth, [trial.recording], reference="stencil").recordings[0]
     assert [(h.horizon, h.start) for h in row.horizons] == [
         (h, s) for h in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0) for s in ("stencil", "filter")
     ]
@@ -82,24 +82,26 @@ def test_every_horizon_has_its_floor_from_either_start(truth, trial):  # noqa: F
 
 
 def test_the_horizon_that_was_asked_for_is_among_them(truth, trial):  # noqa: F811
-    row = validate(truth, [trial.recording.cut(0.0, 60.0)], 3.0).recordings[0]
-    (own,) = [h for h in row.horizons if h.horizon == 3.0 and h.start == "stencil"]
-    assert own.scores == row.scores
-    assert len(row.horizons) == 14
+    recording = trial.recording.cut(0.0, 60.0)
+    for reference, start, horizons in (("stencil", "stencil", 14), ("smoothed", "filter", 7)):
+        row = validate(truth, [recording], 3.0, reference=reference).recordings[0]
+        (own,) = [h for h in row.horizons if h.horizon == 3.0 and h.start == start]
+        assert own.scores == row.scores
+        assert len(row.horizons) == horizons
 
 
 def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
-    assert scores.seatrial == "scores 4"
+    assert scores.seatrial == "scores 5"
     assert "worse" in head_to_head_text(scores.against) or "better" in head_to_head_text(
         scores.against
     )
 
 
 def test_a_horizon_that_a_recording_has_not_is_left_out(truth, trial):  # noqa: F811
-    scores = validate(truth, [trial.recording.cut(0.0, 4.0)])
+    scores = validate(truth, [trial.recording.cut(0.0, 4.0)], reference="stencil")
     row = scores.recordings[0]
     assert {h.horizon for h in row.horizons} == {0.1, 0.2, 0.5, 1.0, 2.0}
     assert row.scores["u"].rms_interval is None  # 4 s hold three blocks

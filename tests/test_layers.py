@@ -4,11 +4,15 @@
 import ast
 import graphlib
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import seatrial
+from seatrial.commands import COMMANDS
 
 ROOT = Path(seatrial.__file__).parent
 ROOMS = (  # from the bottom; a room imports only from rooms before it, and from itself
@@ -112,9 +116,76 @@ def test_only_edges_import_plotting_or_bag_libraries():
             assert not EDGES & {n.split(".")[0] for n in _imports(path)}, path
 
 
-def test_importing_seatrial_is_light():
-    code = (
-        "import sys, seatrial; print([m for m in ('scipy','plotly','pandas') if m in sys.modules])"
+def _loaded(code: str) -> set[str]:
+    """Modules of a fresh interpreter after this."""
+    ended = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\nprint(*sys.modules)"
+    shown = subprocess.run(
+        [sys.executable, "-c", ended], capture_output=True, text=True, check=True
     )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert shown.stdout.strip() == "[]"
+    return set(shown.stdout.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"]], ids=" ".join)
+def test_the_program_loads_no_command_that_is_not_called(arguments):
+    loaded = _loaded(f"from seatrial.commands.cli import main; main({arguments})")
+    own = {name for name in loaded if name.startswith("seatrial.")}
+    assert own == {
+        "seatrial.commands", "seatrial.commands.cli", "seatrial.util", "seatrial.util.errors",
+        "seatrial.util.progress",
+    }  # fmt: skip
+    assert not loaded & {*EDGES, "numpy", "msgspec", "yaml"}
+
+
+def test_the_program_loads_the_command_that_is_called():
+    loaded = _loaded("from seatrial.commands.cli import main; main(['tune', '--help'])")
+    called = {name for name in loaded if name.startswith("seatrial.commands.")}
+    assert called - {"seatrial.commands.cli", "seatrial.commands.shared"} == {
+        "seatrial.commands.tune"
+    }
+
+
+def test_the_program_runs_blas_with_one_thread_unless_told_otherwise():
+    code = "import os; from seatrial.commands.cli import main; main(['export', '--help'])"
+    shown = f"import atexit, os; atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); {code}"
+    for given, used in ((None, "1"), ("3", "3")):
+        own = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+        own |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+        done = subprocess.run(
+            [sys.executable, "-c", shown], capture_output=True, text=True, check=True, env=own
+        )
+        assert done.stdout.splitlines()[-1] == used
+
+
+def test_every_command_has_its_file():
+    files = {p.stem for p in (ROOT / "commands").glob("*.py")} - {"__init__", "cli", "shared"}
+    assert set(COMMANDS) == files
+
+
+def test_importing_seatrial_is_light():
+    assert {name for name in _loaded("import seatrial") if name.startswith("seatrial.")} == set()
+    assert not _loaded("import seatrial; seatrial.identify") & {"scipy", "plotly", "pandas"}
+
+
+def test_public_names_are_where_type_checkers_find_them():
+    tree = ast.parse((ROOT / "__init__.py").read_text())
+    block = next(
+        n for n in tree.body if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"
+    )
+    typed = {
+        alias.asname: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert typed == {name: f"seatrial.{module}" for name, module in seatrial._MODULES.items()}
+    assert seatrial.__all__ == sorted(typed)
+    for name, module in typed.items():
+        assert getattr(seatrial, name) is getattr(importlib.import_module(module), name)
+    assert set(dir(seatrial)) >= {*typed, "__doc__", "__file__"}
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'identfy'"):
+        _ = seatrial.identfy
+    assert not hasattr(seatrial, "__wrapped__")
+    assert _loaded("import seatrial; seatrial.export.formats") >= {"seatrial.export.formats"}

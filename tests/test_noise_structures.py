@@ -6,21 +6,20 @@ import numpy as np
 import pytest
 from conftest import at_length
 
-from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
 from seatrial.identification.likelihood import noise_structures as subject
 from seatrial.identification.likelihood.noise_structures import (
-    NOISE_SWITCH_GAIN,
-    disturbance_for_walk,
-    multi_start,
+    DISTURBANCE_MEMORY,
+    SWITCH_GAIN,
+    force_for_walk,
+    refined,
 )
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
-from seatrial.identification.likelihood.start_noise import gauss_markov_for_white, noise_from_poses
+from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import simulate
-from seatrial.util.errors import IdentificationError
 from tests.boats.drives import CORRELATED, LASTS, SCENES, trials
 from tests.boats.scenes import CORRELATION, TRAINING, scenes, true_parameters
 
@@ -73,7 +72,7 @@ def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
     truth = found.theta.copy()
     truth[list(problem.free)] = true_parameters(load_plan("hard"), found.names)
     best = maximise_likelihood(problem, truth, AS_DRIVEN)
-    assert found.runs.cost < best.runs.cost + NOISE_SWITCH_GAIN
+    assert found.runs.cost < best.runs.cost + SWITCH_GAIN
 
 
 @pytest.mark.system
@@ -110,8 +109,7 @@ def test_where_errors_drift_the_search_begins_with_all_of_them_hanging_together(
     there = found.theta.copy()
     there[list(found.problem.free)] = truth
     assert (
-        found.runs.cost
-        < maximise_likelihood(found.problem, there, driven).runs.cost + NOISE_SWITCH_GAIN
+        found.runs.cost < maximise_likelihood(found.problem, there, driven).runs.cost + SWITCH_GAIN
     )
     process = found.model().noise.process
     assert [process.disturbance_linear, process.disturbance_yaw] == pytest.approx(push, rel=0.2)
@@ -139,48 +137,37 @@ def solved_on(
     return found, true_parameters(plan, found.names)
 
 
-def test_where_nothing_tells_of_a_corner_only_the_pushes_frame_is_asked(found, monkeypatch):
-    asked = []
+def test_white_innovations_and_the_right_frame_are_searched_no_further(found, monkeypatch):
+    def refused(*_, **__):
+        raise AssertionError("another noise structure is searched")
 
-    def note(problem, *_):
-        asked.append(problem.earth_fixed)
-        raise IdentificationError("not likelier")
-
-    monkeypatch.setattr(subject, "descend_below", note)
-    at = Point(found.theta, found.noise, found.runs)
+    at = Point(found.theta, found.noise, found.problem.run_filter(found.theta, found.noise))
     assert is_white(at)
     assert not at.runs.problem.earth_fixed
-    assert multi_start(at, found.theta) is at
-    assert asked == [True]
+    monkeypatch.setattr(subject, "search", refused)
+    assert refined(at) is at
 
 
-def test_a_disturbance_in_place_of_a_walk_moves_the_velocity_as_far():
-    """Both added up in small steps, over a time long beside the disturbance's memory."""
-    noise = np.array([*NOISE_LEAST[:2], 8e-3, 1e-9, 1e-9, 1e-9, 2.0, *NOISE_LEAST[7:]])
-    other = disturbance_for_walk(noise, 2, 4)
-    assert other[2] == NOISE_LEAST[2]
-    dt, n, memory = 0.05, 8000, other[6]
+def test_a_force_in_place_of_a_walk_moves_the_velocity_as_far():
+    """Both added up in small steps, over a time long beside the force's memory."""
+    walk = 8e-3
+    dt, n, memory = 0.05, 8000, DISTURBANCE_MEMORY
     rng = np.random.default_rng(8)
     fades = np.exp(-dt / memory)
-    d = other[4] * rng.normal(size=500)
-    renewed = other[4] * np.sqrt(1.0 - fades**2)
+    force = float(force_for_walk(np.array([walk]))[0])
+    d = force * rng.normal(size=500)
+    renewed = force * np.sqrt(1.0 - fades**2)
     v = np.zeros(500)
     for _ in range(n):
         v += d * dt
         d = fades * d + renewed * rng.normal(size=500)
-    assert np.std(v) == pytest.approx(noise[2] * np.sqrt(n * dt), rel=0.1)
+    assert np.std(v) == pytest.approx(walk * np.sqrt(n * dt), rel=0.1)
 
 
-def test_a_walk_that_has_a_disturbance_beside_it_stays_and_so_does_an_idle_one():
-    noise = np.array([1e-3, 1e-3, 8e-3, 1e-6, 7e-3, 1e-9, 2.0, *NOISE_LEAST[7:]])
-    assert disturbance_for_walk(noise, 2, 4) is None
-    assert disturbance_for_walk(noise, 3, 5) is None
-
-
-def test_all_of_the_pose_noise_is_said_to_hang_together_as_large_as_it_is(found):
+def test_correlated_errors_as_large_as_they_are_have_the_fourth_differences_of_white_ones(found):
     """The poses have no white noise; differences alone take it for a third of its size."""
     recordings = found.problem.recordings
-    assert np.all(noise_from_poses(recordings)[:2] < 0.5 * SIGMA)
-    noise = gauss_markov_for_white(recordings)
-    assert noise[[7, 8]] == pytest.approx([SIGMA, SIGMA], rel=0.05)
-    assert noise[9] == CORRELATION
+    white = noise_from_poses(recordings)[:2]
+    assert np.all(white < 0.5 * SIGMA)
+    size = correlated_size(found.problem.period, CORRELATION)
+    assert white * size == pytest.approx([SIGMA, SIGMA], rel=0.05)

@@ -20,7 +20,7 @@ from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.optimiser import Outcome, Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
@@ -185,12 +185,10 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
 
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
-    def nowhere(problem, *begin, hold):
-        return Point(*begin, problem.run_filter(*begin))
+    def nowhere(problem, *begin, **_):
+        return Point(*begin, problem.run_filter(*begin)), Outcome.CONVERGED
 
-    monkeypatch.setattr(
-        import_module("seatrial.identification.estimator"), "maximise_likelihood", nowhere
-    )
+    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "search", nowhere)
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
@@ -275,7 +273,7 @@ def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_
     plan = with_seed(load_plan("paper-like"), 5)
     (unseen,) = simulate(msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]}), vehicle)
     scores = {
-        m: seatrial.validate(model, [unseen.recording]).recordings[0].scores
+        m: seatrial.validate(model, [unseen.recording], reference="stencil").recordings[0].scores
         for m, model in found.items()
     }
     for symbol in "uvr":

@@ -16,6 +16,9 @@ import seatrial
 from seatrial.boat.schema import EQUATION_ERROR as PAPERS
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.assessment import assess
+from seatrial.evaluation.filtering import filter_noise, run_filter
+from seatrial.evaluation.prediction import Lookahead
+from seatrial.evaluation.reference import smoothed_motion
 from seatrial.evaluation.validation import validate
 from seatrial.identification.methods import METHODS
 from seatrial.identification.uncertainty.identifiability import identifiability
@@ -183,9 +186,12 @@ def test_files_and_their_hashes_are_named(tables, cse1):
 
 
 def test_plots_hold_the_measured_and_the_predicted_velocities(text, model, cse1, runs):
+    noise = filter_noise(model, list(cse1.values()))  # the paper's method states none
     for place, (recording, run) in enumerate(zip(cse1.values(), runs, strict=True)):
         content = packed(text, place)
-        moving, ahead = seatrial.motion(recording), seatrial.predict(model, recording)
+        moving = smoothed_motion(model, recording, noise)
+        filtered = run_filter(model, recording, noise)
+        ahead = Lookahead(model, recording, filtered=filtered, smoothed=moving).predict(1.0)
         t, row = time_base(recording)
         both = np.full((2, len(t), 3), np.nan)
         both[0, row[moving.valid]] = moving.nu[moving.valid]

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from html_tables import Tables
 
-import seatrial
 from seatrial.evaluation.comparison.compare import compare
+from seatrial.evaluation.filtering import run_filter
+from seatrial.evaluation.prediction import Lookahead
+from seatrial.evaluation.reference import smoothed_motion
 from seatrial.report.comparison import comparison_report, write_comparison
 from seatrial.report.figures.embed import decode
 
@@ -76,7 +78,8 @@ def test_both_predictions_are_in_the_plot(text, models, runs):
     traces = packed["figures"]["velocity-u"]["data"]
     assert [t["name"] for t in traces[:3]] == ["measured", "A", "B"]
     for trace, model in zip(traces[1:3], models, strict=True):
-        ahead = seatrial.predict(model, runs[3])
+        moving, filtered = smoothed_motion(model, runs[3]), run_filter(model, runs[3])
+        ahead = Lookahead(model, runs[3], filtered=filtered, smoothed=moving).predict(1.0)
         t, y = (decode(packed["columns"][trace[k]["column"]]) for k in "xy")
         there = np.isfinite(y)
         expected = np.interp(t[there], ahead.t, ahead.nu[:, 0])

@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -14,6 +15,7 @@ from seatrial.commands.cli import main
 from seatrial.evaluation import assessment
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.velocity import motion
 from seatrial.report import report
 from seatrial.report.evidence import model_evidence
 from seatrial.util.errors import FileError, ModelError
@@ -49,7 +51,8 @@ def test_a_boat_that_never_moves_has_scores_that_come_back(model, tmp_path):
     stamps = np.arange(600) * 66_000_000
     hands_off = Signal(model.vehicle.inputs, stamps, np.zeros((600, len(model.vehicle.inputs))))
     still = make_recording("still", stamps, np.zeros((600, 3)), hands_off)
-    found = load_scores(written(seatrial.validate(model, [still]), tmp_path / "scores.json"))
+    scores = seatrial.validate(model, [still], reference="stencil")
+    found = load_scores(written(scores, tmp_path / "scores.json"))
     surge = found.recordings[0].scores["u"]
     assert surge.ratio == math.inf
     assert math.isnan(surge.kurtosis)
@@ -80,8 +83,8 @@ def test_scores_of_other_recordings_are_refused(model, drives, scores):
     [
         ("{", "is not JSON"),
         ("[1]", "expected a JSON object, got list"),
-        ('{"seatrial": "scores 9"}', "expected 'seatrial: scores 4'"),
-        ('{"seatrial": "scores 4", "recordings": [3]}', "scores.json: "),
+        ('{"seatrial": "scores 9"}', "expected 'seatrial: scores 5'"),
+        ('{"seatrial": "scores 5", "recordings": [3]}', "scores.json: "),
         ("[" * 100_000, "is not JSON"),
     ],
 )
@@ -92,8 +95,48 @@ def test_a_file_that_is_none_is_one_line(tmp_path, text, match):
         load_scores(path)
 
 
-def test_scores_of_the_version_before_are_read(scores, tmp_path):
+def without_reference(scores: Scores) -> dict:
+    """The file's content as it was before there was a choice of reference."""
     content = json.loads(dump_json(scores_json(scores)))
+    del content["reference"]
+    for row in content["recordings"]:
+        del row["reference"]
+    scored = [*content["recordings"], *content["pooled"]]
+    for one in [*scored, *(h for row in content["recordings"] for h in row["horizons"])]:
+        for axis in one["scores"].values():
+            del axis["reference"]
+    return content | {"seatrial": "scores 4"}
+
+
+@pytest.fixture(scope="module")
+def stencil_scores(model, drives):
+    return seatrial.validate(model, drives, reference="stencil")
+
+
+def test_scores_without_a_reference_are_the_stencils(stencil_scores, tmp_path):
+    path = tmp_path / "scores.json"
+    path.write_text(json.dumps(without_reference(stencil_scores)))
+    found = load_scores(path)
+    assert found == msgspec.structs.replace(stencil_scores, seatrial="scores 4")
+    assert found.reference == "stencil"
+
+
+def test_a_report_from_the_stencils_scores_compares_with_the_stencil(
+    model, drives, stencil_scores, scores
+):
+    page = report(model, drives, scores=stencil_scores)
+    for found, reference in ((stencil_scores, "stencil"), (scores, "smoothed")):
+        assert found.reference == reference
+        assert {row.reference for row in found.recordings} == {reference}
+    assert page != report(model, drives, scores=scores)
+    own = [one.prediction for one in assessment.assess_from(model, drives, stencil_scores)]
+    assert [one.measured.tolist() for one in own] == [
+        motion(drive).nu[one.index].tolist() for drive, one in zip(drives, own, strict=True)
+    ]
+
+
+def test_scores_of_the_first_version_are_read(stencil_scores, tmp_path):
+    content = without_reference(stencil_scores)
     del content["pooled"], content["fingerprint"]
     for row in content["recordings"]:
         assert not row.pop("findings")
@@ -101,7 +144,7 @@ def test_scores_of_the_version_before_are_read(scores, tmp_path):
     path = tmp_path / "scores.json"
     path.write_text(json.dumps(content | {"seatrial": "scores 3"}))
     found = load_scores(path)
-    assert found.recordings == scores.recordings
+    assert found.recordings == stencil_scores.recordings
     assert found.pooled == []
 
 
@@ -113,3 +156,15 @@ def test_the_command_takes_the_file(pool, tmp_path, capsys):
     assert main(["report", model, drive, "-o", str(tmp_path / "own.html"), "-q"]) == 0
     assert page.read_text() == (tmp_path / "own.html").read_text()
     assert capsys.readouterr().err == ""
+
+
+def test_the_command_has_the_stencils_scores_too(pool, tmp_path, capsys):
+    model, drive, path = str(pool / "model.yaml"), str(pool / "S7-AF"), tmp_path / "scores.json"
+    for chosen, word in (
+        ("stencil", "five-point stencil, starts too"),
+        ("smoothed", "smoothed vel"),
+    ):
+        arguments = ["validate", model, drive, "--reference", chosen, "--json", str(path), "-q"]
+        assert main(arguments) == 0
+        assert f"  reference: S7-AF: {word}" in capsys.readouterr().out
+        assert load_scores(path).reference == chosen

@@ -26,7 +26,7 @@ def test_the_commands_run(tmp_path, monkeypatch, capsys):
         "floor",
         "excess",
         "95 %",
-        "stencil",
+        "smoothed",
         "filter",
         "5 s",
     ):
@@ -35,9 +35,10 @@ def test_the_commands_run(tmp_path, monkeypatch, capsys):
     assert "model (equation-error) against other (truth)" in shown[3]
     assert "worse" in shown[3]
     scores = json.loads((tmp_path / "scores.json").read_text())
-    assert scores["seatrial"] == "scores 4"
+    assert scores["seatrial"] == "scores 5"
     horizons = scores["recordings"][0]["horizons"]
-    assert [h["start"] for h in horizons[:2]] == ["stencil", "filter"]
+    assert {h["start"] for h in horizons} == {"filter"}
+    assert (scores["reference"], scores["recordings"][0]["reference"]) == ("smoothed", "smoothed")
     assert horizons[-1]["horizon"] == 5.0
 
 

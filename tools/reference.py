@@ -22,6 +22,8 @@ def commands(parser: argparse.ArgumentParser) -> list[str]:
     """A section for each command."""
     chosen = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     said = {action.dest: action.help or "" for action in chosen._choices_actions}
+    for command in chosen.choices.values():
+        command.fill()
     rows = {
         name: [option(a) for a in command._actions if a.dest != "help"]
         for name, command in chosen.choices.items()

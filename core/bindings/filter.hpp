@@ -16,6 +16,8 @@
 #include "arrays.hpp"
 #include "noise.hpp"
 #include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/lookahead.hpp"
+#include "seatrial/filter/smoother.hpp"
 
 namespace {
 
@@ -46,6 +48,8 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
   return to;
 }
 
+constexpr double kLongestDelay = 4.0;  // [s]
+
 /// Poses of one recording, its start, and how its noise is believed to be.
 struct Series {
   PoseSeries poses;
@@ -55,7 +59,8 @@ struct Series {
   std::vector<signed char> use;
   std::vector<double> velocities;
 
-  Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh) {
+  Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh,
+         double position_delay) {
     const std::size_t n = t.shape(0);
     require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
             "eta: n x 3, use: n");
@@ -69,20 +74,28 @@ struct Series {
     require(afresh || std::find(use.begin(), use.end(), kBeginning) == use.end(),
             "USE_BEGINNING: a velocity to begin with expected");
     if (afresh) velocities.assign(afresh->data(), afresh->data() + n * kAxes);
-    poses = {static_cast<int>(n), time.data(), eta.data(), use.data(), velocities.data()};
+    require(std::abs(position_delay) <= kLongestDelay, "position_delay: at most 4 s");
+    poses = {static_cast<int>(n), time.data(),       eta.data(),
+             use.data(),          velocities.data(), position_delay};
   }
   Series(const Series&) = delete;
   Series& operator=(const Series&) = delete;
 };
 
 Effects make_effects(const Vector& effects) {
-  require(effects.shape(0) == kEffects, "effects: lever (2), current (2), bias (3), wind (2)");
+  require(effects.shape(0) == kEffects,
+          "effects: lever (2), current (2), bias (3), wind (2), delays (2)");
   const double* from = effects.data();
   Effects out;
   std::copy(from + kLever, from + kLever + 2, out.lever);
   std::copy(from + kCurrent, from + kCurrent + 2, out.current);
   std::copy(from + kBias, from + kBias + kAxes, out.bias);
   std::copy(from + kWind, from + kWind + 2, out.wind);
+  out.position_delay = from[kDelay];
+  out.heading_delay = from[kDelay + 1];
+  for (int i = 0; i < 2; ++i) {
+    require(std::abs(from[kDelay + i]) <= kLongestDelay, "delays: at most 4 s");
+  }
   return out;
 }
 
@@ -120,7 +133,8 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
 /// Checks what a repetition of a run needs, and gives the step of its parameters or null.
 const double* step_of(const FilterRun& first, const Series& series,
                       const std::optional<Vector>& step) {
-  require(first.transition.size() + 1 == series.time.size(),
+  const int updates = updates_of(first, series.poses);
+  require(first.transition.size() + 1 == static_cast<std::size_t>(updates),
           "the poses of a first run that kept its transitions");
   if (!step) return nullptr;
   require(step->shape(0) == static_cast<std::size_t>(first.parameters), "step: one a parameter");
@@ -164,11 +178,45 @@ FilterRun run_relinearised(const FilterRun& first, const Series& series, Vector 
                       blocks ? blocks->data() : nullptr);
 }
 
+std::tuple<Out2, Out2> run_smoothed(const FilterRun& first, const Series& series, Vector noise,
+                                    double outlier) {
+  step_of(first, series, std::nullopt);
+  const NoiseParameters other = make_noise(noise);
+  SmootherRun run;
+  {
+    nb::gil_scoped_release released;
+    run = smoothed(first, series.poses, other, outlier, series.start);
+  }
+  return {moved2(run.state, kFilterStates), moved2(run.deviation, kAxes)};
+}
+
+Out2 run_lookahead_variance(const FilterRun& first, const Series& series, Vector noise,
+                            double outlier, Places from, Places to) {
+  step_of(first, series, std::nullopt);
+  require(from.shape(0) == to.shape(0), "from, to: one each for a prediction");
+  const std::vector<int> begin(from.data(), from.data() + from.shape(0));
+  const std::vector<int> end(to.data(), to.data() + to.shape(0));
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    require(begin[i] >= (i == 0 ? 0 : begin[i - 1]) && end[i] >= begin[i] &&
+                static_cast<std::size_t>(end[i]) < series.time.size(),
+            "from: rising poses; to: later ones");
+  }
+  const NoiseParameters other = make_noise(noise);
+  std::vector<double> found;
+  {
+    nb::gil_scoped_release released;
+    found = lookahead_variance(first, series.poses, other, outlier, series.start, begin, end);
+  }
+  return moved2(found, kAxes);
+}
+
 /// All that was kept pose by pose; sums stay.
 void forget_poses(FilterRun& p) {
   std::vector<Transition>().swap(p.transition);
   for (auto* own : {&p.spread, &p.deviation, &p.weight, &p.gain}) std::vector<float>().swap(*own);
-  for (auto* own : {&p.score, &p.innovation, &p.state}) std::vector<double>().swap(*own);
+  for (auto* own : {&p.score, &p.innovation, &p.state, &p.update_state}) {
+    std::vector<double>().swap(*own);
+  }
 }
 
 /// Gives what was let go back to the system, where the C library keeps it scattered.
@@ -188,6 +236,7 @@ void bind_filter(nb::module_& m) {
            [](FilterRun& p) {
              std::vector<Transition>().swap(p.transition);
              std::vector<float>().swap(p.gain);
+             std::vector<double>().swap(p.update_state);
            })
       .def("forget_poses", &forget_poses)
       .def_prop_ro(
@@ -227,8 +276,9 @@ void bind_filter(nb::module_& m) {
           "weight", [](const FilterRun& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
-      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>>(), "time"_a,
-           "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none());
+      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double>(),
+           "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
+           "position_delay"_a = 0.0);
   m.attr("EFFECTS") = kEffects;
   m.attr("NO_COLOUR") = kNoColour;
   m.attr("NO_TURN") = kNoTurn;
@@ -245,6 +295,12 @@ void bind_filter(nb::module_& m) {
         "step"_a = nb::none(), "slopes"_a = false);
   m.def("relinearised", &run_relinearised, "first"_a, "series"_a, "noise"_a, "outlier"_a,
         "step"_a = nb::none(), "slopes"_a = false, "blocks"_a = nb::none());
+  m.def("smoothed", &run_smoothed, "first"_a, "series"_a, "noise"_a, "outlier"_a,
+        "States (n x 9) from the poses before and after each, and standard deviations (n x 3) of "
+        "the velocity.");
+  m.def("lookahead_variance", &run_lookahead_variance, "first"_a, "series"_a, "noise"_a,
+        "outlier"_a, "from_pose"_a, "to_pose"_a,
+        "Variances (m x 3) of predictions that start from the filter, without the disturbance.");
 }
 
 }  // namespace

@@ -8,17 +8,12 @@
 #include <tuple>
 #include <vector>
 
-#include "allocator.hpp"
 #include "arrays.hpp"
 #include "filter.hpp"
-#include "mimic.hpp"
-#include "parameter_uncertainty.hpp"
-#include "predictor.hpp"
+#include "on_board.hpp"
 #include "rollout.hpp"
 #include "seatrial/model/frames.hpp"
 #include "seatrial/simulation/plant.hpp"
-#include "simulator.hpp"
-#include "tracking.hpp"
 
 using namespace nb::literals;
 using namespace seatrial;
@@ -341,13 +336,7 @@ NB_MODULE(_core, m) {
 
   bind_rollout(m);
   bind_filter(m);
-  bind_predictor(m);
-  bind_odometer(m);
-  bind_parameter_uncertainty(m);
-  bind_allocator(m);
-  bind_tracking(m);
-  bind_simulator(m);
-  bind_mimic(m);
+  bind_on_board(m);
   m.def("regressors", &regressors, "structure"_a, "nu"_a, "nu_dot"_a, "force"_a);
   m.def("accelerations", &accelerations, "structure"_a, "coefficient"_a, "nu"_a, "force"_a);
   m.def("allocate", &run_allocate, "chain"_a, "wrench"_a,

@@ -27,7 +27,7 @@ NoiseParameters make_noise(const Matrix& rows, std::size_t i) {
   return make_noise(rows.data() + i * kNoiseParameters);
 }
 
-Out1 noise_row(NoiseParameters noise) {
+inline Out1 noise_row(NoiseParameters noise) {
   double* out = nullptr;
   auto row = fresh<Out1>({std::size_t{kNoiseParameters}}, &out);
   for (int i = 0; i < kNoiseParameters; ++i) out[i] = noise.parameter(i);

@@ -46,13 +46,17 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
                           const Vector& noise, const Matrix& considered, bool earth_fixed,
                           const Vector& current, std::optional<double> timeout,
                           const Matrix& speeds, const Matrix& forces, const Vector& spread,
-                          double window) {
+                          double window, const Vector& delays) {
   require(boat.structure.n_forces == chain.n_forces, "structure and chain differ in forces");
   require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
   require(current.shape(0) == 2 && spread.shape(0) == kAxes, "current: 2, spread: 3");
   require(window > 0.0 && window <= 5.0, "window: more than 0 s, at most 5 s");
+  require(delays.shape(0) == 2 && std::abs(delays(0)) <= 1.0 && std::abs(delays(1)) <= 1.0,
+          "delays: of position and heading, at most 1 s");
   OnboardModel m;
   m.window = window;
+  m.position_delay = delays(0);
+  m.heading_delay = delays(1);
   m.boat.structure = boat.structure;
   require(add_disturbance(m.boat.structure), "no room for a disturbance: too many terms");
   std::copy(boat.coefficient, boat.coefficient + kMaxCoefficients, m.boat.coefficient);
@@ -124,12 +128,13 @@ void bind_predictor(nb::module_& m) {
           "__init__",
           [](OnboardModel* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
              Matrix considered, bool earth_fixed, Vector current, std::optional<double> timeout,
-             Matrix speeds, Matrix forces, Vector spread, double window) {
+             Matrix speeds, Matrix forces, Vector spread, double window, Vector delays) {
             new (self) OnboardModel(make_onboard(boat, chain, q, noise, considered, earth_fixed,
-                                                 current, timeout, speeds, forces, spread, window));
+                                                 current, timeout, speeds, forces, spread, window,
+                                                 delays));
           },
           "boat"_a, "chain"_a, "q"_a, "noise"_a, "considered"_a, "earth_fixed"_a, "current"_a,
-          "timeout"_a.none(), "speeds"_a, "forces"_a, "spread"_a, "window"_a);
+          "timeout"_a.none(), "speeds"_a, "forces"_a, "spread"_a, "window"_a, "delays"_a);
   nb::class_<Predictor>(m, "Predictor")
       .def(nb::init<const OnboardModel&>(), "model"_a)
       .def(

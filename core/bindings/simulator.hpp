@@ -122,6 +122,8 @@ void bind_sensors(nb::module_& m) {
       .def_rw("jump_shortest", &PoseSensor::jump_shortest)
       .def_rw("jump_longest", &PoseSensor::jump_longest)
       .def_rw("jump_samples", &PoseSensor::jump_samples)
+      .def_rw("position_delay", &PoseSensor::position_delay)
+      .def_rw("heading_delay", &PoseSensor::heading_delay)
       .def("set_lever", [](PoseSensor& s, Vector lever) { set_lever(s.lever, 2, lever); });
   nb::class_<Imu>(m, "Imu")
       .def(nb::init<>())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A recording for the tests of the estimator's filter.
 #pragma once
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -54,5 +55,19 @@ inline Run run_of(const Structure& s, std::vector<double> coefficients) {
 }
 
 inline Run mallard_run() { return run_of(boats::mallard(), boats::mallard_coefficients()); }
+
+/// Steps of the logarithm of every noise parameter; short ones of the frequency, as a resonance is
+/// sharp.
+inline std::vector<NoiseDirection> logarithmic_directions(const NoiseParameters& noise) {
+  constexpr double kStep = 0.05;
+  std::vector<NoiseDirection> all;
+  for (int i = 0; i < kNoiseParameters; ++i) {
+    const bool turn = i == kTurnParameter;
+    const double step = turn ? kStep / (1.0 + noise.colour_turn * noise.colour_memory) : kStep;
+    all.push_back({noise, step});
+    all.back().noise.parameter(i) *= std::exp(step);
+  }
+  return all;
+}
 
 }  // namespace problems

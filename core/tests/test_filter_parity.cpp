@@ -40,18 +40,21 @@ void estimate(const Run& run, const NoiseParameters& noise, const Effects& effec
   const FilterRun pass =
       innovations(p.boat, p.trace(), run.poses(), noise, kOutlier, run.start, effects, slopes);
   REQUIRE(pass.good);
-  const auto n = static_cast<std::size_t>(pass.parameters);
+  const auto all = static_cast<std::size_t>(pass.parameters);
+  const std::size_t n = slopes ? all - 2 : all;  // the old filters have no delays
   out.insert(out.end(), {pass.cost, pass.gradient[0], pass.gradient[n / 2], pass.gradient[n - 1],
-                         pass.information[0], pass.information[(n / 2) * (n + 1)],
-                         pass.information[n - 1], pass.information[n * n - 1]});
+                         pass.information[0], pass.information[(n / 2) * (all + 1)],
+                         pass.information[n - 1], pass.information[(n - 1) * (all + 1)]});
   out.insert(out.end(), pass.state.end() - kFilterStates, pass.state.end());
   NoiseParameters other = noise;
   other.walk_linear *= 2.0;
   out.push_back(repeated(pass, run.poses(), other, kOutlier, run.start));
-  const NoiseDerivatives noises = noise_slopes(pass, run.poses(), noise, kOutlier, run.start);
+  const NoiseDerivatives noises = noise_slopes(
+      pass, run.poses(), noise, problems::logarithmic_directions(noise), kOutlier, run.start);
+  constexpr std::size_t kRow = kNoiseParameters;
   out.insert(out.end(), {noises.cost, noises.gradient[0], noises.gradient[3], noises.gradient[6],
-                         noises.gradient[7], noises.information[0][0], noises.information[4][2],
-                         noises.information[9][9]});
+                         noises.gradient[7], noises.information[0],
+                         noises.information[4 * kRow + 2], noises.information[9 * kRow + 9]});
 }
 
 /// Two boats, three noises; an outlier, a jump for good, a gap; with effects and without.

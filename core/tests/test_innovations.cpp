@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "boats.hpp"
 #include "filter_run.hpp"
 
@@ -133,7 +135,9 @@ TEST_CASE("derivatives to the noise are the cost's differences") {
   const Run run = mallard_run();
   for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
     const FilterRun first = run.pass(noise);
-    const NoiseDerivatives slopes = noise_slopes(first, run.poses(), noise, kNever, run.start);
+    const std::vector<NoiseDirection> directions = problems::logarithmic_directions(noise);
+    const NoiseDerivatives slopes =
+        noise_slopes(first, run.poses(), noise, directions, kNever, run.start);
     const auto cost = [&](int i, double logarithm) {
       NoiseParameters moved = noise;
       moved.parameter(i) *= std::exp(logarithm);
@@ -142,15 +146,48 @@ TEST_CASE("derivatives to the noise are the cost's differences") {
     const double here = cost(0, 0.0);
     for (int i = 0; i < kNoiseParameters; ++i) {
       const double slope = (cost(i, 1e-4) - cost(i, -1e-4)) / 2e-4;
-      const bool sharp = i == kTurnParameter;  // a resonance is
-      const double step = sharp ? 0.05 / (1.0 + noise.colour_turn * noise.colour_memory) : 0.05;
+      const auto at = static_cast<std::size_t>(i);
+      const double step = directions[at].step;
+      const double information = slopes.information[at * (kNoiseParameters + 1)];
       const double bend = (cost(i, step) - 2.0 * here + cost(i, -step)) / (step * step);
       // a forward quotient with its second-order share taken off as it is expected to be
-      const double want = 0.5 * slope + 0.5 * step * (0.5 * bend - slopes.information[i][i]);
-      CHECK(slopes.gradient[i] == doctest::Approx(want).epsilon(0.01).scale(1.0));
-      CHECK(slopes.information[i][i] >= 0.0);
+      const double want = 0.5 * slope + 0.5 * step * (0.5 * bend - information);
+      CHECK(slopes.gradient[at] == doctest::Approx(want).epsilon(0.01).scale(1.0));
+      CHECK(information >= 0.0);
     }
   }
+}
+
+TEST_CASE("a run relinearised where it was has its gradient, information and scores") {
+  const Run run = mallard_run();
+  for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+    const FilterRun first = run.pass(noise);
+    const FilterRun again = relinearised(first, run.poses(), noise, kNever, run.start);
+    CHECK(again.cost == doctest::Approx(first.cost).epsilon(1e-9));
+    Worst worst;
+    const double gradient = *std::max_element(first.gradient.begin(), first.gradient.end());
+    for (std::size_t i = 0; i < first.gradient.size(); ++i) {
+      worst.see(again.gradient[i] / gradient, first.gradient[i] / gradient);
+      const std::size_t own = i * (first.gradient.size() + 1);
+      worst.see(again.information[own] / first.information[own], 1.0);
+    }
+    CHECK(worst.value() < 1e-4);  // the kept sensitivities are short
+  }
+}
+
+TEST_CASE("after a small step of the parameters it is a full run of these parameters") {
+  const Run run = mallard_run();
+  const FilterRun first = run.pass(kWhite);
+  const auto p = static_cast<std::size_t>(first.parameters);
+  std::vector<double> step(p, 0.0);
+  step[0] = 1e-4 * run.problem.boat.coefficient[0];
+  const double there =
+      relinearised(first, run.poses(), kWhite, kNever, run.start, step.data()).cost;
+  CHECK(there == repeated(first, run.poses(), kWhite, kNever, run.start, step.data()));
+  const double slope = -2.0 * first.gradient[0];
+  const double bend = 2.0 * first.information[0];
+  const double foretold = first.cost + step[0] * slope + 0.5 * step[0] * step[0] * bend;
+  CHECK(there - first.cost == doctest::Approx(foretold - first.cost).epsilon(1e-3));
 }
 
 TEST_CASE("an outlier has less weight, and costs less than its square") {
@@ -232,9 +269,9 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
     const Problem& p = run.problem;
     return innovations(p.boat, p.trace(), run.poses(), sharp, kNever, run.start, effects, true);
   };
-  double* const moved[kEffects] = {&at.lever[0],   &at.lever[1], &at.current[0],
-                                   &at.current[1], &at.bias[0],  &at.bias[1],
-                                   &at.bias[2],    &at.wind[0],  &at.wind[1]};
+  double* const moved[kDelay] = {&at.lever[0],   &at.lever[1], &at.current[0],
+                                 &at.current[1], &at.bias[0],  &at.bias[1],
+                                 &at.bias[2],    &at.wind[0],  &at.wind[1]};
   const FilterRun here = pass(at);
   REQUIRE(here.good);
   const int own = here.parameters - kEffects;
@@ -255,12 +292,151 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
   const auto entry = [&](int i, int j) {
     return here.information[static_cast<std::size_t>((own + i) * here.parameters + own + j)];
   };
-  for (int i = 0; i < kEffects; ++i) {
+  for (int i = 0; i < kDelay; ++i) {
     CHECK(std::abs(here.gradient[static_cast<std::size_t>(own + i)]) * step < 1e-3);
     CHECK(bend(i, i) == doctest::Approx(entry(i, i)).epsilon(1e-3));
     for (int j = 0; j < i; ++j) {
       const double want = entry(i, i) + entry(j, j) + 2.0 * entry(i, j);
       CHECK(bend(i, j) == doctest::Approx(want).epsilon(1e-3));
+    }
+  }
+}
+
+namespace {
+
+/// Poses without noise whose positions and headings are `late` [s] older than their stamps.
+struct LateRun {
+  Run run = mallard_run();
+  double late[2];
+
+  LateRun(double position, double heading) : late{position, heading} {
+    Problem& p = run.problem;
+    const std::vector<double> all = p.time;
+    const std::size_t first = 6;  // the boat's motion is known before it
+    std::vector<double> state[2];
+    for (int part = 0; part < 2; ++part) {
+      p.time.assign(1, all[0]);
+      for (std::size_t k = first; k < all.size(); ++k) p.time.push_back(all[k] - late[part]);
+      state[part] = problems::simulated(p, nullptr);
+    }
+    p.time.assign(all.begin() + first, all.end());
+    run.eta.clear();
+    for (std::size_t k = 1; k <= p.time.size(); ++k) {
+      run.eta.insert(run.eta.end(), {state[0][k * kStates], state[0][k * kStates + 1],
+                                     state[1][k * kStates + 2]});
+    }
+    run.use.assign(p.time.size(), kMeasured);
+    run.use[40] = kNotMeasured;
+    std::copy(run.eta.begin(), run.eta.begin() + std::ptrdiff_t{kPose}, run.start.state);
+    for (int i = kPose; i < kStates; ++i) run.start.state[i] = state[0][kStates + i];
+  }
+
+  Effects effects() const {
+    Effects e;
+    e.position_delay = late[0];
+    e.heading_delay = late[1];
+    return e;
+  }
+
+  FilterRun pass(const Effects& effects, const NoiseParameters& noise) const {
+    const Problem& p = run.problem;
+    return innovations(p.boat, p.trace(), run.poses(), noise, kNever, run.start, effects, true);
+  }
+
+  /// The largest innovation [m, rad] after the first second.
+  double worst(const FilterRun& pass) const {
+    double most = 0.0;
+    for (std::size_t i = 15 * std::size_t{kPose}; i < pass.innovation.size(); ++i) {
+      if (run.use[i / kPose] != kNotMeasured) most = std::max(most, std::abs(pass.innovation[i]));
+    }
+    return most;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("positions and headings of two times are predicted each at its own") {
+  for (const auto& [position, heading] :
+       {std::pair{0.2, 0.0}, {0.0, 0.2}, {0.15, 0.15}, {0.1, 0.23}, {-0.1, 0.05}}) {
+    const LateRun late(position, heading);
+    for (const NoiseParameters& noise : {kWhite, kColoured, kOscillating}) {
+      const FilterRun right = late.pass(late.effects(), noise);
+      REQUIRE(right.good);
+      CHECK(late.worst(right) < 2e-4);
+      CHECK(late.worst(late.pass({}, noise)) > 4e-3);
+      // what is known of the series and what is an effect add up
+      const Problem& p = late.run.problem;
+      PoseSeries poses = late.run.poses();
+      poses.position_delay = position - heading;
+      Effects rest;
+      rest.position_delay = rest.heading_delay = heading;
+      const FilterRun known =
+          innovations(p.boat, p.trace(), poses, noise, kNever, late.run.start, rest, true);
+      CHECK(known.cost == doctest::Approx(right.cost));
+      // the same run again, on its linearisation
+      CHECK(repeated(right, late.run.poses(), noise, kNever, late.run.start) ==
+            doctest::Approx(right.cost).epsilon(1e-6));
+      const auto directions = problems::logarithmic_directions(noise);
+      CHECK(noise_slopes(right, late.run.poses(), noise, directions, kNever, late.run.start).cost ==
+            doctest::Approx(right.cost).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE("a step of the delays on the linearisation is nearly that of a run") {
+  for (const auto& [position, heading] : {std::pair{0.0, 0.0}, {0.2, 0.0}, {0.0, 0.2}}) {
+    const LateRun late(position, heading);
+    const FilterRun first = late.pass(late.effects(), kWhite);
+    for (int part = 0; part < 2; ++part) {
+      std::vector<double> step(static_cast<std::size_t>(first.parameters), 0.0);
+      step[step.size() - 2 + static_cast<std::size_t>(part)] = 0.02;
+      Effects moved = late.effects();
+      (part == 0 ? moved.position_delay : moved.heading_delay) += 0.02;
+      const double want = late.pass(moved, kWhite).cost - first.cost;
+      REQUIRE(want > 1.0);
+      const PoseSeries poses = late.run.poses();
+      const double got =
+          repeated(first, poses, kWhite, kNever, late.run.start, step.data(), true) - first.cost;
+      CHECK(got == doctest::Approx(want).epsilon(0.25));
+      CHECK(relinearised(first, poses, kWhite, kNever, late.run.start, step.data(), true).cost ==
+            doctest::Approx(first.cost + got));
+    }
+  }
+}
+
+TEST_CASE("a jump for good of late positions is followed, whatever the heading's delay") {
+  for (const auto& [position, heading] : {std::pair{0.2, 0.0}, {0.0, 0.2}}) {
+    LateRun late(position, heading);
+    for (std::size_t k = 50; k < late.run.use.size(); ++k) late.run.eta[3 * k] += 0.4;
+    for (const Use use : {kJumped, kGapped}) {
+      late.run.use[50] = use;
+      const FilterRun pass = late.pass(late.effects(), kWhite);
+      REQUIRE(pass.good);
+      CHECK(std::abs(pass.innovation[kPose * 50 + 2]) < 1e-3);  // the heading did not jump
+      for (std::size_t k = 51; k < 60; ++k) CHECK(std::abs(pass.innovation[kPose * k]) < 5e-3);
+    }
+  }
+}
+
+TEST_CASE("delays bend the cost as the information says") {
+  NoiseParameters calm = kWhite;  // so that the times of updates do not bend the determinant, too
+  calm.walk_linear = calm.walk_yaw = calm.disturbance_linear = calm.disturbance_yaw = 1e-8;
+  for (const auto& [position, heading] : {std::pair{0.2, 0.0}, {0.0, 0.2}, {0.1, 0.23}}) {
+    const LateRun late(position, heading);
+    Effects at = late.effects();
+    const FilterRun here = late.pass(at, calm);
+    const int own = here.parameters - kEffects;
+    const double step = 1e-4;
+    double* const moved[2] = {&at.position_delay, &at.heading_delay};
+    for (int i = 0; i < 2; ++i) {
+      double sum = -2.0 * here.cost;
+      for (const double d : {step, -step}) {
+        *moved[i] += d;
+        sum += late.pass(at, calm).cost;
+        *moved[i] -= d;
+      }
+      const auto entry = static_cast<std::size_t>((own + kDelay + i) * (here.parameters + 1));
+      CHECK(0.5 * sum / (step * step) == doctest::Approx(here.information[entry]).epsilon(0.03));
     }
   }
 }

@@ -121,6 +121,42 @@ TEST_CASE("and where pose errors are correlated") {
   }
 }
 
+TEST_CASE("and where positions and headings are late, alike or not") {
+  for (const auto& [position, heading] :
+       {std::pair{0.2, 0.2}, {0.2, 0.0}, {0.05, 0.3}, {-0.1, 0.1}}) {
+    for (OnboardModel m : {onboard::model(), onboard::swinging_model()}) {
+      m.position_delay = position;
+      m.heading_delay = heading;
+      CHECK(arrival_does_not_matter(m, 5, 9.0, 0.5));
+    }
+  }
+}
+
+TEST_CASE("a pose's position and heading at two times are those of two whole poses") {
+  // at 15 Hz 0.2 s are three poses: each stamp has the position of the third before it
+  OnboardModel m = onboard::model();
+  m.position_delay = 0.2;
+  auto plain = fresh();
+  auto split = fresh(m);
+  std::vector<Input> poses;
+  for (Input in : drive(3, 12.0)) {
+    give(*plain, in);
+    if (in.pose) {
+      poses.push_back(in);
+      if (poses.size() < 4) continue;
+      const Input& before = poses[poses.size() - 4];
+      std::copy(before.values, before.values + 2, in.values);
+      in.time = before.time + 0.2;
+    }
+    REQUIRE(give(*split, in) == Taken::kUsed);
+  }
+  const double end = poses.back().time;
+  const Estimate want = plain->at(end);
+  const Estimate got = split->at(end);
+  CHECK((got.health & (kNoPose | kGateRejecting | kReinitialised)) == 0U);
+  for (int i = 0; i < kPose; ++i) CHECK(got.pose[i] == doctest::Approx(want.pose[i]).epsilon(0.02));
+}
+
 TEST_CASE("later inputs do not change the past") {
   const std::vector<Input> inputs = troubled(17, 9.0);
   auto p = fresh();

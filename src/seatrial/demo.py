@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The whole workflow on the bundled recordings and on simulated trials."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -9,8 +9,10 @@ from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model, save
 from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
+from seatrial.evaluation.assessment import Assessment, assess
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, scores_json
-from seatrial.evaluation.validation import validate
+from seatrial.evaluation.validation import scores_of
 from seatrial.identification.methods import DEFAULT_METHOD, identify
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
@@ -19,17 +21,20 @@ from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.recording import Recording
-from seatrial.report import write_report
+from seatrial.report.evidence.model_evidence import evidence_of
+from seatrial.report.model_report import write_evidence
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
+from seatrial.util.progress import over, stage
 
 PAPER = "equation-error"
 DEMO_METHODS = (PAPER, DEFAULT_METHOD)
 TRAINED_ON = ("CSE1_data_random_run1", "CSE1_data_random_run3")
 TESTED_ON = "CSE1_data_run1"
+SHIP_SHARE = 0.8  # of the time that all takes
 SHIPS = (  # vehicle file, method, label
     ("vehicle.yaml", PAPER, "the paper's method"),
     ("vehicle.yaml", DEFAULT_METHOD, DEFAULT_METHOD),
@@ -42,17 +47,17 @@ TABLE_III = {
 }
 DEMO_LEGEND = """\
   constant: RMS error of a constant velocity; in brackets: error over that;
-  floor: noise floor, the error of a perfect model from pose noise"""
+  floor: noise floor, the error of a perfect model from pose noise;
+  velocities by the five-point stencil, as in the paper; seatrial validate and report have smoothed ones"""
 Say = Callable[[str], None]
 
 
-def demo(out: Path, say: Say, note: Say) -> None:
-    """Identify, validate and report: a real model ship, then the paper's trials.
-
-    `say` gets lines for the user, `note` the current step.
-    """
-    _ship(out / "cse1", say, note)
-    _trials(out / "mallard", say, note)
+def demo(out: Path, say: Say) -> None:
+    """Identify, validate and report: a real model ship, then the paper's trials. `say` gets lines for the user."""
+    with stage("model ship", SHIP_SHARE):
+        _ship(out / "cse1", say)
+    with stage("simulated trials"):
+        _trials(out / "mallard", say)
     say(DEMO_LEGEND)
 
 
@@ -65,22 +70,25 @@ def bundled_data() -> Path:
     raise FileError(f"{installed}: the bundled recordings are missing; install seatrial again")
 
 
-def _ship(out: Path, say: Say, note: Say) -> None:
+def _ship(out: Path, say: Say) -> None:
     """C/S Enterprise I: identified on two runs, tested on the third."""
     data = bundled_data() / "cse1"
     say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
-    bags = {n: data / "mcap" / f"{n}.mcap" for n in (*TRAINED_ON, TESTED_ON)}
-    _inspect_and_init(bags, load_vehicle(data / "vehicle.yaml"), out, say, note)
+    bags = [data / "mcap" / f"{name}.mcap" for name in (*TRAINED_ON, TESTED_ON)]
+    vehicles = {file: load_vehicle(data / file) for file, _, _ in SHIPS}
+    with stage("reading", 0.03):
+        runs = {file: [read(bag, v) for bag in bags] for file, v in vehicles.items()}
+    _inspect_and_init(bags, runs["vehicle.yaml"], vehicles["vehicle.yaml"], out, say)
     found: dict[str, Scores] = {}
     for file, method, label in SHIPS:
-        note(f"CSE1, {label}")
-        vehicle = load_vehicle(data / file)
-        runs = {name: read(bag, vehicle) for name, bag in bags.items()}
-        model = identify([runs[n] for n in TRAINED_ON], vehicle, method=method)
-        found[label] = validate(model, [runs[TESTED_ON]])
-        seen = [runs[TESTED_ON], *(runs[n] for n in TRAINED_ON)]
-        name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
-        _store(out / name, model, found[label], seen)
+        with stage(label, 0.1 if method == PAPER else 0.4):
+            vehicle, (*trained, tested) = vehicles[file], runs[file]
+            with stage("identifying", 0.7):
+                model = identify(trained, vehicle, method=method)
+            name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
+            unseen = _assessed(model, [tested])
+            found[label] = _scores(model, unseen)
+            _store(out / name, model, found[label], [*unseen, *_assessed(model, trained)])
     say(_scores_table(found))
     (row,) = found[label].recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
@@ -88,46 +96,44 @@ def _ship(out: Path, say: Say, note: Say) -> None:
 
 
 def _inspect_and_init(
-    bags: dict[str, Path], vehicle: Vehicle, out: Path, say: Say, note: Say
+    bags: Sequence[Path], runs: Sequence[Recording], vehicle: Vehicle, out: Path, say: Say
 ) -> None:
     """`inspect` and `init` on the bags."""
-    note("CSE1, inspect")
-    found = inspect([read(bag, vehicle) for bag in bags.values()], vehicle)
+    with stage("inspect", 0.03):
+        found = inspect(runs, vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")
     findings = [finding.text for finding in found.signs.findings]
     for sentence in findings or ["consistent with the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
-    note("CSE1, init")
-    proposal = init(
-        *(bags[n] for n in TRAINED_ON), choices=Choices(name="cse1", axes="forward-right-down")
-    )
+    with stage("init", 0.05):
+        proposal = init(*bags[:-1], choices=Choices(name="cse1", axes="forward-right-down"))
     write_text(out / "proposed.yaml", proposal.text)
     say(f" init: vehicle file proposed from the bags alone  -> {out / 'proposed.yaml'}\n")
 
 
-def _trials(out: Path, say: Say, note: Say) -> None:
+def _trials(out: Path, say: Say) -> None:
     """S1-S7 for both allocations: identified on S1-S3, tested on S4-S7 (Tables II and III)."""
     plan = load_plan("paper-like")
     say(f"Simulated trials: the paper's S1-S7, plan '{plan.name}'")
-    for name in plan.vehicles:
+    for name in over(plan.vehicles, "boat"):
         vehicle = load_vehicle(name)
         suffix = SUFFIX[vehicle.scheme]
         written = write_setting(plan, vehicle, plant_model(plan, vehicle), out)
-        folders = []
-        for trial in simulate(plan, vehicle):
-            note(f"simulating {trial.name}")
-            folders.append(write_trial(trial, out))
+        with stage("simulating", 0.2):
+            trials = over(simulate(plan, vehicle), total=len(plan.trials))
+            folders = [write_trial(trial, out) for trial in trials]
         known = load_vehicle(written)
         recordings = [read(folder, known) for folder in folders]
         models: dict[str, Model] = {}
         found: dict[str, Scores] = {}
         for method in DEMO_METHODS:
-            note(f"identifying {vehicle.name}{suffix}, {method}")
-            models[method] = identify(recordings[:3], known, method=method)
-            found[method] = validate(models[method], recordings[3:])
+            with stage(method, 0.3):
+                models[method] = identify(recordings[:3], known, method=method)
+                assessed = _assessed(models[method], recordings[3:])
+                found[method] = _scores(models[method], assessed)
         save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
         best = out / f"result{suffix}"
-        _store(best, models[DEFAULT_METHOD], found[DEFAULT_METHOD], recordings[3:])
+        _store(best, models[method], found[method], assessed)
         say(f" allocation{suffix.replace('-', ' ')}")
         say(_coefficients_table(models, plan.plant.coefficients))
         say(_scores_table(found, TABLE_III[suffix]))
@@ -161,10 +167,26 @@ def _coefficients_table(models: Mapping[str, Model], truth: Mapping[str, float])
     return table(["", *names], rows)
 
 
-def _store(out: Path, model: Model, scores: Scores, recordings: list[Recording]) -> None:
+def _assessed(model: Model, recordings: Sequence[Recording]) -> list[Assessment]:
+    """Predictions of all recordings, for the scores and for the report."""
+    with stage("validating", 0.5):
+        return assess(model, recordings, DEFAULT_HORIZON, "stencil")
+
+
+def _scores(model: Model, assessed: Sequence[Assessment]) -> Scores:
+    """Scores of recordings that can be predicted."""
+    for one in assessed:
+        if one.failure is not None:
+            raise one.failure
+    return scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
+
+
+def _store(out: Path, model: Model, scores: Scores, assessed: Sequence[Assessment]) -> None:
     save(model, out / "model.yaml")
     write_text(out / "scores.json", dump_json(scores_json(scores)))
-    write_report(model, recordings, out / "report.html")
+    with stage("report"):
+        every = scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
+        write_evidence(evidence_of(model, assessed, every), out / "report.html")
 
 
 def _show_model(model: Model, out: Path, say: Say) -> None:

@@ -104,8 +104,12 @@ def driven(
     rate: float = 12.0,
     seconds: float = 120.0,
     drives: int = 2,
+    late: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Vehicle, list[Recording]]:
-    """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s]."""
+    """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s].
+
+    late: [s] by which positions and headings are older than their stamps, whole ticks.
+    """
     true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
     names, values = true.structure.coefficients, hull.coefficients
     theta = np.array([values[n] for n in names])
@@ -127,7 +131,9 @@ def driven(
             plant.command(i * TICK, np.ascontiguousarray(row))
         t = np.arange(0.1, seconds - 0.1, 1.0 / rate)
         at = np.round(t / TICK).astype(int)
-        eta = states[at, :3] + white * rng.normal(size=(len(at), 3))
+        seen = [np.maximum(at - round(delay / TICK), 0) for delay in late]
+        eta = np.column_stack([states[seen[0], :2], states[seen[1], 2]])
+        eta += white * rng.normal(size=(len(at), 3))
         if lasting is not None:
             size, memory = lasting
             stays = np.exp(-TICK / memory)

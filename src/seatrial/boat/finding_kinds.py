@@ -210,6 +210,26 @@ class FindingKind(Enum):
         ),
     )
 
+    DELAY_DIFFERENCE = (
+        "delay-difference",
+        Spec(
+            "sensor delays: the {older} is {delay:.3f} ± {error:.1g} s older than the {newer}",
+            "If you know what both are late by, state it: it is indistinguishable from the thrusters' latency",
+            {"older": ONE_NAME, "newer": ONE_NAME},
+            {"delay": "s", "error": "s"},
+        ),
+    )
+    DELAY = (
+        "delay",
+        Spec(
+            "sensor delays: the {part} is {delay:.3f} ± {error:.1g} s late, with the thrusters' latency as stated",
+            "An error of the stated latency is one of the delay",
+            {"part": ONE_NAME},
+            {"delay": "s", "error": "s"},
+            signed=("delay",),
+        ),
+    )
+
     # effects that the model does not have
     UNMODELLED_LEVER_ARM = (
         "unmodelled-lever-arm",
@@ -237,6 +257,15 @@ class FindingKind(Enum):
     UNMODELLED_WIND = (
         "unmodelled-wind",
         Spec(f"unmodelled effect: wind {UNMODELLED}", ASK_EFFECT.format(effect="wind")),
+    )
+    UNMODELLED_DELAY = (
+        "unmodelled-delay",
+        Spec(
+            "unmodelled effect: position and heading are of two times, about {size:.2g} s apart, which "
+            f"{UNMODELLED} or of the correlated pose noise",
+            ASK_EFFECT.format(effect="delay"),
+            numbers={"size": "s"},
+        ),
     )
     UNEQUAL_THRUSTER_GAINS = (
         "unequal-thruster-gains",
@@ -431,5 +460,6 @@ UNMODELLED_EFFECTS = {  # by value of `--effect`
     "current": FindingKind.UNMODELLED_CURRENT,
     "trim": FindingKind.UNMODELLED_TRIM,
     "wind": FindingKind.UNMODELLED_WIND,
+    "delay": FindingKind.UNMODELLED_DELAY,
 }
 PART_CHOICES = {"axis": AXES, "axes": AXES}  # parts of a subject that are one of few

@@ -34,6 +34,7 @@ MODEL_FORMAT: Final = "model 3"
 NOTES_FORMAT: Final = "model 2"  # the same with sentences in place of findings; read, not written
 ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
 LEVER_TOLD = "lever_stated"  # a setting: what the vehicle file had, where another was found
+DELAYS_TOLD = "delays_stated"  # the same of the delays of position and heading
 SURELY = 3.0  # standard errors from which on two lever arms are two
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
@@ -133,12 +134,14 @@ class Model:
         return 0.0, 0.0
 
     def about_origin(self, vehicle: Vehicle) -> Vehicle:
-        """A vehicle with the model's lever arm, if the poses' point is the same.
+        """A vehicle with the model's lever arm and delays, if the poses are of the same sensor.
 
-        So it is where the vehicle states none, or what was stated before this model's was found.
+        So they are where the vehicle states none, or what was stated before this model's were found.
         """
-        told = self.estimator.settings.get(LEVER_TOLD)
-        same = vehicle.stated_lever in (None, told)
+        settings = self.estimator.settings
+        if vehicle.stated_delays in (None, settings.get(DELAYS_TOLD)):
+            vehicle = vehicle.with_delays(*self.vehicle.delays)
+        same = vehicle.stated_lever in (None, settings.get(LEVER_TOLD))
         other = same and vehicle.lever != self.vehicle.lever
         return vehicle.with_lever(self.vehicle.lever) if other else vehicle
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Noise parameters of the filter: packing, bounds, model file, and maximum likelihood by Fisher scoring."""
+"""Noise parameters of the filter: packing, bounds, units, and the model file."""
 
 import numpy as np
 
@@ -19,10 +19,7 @@ POSE_NOISE_GROWTH = (
 )
 LONGEST = 60.0  # [s] longest memory of Gauss-Markov pose noise that starts above a second (GNSS)
 WAVE_PERIODS = (0.4, 20.0)  # [s] of oscillating pose noise
-# start values for noise that is at its lower bound
-RAISED = np.array([0.0, 0.0, 5e-4, 2e-3, 1e-3, 3e-3])
-PROCESS, DISTURBANCES, MEMORY = slice(2, 6), [4, 5], 6  # places in the vector
-WALKS_AND_DISTURBANCES = ((2, 4), (3, 5))  # of surge and sway, of yaw
+PROCESS, WALKS, DISTURBANCES, MEMORY = slice(2, 6), [2, 3], [4, 5], 6  # places in the vector
 COLOUR, COLOUR_MEMORY, COLOUR_TURN = [7, 8], 9, 10  # Gauss-Markov pose noise
 AMPLITUDES = (0, 1, 2, 3, 4, 5, 7, 8)  # the others are time constants and a frequency
 UNIT_POSES = 10.0  # within so many poses a noise source matters that moves the boat by their errors
@@ -73,16 +70,15 @@ def noise_entry(noise: Array, *, earth: bool = False) -> NoiseEntry:
 def most_noise(noise: Array) -> Array:
     """Upper bounds (11,) of a search from this noise.
 
-    Far from the optimum, long correlation of pose noise absorbs motion: a search that starts with a
-    short memory keeps it short. Metres of position noise are allowed only from such a start.
+    Far from the optimum, long correlation of pose noise absorbs motion: a search that starts with a short memory
+    keeps it short. Metres of position noise are allowed only from such a start.
     """
     most = NOISE_MOST.copy()
-    most[0] = most[COLOUR[0]] = max(most[0], POSE_NOISE_GROWTH * noise[0])
-    if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9):
+    if noise[COLOUR_MEMORY] > NOISE_MOST[COLOUR_MEMORY] * (1.0 + 1e-9) or oscillates(noise):
         most[COLOUR_MEMORY] = LONGEST
+    most[0] = most[COLOUR[0]] = max(most[0], POSE_NOISE_GROWTH * noise[0])
     if oscillates(noise):
         most[COLOUR_TURN] = 2.0 * np.pi / WAVE_PERIODS[0]
-        most[COLOUR_MEMORY] = LONGEST
     return most
 
 

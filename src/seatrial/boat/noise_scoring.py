@@ -37,11 +37,10 @@ GROWTH = 30.0  # of a variance in one step, beyond the square of its unit
 PRIOR_DEVIATION = (
     2.0  # of the logarithms of time constants: keeps those without information in place
 )
-SHARES = (1.0, 0.9, 0.6, 0.2, 0.04)  # of a step that are tried until one gains
-LEAST_PROMISE = 0.01  # fall of -2 log likelihood by a step: less is not tried
+SHARES = (1.0, 0.9, 0.5, 0.1)  # of a step that are tried until one gains
+LEAST_PROMISE = 0.05  # fall of -2 log likelihood by a step: less is not tried
 AT_LEAST = 1.01  # times the lower bounds: up to here noise is at them
 SCORING_STEPS = 8  # of `fitted_noise`
-SCORING_GAIN = 0.1  # fall of -2 log likelihood; a smaller one ends it
 RELATIVE_RIDGE = 1e-9  # keeps the step unique where two sources have the same effect
 
 
@@ -54,6 +53,7 @@ class Linearised:
 
     runs: Sequence[_core.FilterRun]
     series: Sequence[_core.Series]
+    period: float  # [s] of the poses
     outlier: float = OUTLIER
     steps: Sequence[Array | None] = ()  # of each run's own parameters; none where empty
     effects: bool = False  # whether the runs' effects are parameters
@@ -111,21 +111,22 @@ class NoiseBox:
         return np.asarray(out)
 
 
+@dataclass(frozen=True)
+class Value:
+    """What is to fall, of a noise (11,), and how much it is here."""
+
+    of: Callable[[Array], float]
+    here: float
+
+
 def scored(
-    at: Linearised,
-    noise: Array,
-    period: float,
-    box: NoiseBox,
-    value: Callable[[Array], float],
-    here: float,
-    *,
-    absent: bool = True,
+    at: Linearised, noise: Array, box: NoiseBox, value: Value, *, absent: bool = True
 ) -> tuple[Array, float]:
     """One step of Fisher scoring within a box: likelier noise (11,), and its value.
 
-    period: [s] of the poses; value: what is to fall, of a noise, which is `here` now; absent: whether sources that
-    are at their lower bound may leave it.
+    absent: whether sources that are at their lower bound may leave it.
     """
+    period, here = at.period, value.here
     places = np.flatnonzero(box.active(noise, absent=absent))
     units = noise_units(noise, period)
     amplitude = np.isin(places, AMPLITUDES)
@@ -154,29 +155,21 @@ def scored(
     # as much of it as gains
     for share in SHARES:
         trial = np.clip(_noise(noise, places, amplitude, begin + share * step), box.least, box.most)
-        found = value(trial)
+        found = value.of(trial)
         if found < here:
             return trial, found
     return noise, here
 
 
-def fitted_noise(
-    passes: Sequence[_core.FilterRun],
-    poses: Sequence[_core.Series],
-    noise: Array,
-    period: float,
-    box: NoiseBox | None = None,
-    settled: float = SCORING_GAIN,
-) -> tuple[Array, float]:
+def fitted_noise(at: Linearised, noise: Array, settled: float) -> tuple[Array, float]:
     """Maximum-likelihood noise (11,) for a fixed model, and -2 log likelihood without its constant.
 
-    period: [s] of the poses. A step that gains less than `settled` is the last.
+    A step that gains less than `settled` is the last.
     """
-    at = Linearised(passes, poses)
     here = at.cost(noise)
     for _ in range(SCORING_STEPS):
         before = here
-        noise, here = scored(at, noise, period, box or NoiseBox(), at.cost, before)
+        noise, here = scored(at, noise, NoiseBox(), Value(at.cost, before))
         if before - here < settled:
             break
     return noise, here

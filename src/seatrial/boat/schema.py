@@ -15,6 +15,7 @@ Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
 Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
+Delay = Annotated[float, msgspec.Meta(ge=-1, le=1)]  # [s] of a sensor; negative: stamped late
 Estimate = Literal["estimate"]  # instead of a number: the stage exists, its value is estimated
 
 
@@ -63,6 +64,9 @@ class PoseSource(Strict, frozen=True):
     clock: Clock = "header"
     # [m] lever arm of the measured point from the origin: forward, second axis
     lever: tuple[float, float] | None = None  # not stated: it is the origin
+    # [s] a pose stamped t shows the boat as it was at t - delay
+    delay: Delay | Estimate | None = None  # of the position; not stated: none
+    heading_delay: Delay | Estimate | None = None  # of the heading; not stated: the position's
 
 
 class CommandSource(Strict, frozen=True):

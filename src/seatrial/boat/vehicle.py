@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat import structure
-from seatrial.boat.actuators import STAGES, ChainReader, Constants, stated
+from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
 from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
 from seatrial.boat.physical_library import base_terms
 from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
@@ -80,6 +80,30 @@ class Vehicle:
         if self.file.pose.lever is None:
             return None
         return ", ".join(f"{end + 0.0:g}" for end in self.lever)
+
+    @property
+    def delays(self) -> tuple[float, float]:
+        """Delays of position and heading [s]; of two of which one is estimated, the other's."""
+        pose = self.file.pose
+        own = None if isinstance(pose.delay, str) else pose.delay
+        heading = None if isinstance(pose.heading_delay, str) else pose.heading_delay
+        position = (heading if pose.delay == ESTIMATE else own) or 0.0
+        return position, position if heading is None else heading
+
+    @property
+    def estimated_delays(self) -> tuple[bool, bool]:
+        """Whether the file leaves the delays of position and heading to the estimator."""
+        position, heading = self.file.pose.delay, self.file.pose.heading_delay
+        both = position == ESTIMATE and heading is None
+        return position == ESTIMATE, heading == ESTIMATE or both
+
+    @property
+    def stated_delays(self) -> str | None:
+        """The delays where the file states any and leaves none open, as a model file's settings have them."""
+        pose = self.file.pose
+        if any(self.estimated_delays) or (pose.delay is None and pose.heading_delay is None):
+            return None
+        return ", ".join(f"{delay + 0.0:g}" for delay in self.delays)
 
     def same_origin(self, other: "Vehicle") -> bool:
         """Whether both have the same origin."""
@@ -275,6 +299,13 @@ class Vehicle:
         ahead, left = lever
         second = -left if self.axes is Axes.FRD else left
         pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
+        return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
+
+    def with_delays(self, position: float, heading: float) -> "Vehicle":
+        """The same vehicle with these delays [s] of position and heading."""
+        if (position, heading) == self.delays and not any(self.estimated_delays):
+            return self
+        pose = msgspec.structs.replace(self.file.pose, delay=position, heading_delay=heading)
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
     def with_stated(self, values: Mapping[str, float]) -> "Vehicle":

@@ -3,29 +3,22 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_exports,
     add_json,
     add_recordings,
     check_png,
     guard,
     read_all,
+    say,
 )
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import stage
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(
-        verbs, "allocate", run, "compare allocation schemes, or allocate a wrench"
-    )
     command.add_argument(
         "boat", type=Path, metavar="MODEL|VEHICLE", help="model or vehicle file, or mallard-af"
     )
@@ -53,7 +46,7 @@ def add(verbs: "Verbs") -> None:
     add_exports(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The schemes on the terminal and as a page; the commands for one wrench."""
     from seatrial.control.allocation import (
         allocation_json,
@@ -72,18 +65,22 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         raise FileError("--figures and --tables belong to the HTML file: say where with -o")
     check_png(args)
     boat, vehicle = load_boat(args.boat, args.vehicle)
-    recordings = read_all(args, vehicle, progress)
-    found = compare_schemes(
-        boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
-    )
+    with stage("reading", 0.3):
+        recordings = read_all(args, vehicle)
+    with stage("allocating", None if args.out is None else 0.5):
+        found = compare_schemes(
+            boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
+        )
     text = allocation_text(found) if args.wrench is None else wrench_text(found, args.wrench)
     if args.json is not None:
         write_text(args.json, dump_json(allocation_json(found)))
     if args.out is not None:
         from seatrial.control.allocation.page import write_allocation
 
-        write_allocation(found, args.out, figures=args.figures, raster=args.png, tables=args.tables)
-    progress.clear()
-    print(text)
+        with stage("drawing"):
+            write_allocation(
+                found, args.out, figures=args.figures, raster=args.png, tables=args.tables
+            )
+    say(text)
     if args.out is not None:
-        print(f"wrote {args.out}")
+        say(f"wrote {args.out}")

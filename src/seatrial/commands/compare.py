@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_exports,
     add_horizon,
     add_json,
@@ -14,39 +13,33 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
+    say,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.recording.recording import Recording
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    compare = add_command(
-        verbs,
-        "compare",
-        run,
-        "compare two models: which parameters changed, and does it affect prediction",
-    )
-    compare.add_argument("a", type=Path, metavar="A", help="model before the change")
-    compare.add_argument("b", type=Path, metavar="B", help="model after the change")
-    add_recordings(compare, count="*")
-    add_horizon(compare, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
-    add_json(compare)
-    compare.add_argument(
+    command.add_argument("a", type=Path, metavar="A", help="model before the change")
+    command.add_argument("b", type=Path, metavar="B", help="model after the change")
+    add_recordings(command, count="*")
+    add_horizon(command, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
+    add_json(command)
+    command.add_argument(
         "-o",
         "--out",
         type=Path,
         metavar="HTML",
         help="also write one offline HTML file with both models",
     )
-    add_exports(compare)
+    add_exports(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
     from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
@@ -66,21 +59,21 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.recordings:
         vehicle = None if args.vehicle is None else load_vehicle(args.vehicle)
         a, b = drive_of(a, b, vehicle)
-        recordings = read_all(args, a.vehicle, progress)
-    progress.say("comparing")
+        with stage("reading", 0.3):
+            recordings = read_all(args, a.vehicle)
     labels = str(args.a), str(args.b)
-    found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
+    with stage("comparing", None if args.out is None else 0.5):
+        found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
     if args.json is not None:
         write_text(args.json, dump_json(comparison_json(found)))
     if args.out is not None:
         from seatrial.report.comparison import write_comparison
 
-        progress.say("drawing")
-        write_comparison(
-            a, b, recordings, found, args.out,
-            horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
-        )  # fmt: skip
-    progress.clear()
-    print(comparison_text(found))
+        with stage("drawing"):
+            write_comparison(
+                a, b, recordings, found, args.out,
+                horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+            )  # fmt: skip
+    say(comparison_text(found))
     if args.out is not None:
-        print(f"wrote {args.out}")
+        say(f"wrote {args.out}")

@@ -3,31 +3,21 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
+    say,
 )
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    demo = add_command(verbs, "demo", run, "run everything below on the bundled recordings")
-    demo.add_argument(
+    command.add_argument(
         "--out", type=Path, default=Path("demo"), help="folder to write to (default: demo)"
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Everything on the bundled recordings."""
     from seatrial.demo import demo
 
-    def say(text: str) -> None:
-        progress.clear()
-        print(text)
-
-    demo(args.out, say, progress.say)
+    demo(args.out, say)

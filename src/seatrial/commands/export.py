@@ -5,19 +5,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard, load_model
-from seatrial.util.progress import Progress
+from seatrial.commands.shared import guard, load_model, say
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.export import Hull
 
 HULL = ("mass", "inertia", "size")
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(verbs, "export", run, "write a model for another program")
     command.add_argument("model", type=Path, metavar="MODEL")
     command.add_argument(
         "--to", required=True, metavar="FORMAT",
@@ -56,17 +53,15 @@ def add(verbs: "Verbs") -> None:
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The file."""
     from seatrial.export import export, format_of
 
     chosen = format_of(args.to)
     guard(args.out, chosen.begins, args.model, args.vehicle)
     model = load_model(args)
-    progress.say("exporting")
     export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
-    progress.clear()
-    print(f"wrote {args.out}: {chosen.about}")
+    say(f"wrote {args.out}: {chosen.about}")
 
 
 def _hull(args: argparse.Namespace) -> "Hull | None":

@@ -4,75 +4,71 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_recordings,
     guard,
     read_all,
+    say,
 )
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage
 
 TERMS_NOT_CHOSEN = (
     "structure: auto: {length:.0f} s are too short to choose terms. The model has drag and thrust of every axis. "
     "Record 20 s for each parameter, or write the terms in the vehicle file"
 )
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
-
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    identify = add_command(verbs, "identify", run, "identify a model from recordings")
-    add_recordings(identify, vehicle=None)
-    identify.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
-    identify.add_argument(
+    add_recordings(command, vehicle=None)
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
+    command.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
         "dead zone; equation-error: the paper's least squares (default: %(default)s)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--structure", choices=["auto"],
         help="auto: the recordings choose the terms, whatever the vehicle file has (default: the vehicle file's)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
         help="recordings that identify surge, sway or yaw (default: found from the excitation)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--effect", action="append", default=[], choices=EFFECT_KINDS,
-        help="estimate this effect, too: the sensor's lever arm, or each recording's current, trim or wind",
+        help="estimate this effect, too: the sensor's lever arm, the delay of its position against the heading, "
+        "or each recording's current, trim or wind",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--minutes", action="store_true", help="standard errors against record length"
     )
-    identify.add_argument(
+    command.add_argument(
         "--profile", nargs="+", action="extend", default=[], metavar="NAME",
         help="confidence intervals of these parameters by profile likelihood",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--bootstrap", type=int, default=0, metavar="N",
         help="confidence intervals by a block bootstrap of N refits (200 are usual)",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--literal",
         action="store_true",
         help="equation-error: Eq. (17) as printed, with the surge acceleration one step late",
     )
-    identify.add_argument(
+    command.add_argument(
         "--prior", type=Path, metavar="OLD",
         help="model of this boat before its payload changed, as a prior: a short recording is then enough",
     )  # fmt: skip
-    identify.add_argument(
+    command.add_argument(
         "--prior-spread", type=float, metavar="SHARE",
         help=f"share by which parameters of the prior may have changed (default: {PRIOR_SPREAD:g})",
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
@@ -91,39 +87,39 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     vehicle = load_vehicle(args.vehicle)
     vehicle = vehicle if args.structure is None else vehicle.with_automatic_structure()
     prior = None if args.prior is None else load(args.prior)
-    recordings = read_all(args, vehicle, progress)
+    with stage("reading", 0.1):
+        recordings = read_all(args, vehicle)
     reasons, chosen = "", None
     if vehicle.automatic:
-        vehicle, chosen = with_chosen_terms(recordings, vehicle, prior, say=progress.say)
+        with stage("choosing terms", 0.6):
+            vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
         if chosen is not None:
             reasons = selection_text(chosen)
         elif prior is None:
             length = sum(recording.duration for recording in recordings)
             reasons = TERMS_NOT_CHOSEN.format(length=length)
-    progress.say("identifying")
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
-    model, solution = identify_with_fit(
-        recordings, vehicle, method=args.method, roles=roles, settings=settings,
-        prior=prior, effects=args.effect,
-        chosen=chosen,
-        prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
-    )  # fmt: skip
+    tables = bool(args.minutes or args.profile or args.bootstrap)
+    with stage("identifying", 0.4 if tables else None):
+        model, solution = identify_with_fit(
+            recordings, vehicle, method=args.method, roles=roles, settings=settings,
+            prior=prior, effects=args.effect, chosen=chosen,
+            prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
+        )  # fmt: skip
     save(model, args.out)
-    progress.clear()
     if reasons:
-        print(f"{reasons}\n")
-    print(summary(model))
-    if args.minutes or args.profile or args.bootstrap:
+        say(f"{reasons}\n")
+    say(summary(model))
+    if tables:
         from seatrial.identification.on_request import accuracy_tables
 
-        progress.say("computing confidence intervals")
-        told = accuracy_tables(
-            solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
-        )  # fmt: skip
-        progress.clear()
-        print(f"\n{told}\n")
-    print(f"wrote {args.out}")
+        with stage("computing confidence intervals"):
+            told = accuracy_tables(
+                solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+            )  # fmt: skip
+        say(f"\n{told}\n")
+    say(f"wrote {args.out}")
 
 
 def _roles(given: Sequence[str]) -> dict[str, list[str]]:

@@ -5,18 +5,14 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_salvage,
     guard,
+    say,
 )
 from seatrial.util.frames import Axes
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import hidden, stage
 
 AXES_NAMES = tuple(axes.value for axes in Axes)
 AXES_QUESTION = """\
@@ -24,33 +20,29 @@ No data can tell which way the axes point: when the boat turns to the left, does
 port) or fall (y to starboard)?"""
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    init = add_command(
-        verbs,
-        "init",
-        run,
-        "propose a vehicle file from a recording",
-    )
-    init.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
-    init.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
-    init.add_argument("--name", help="the boat's name (default: the recording's)")
-    init.add_argument(
+    command.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING")
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="VEHICLE")
+    command.add_argument("--name", help="the boat's name (default: the recording's)")
+    command.add_argument(
         "--axes",
         choices=AXES_NAMES,
         help=f"axes of the recording (default: {AXES_NAMES[0]})",
     )
-    init.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
-    init.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
-    init.add_argument(
+    command.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
+    command.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
     )
-    init.add_argument("--child", metavar="FRAME", help="the boat's frame, where poses come from tf")
-    add_salvage(init)
-    init.add_argument("--force", action="store_true", help="overwrite an existing file")
+    command.add_argument(
+        "--child", metavar="FRAME", help="the boat's frame, where poses come from tf"
+    )
+    add_salvage(command)
+    command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.inspection.proposal.propose import init
     from seatrial.inspection.proposal.sources import Choices
@@ -65,24 +57,24 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
     axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
     choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
-    progress.say("looking")
-    proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
+    with stage("looking at the recordings"):
+        proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
-    progress.clear()
     shown = " ".join(str(path) for path in args.recordings)
-    print(proposal.text, end="")
-    print(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
+    say(proposal.text, end="")
+    say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
 
 
 def _ask(question: str, options: Sequence[str]) -> str:
     """Let the user choose by number; enter is the first."""
-    print(question)
-    for i, option in enumerate(options, 1):
-        print(f"  {i}  {option}")
-    while True:
-        try:
-            answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
-        except EOFError:
-            return options[0]
-        if answer.isdecimal() and 1 <= int(answer) <= len(options):
-            return options[int(answer) - 1]
+    with hidden():
+        print(question)
+        for i, option in enumerate(options, 1):
+            print(f"  {i}  {option}")
+        while True:
+            try:
+                answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
+            except EOFError:
+                return options[0]
+            if answer.isdecimal() and 1 <= int(answer) <= len(options):
+                return options[int(answer) - 1]

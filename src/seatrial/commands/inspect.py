@@ -2,34 +2,24 @@
 """`seatrial inspect`."""
 
 import argparse
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_json,
     add_recordings,
     guard,
     read_all,
+    say,
 )
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import over, stage
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    inspect = add_command(
-        verbs,
-        "inspect",
-        run,
-        "check recordings: rates, gaps, faults, clocks, excitation, signs; no --vehicle: list topics or columns",
-    )
-    add_recordings(inspect, vehicle="vehicle file (default: none; topics or columns only)")
-    add_json(inspect)
+    add_recordings(command, vehicle="vehicle file (default: none; topics or columns only)")
+    add_json(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
     from seatrial.util.errors import VehicleError
     from seatrial.util.files import dump_json, write_text
@@ -42,7 +32,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
             )
         from seatrial.io.look import look
 
-        found = [look(path, salvage=args.salvage) for path in args.recordings]
+        found = [look(path, salvage=args.salvage) for path in over(args.recordings, "reading")]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
     else:
         from seatrial.boat.vehicle import load_vehicle
@@ -50,9 +40,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         from seatrial.inspection.overview import inspect, inspection_json
 
         vehicle = load_vehicle(args.vehicle)
-        inspection = inspect(read_all(args, vehicle, progress), vehicle)
-        progress.clear()
+        with stage("reading", 0.6):
+            recordings = read_all(args, vehicle)
+        with stage("checking"):
+            inspection = inspect(recordings, vehicle)
         text, content = inspection_text(inspection), inspection_json(inspection)
     if args.json is not None:
         write_text(args.json, dump_json(content))
-    print(text)
+    say(text)

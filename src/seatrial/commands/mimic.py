@@ -4,15 +4,9 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
 LIMITS = {
     "speed": ("M/S", "the carrier's highest, in any direction"),
@@ -25,42 +19,38 @@ LIMITS = {
 }
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    mimic = add_command(
-        verbs, "mimic", run,
-        "make a holonomic robot move as the boat does: commands and robot poses in, robot velocity out",
-    )  # fmt: skip
-    mimic.add_argument("model", type=Path, metavar="MODEL")
+    command.add_argument("model", type=Path, metavar="MODEL")
     for name, (unit, text) in LIMITS.items():
-        mimic.add_argument(f"--{name}", type=float, metavar=unit, help=text)
-    mimic.add_argument(
+        command.add_argument(f"--{name}", type=float, metavar=unit, help=text)
+    command.add_argument(
         "--udp",
         type=int,
         metavar="PORT",
         help="read lines from this port on loopback instead of standard input",
     )
-    mimic.add_argument(
+    command.add_argument(
         "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
-    mimic.add_argument(
+    command.add_argument(
         "--format", choices=LINE_FORMATS, default=LINE_FORMATS[0],
         help="format of the input lines; output is JSON (default: %(default)s)",
     )  # fmt: skip
-    mimic.add_argument(
+    command.add_argument(
         "--rate",
         type=float,
         default=RATE,
         metavar="HZ",
         help="rate of the velocity [Hz] (default: %(default)g)",
     )
-    mimic.add_argument(
+    command.add_argument(
         "--clock", choices=CLOCKS, default=CLOCKS[0],
         help="clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Lines until the input ends."""
     from seatrial.boat.physics import axis_physics
     from seatrial.onboard.live import Settings

@@ -7,63 +7,58 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_recordings,
     guard,
     load_model,
     read_all,
+    say,
 )
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
-from seatrial.util.progress import Progress
+from seatrial.util.progress import over, stage
 
 if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
     from seatrial.onboard.live import Settings
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    predict = add_command(
-        verbs, "predict", run,
-        "estimate velocity and odometry as on board: along a recording, or live from lines of text",
-    )  # fmt: skip
-    predict.add_argument("model", type=Path, metavar="MODEL")
-    add_recordings(predict, count="*")
-    predict.add_argument(
+    command.add_argument("model", type=Path, metavar="MODEL")
+    add_recordings(command, count="*")
+    command.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="file for the odometry along the recording"
     )
-    predict.add_argument(
+    command.add_argument(
         "--live",
         action="store_true",
         help="read lines from standard input, or --udp, until the stream ends",
     )
-    predict.add_argument(
+    command.add_argument(
         "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
     )
-    predict.add_argument(
+    command.add_argument(
         "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
     )
-    predict.add_argument(
+    command.add_argument(
         "--format",
         choices=LINE_FORMATS,
         help="format of the lines (default: json; for a .csv file: csv)",
     )
-    predict.add_argument(
+    command.add_argument(
         "--rate",
         type=float,
         default=LINE_RATE,
         metavar="HZ",
         help="rate of the odometry [Hz] (default: %(default)g)",
     )
-    predict.add_argument(
+    command.add_argument(
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
         help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Odometry along a recording, or live."""
     from seatrial.onboard.live import Settings
     from seatrial.util.errors import LiveError
@@ -75,7 +70,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     if args.live:
         _predict_live(args, settings)
     else:
-        _predict_along(args, settings, progress)
+        _predict_along(args, settings)
 
 
 def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
@@ -95,7 +90,7 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     serve(args.model, source, settings, complain)
 
 
-def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Progress) -> None:
+def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.onboard.live import Writer, replay
     from seatrial.util.errors import LiveError
     from seatrial.util.files import write_text
@@ -107,10 +102,12 @@ def _predict_along(args: argparse.Namespace, settings: "Settings", progress: Pro
     model = load_model(args)
     writer = Writer(model.vehicle, settings.form)
     guard(args.out, writer.header or "{", args.model, *args.recordings)
-    (recording,) = read_all(args, model.vehicle, progress)
-    progress.say("predicting")
+    with stage("reading", 0.5):
+        (recording,) = read_all(args, model.vehicle)
     lines = [] if writer.header is None else [writer.header]
-    lines += [writer.odometry(out) for out in replay(model, recording, settings.rate)]
+    count = round(recording.duration * settings.rate)
+    with stage("predicting"):
+        outs = over(replay(model, recording, settings.rate), total=count)
+        lines += [writer.odometry(out) for out in outs]
     write_text(args.out, "\n".join(lines) + "\n")
-    progress.clear()
-    print(f"wrote {args.out}")
+    say(f"wrote {args.out}")

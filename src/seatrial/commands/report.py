@@ -3,10 +3,8 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_exports,
     add_horizon,
     add_recordings,
@@ -14,21 +12,13 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
+    say,
 )
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import stage
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    command = add_command(
-        verbs,
-        "report",
-        run,
-        "write one offline HTML file: what was identified, and how well it predicts",
-    )
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
@@ -40,7 +30,7 @@ def add(verbs: "Verbs") -> None:
     add_exports(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The page, and its figures and tables beside it."""
     from seatrial.evaluation.scores import load_scores
     from seatrial.report import write_report
@@ -49,12 +39,12 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     check_png(args)
     model = load_model(args)
     scores = None if args.scores is None else load_scores(args.scores)
-    recordings = read_all(args, model.vehicle, progress)
-    progress.say("drawing")
-    write_report(
-        model, recordings, args.out,
-        horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
-    )  # fmt: skip
-    progress.clear()
+    with stage("reading", 0.3):
+        recordings = read_all(args, model.vehicle)
+    with stage("report"):
+        write_report(
+            model, recordings, args.out,
+            horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
+        )  # fmt: skip
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
-    print(f"wrote {', '.join(map(str, written))}")
+    say(f"wrote {', '.join(map(str, written))}")

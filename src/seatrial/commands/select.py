@@ -2,41 +2,39 @@
 """`seatrial select`."""
 
 import argparse
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
     add_horizon,
     add_json,
     add_recordings,
     guard,
     read_all,
+    say,
 )
-from seatrial.util.progress import Progress
+from seatrial.util.progress import stage, step
 
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+SELECTION_STEPS = 30  # usual number of them
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    select = add_command(verbs, "select", run, "select the terms that the recordings support")
-    add_recordings(select, vehicle=None)
-    select.add_argument(
+    add_recordings(command, vehicle=None)
+    command.add_argument(
         "--candidates", nargs="+", action="extend", metavar="FILE|TERM",
         help="candidate terms, like 'Y_r * r', or files of them (default: the usual ones)",
     )  # fmt: skip
     add_horizon(
-        select, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
+        command, "how far ahead held-out recordings are predicted [s] (default: %(default)g)"
     )
-    select.add_argument(
+    command.add_argument(
         "-o", "--out", type=Path, metavar="VEHICLE", help="vehicle file with the chosen terms"
     )
-    add_json(select)
+    add_json(command)
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """The table of terms, and the vehicle with the chosen ones."""
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.identification.selection.terms import (
@@ -51,15 +49,17 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
     vehicle = load_vehicle(args.vehicle)
     candidates = None if args.candidates is None else given_candidates(vehicle, args.candidates)
-    found = select(
-        read_all(args, vehicle, progress), vehicle,
-        candidates=candidates, horizon=args.horizon, say=progress.say,
-    )  # fmt: skip
+    with stage("reading", 0.05):
+        recordings = read_all(args, vehicle)
+    with stage("selecting terms"):
+        found = select(
+            recordings, vehicle, candidates=candidates, horizon=args.horizon,
+            say=partial(step, SELECTION_STEPS),
+        )  # fmt: skip
     if args.json is not None:
         write_text(args.json, dump_json(selection_json(found)))
     if args.out is not None:
         write_text(args.out, dump_yaml(found.vehicle.to_mapping()))
-    progress.clear()
-    print(selection_text(found))
+    say(selection_text(found))
     if args.out is not None:
-        print(f"wrote {args.out}")
+        say(f"wrote {args.out}")

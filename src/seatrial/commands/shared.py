@@ -3,24 +3,24 @@
 
 import argparse
 import re
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
-from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.util.progress import Progress
+from seatrial.util.progress import hidden, over
 
 if TYPE_CHECKING:
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.recording.recording import Recording
 
-    Verbs = argparse._SubParsersAction[argparse.ArgumentParser]
-
-Command = Callable[[argparse.Namespace, Progress], None]
-
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
+
+
+def say(text: str, *, end: str = "\n", file: TextIO | None = None) -> None:
+    """Print, with the line of progress out of the way."""
+    with hidden():
+        print(text, end=end, file=file)
 
 
 def guard(out: Path | None, begins: str, *inputs: object) -> None:
@@ -43,14 +43,14 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
         )
 
 
-def read_all(args: argparse.Namespace, vehicle: "Vehicle", progress: Progress) -> "list[Recording]":
+def read_all(args: argparse.Namespace, vehicle: "Vehicle") -> "list[Recording]":
     """All recordings of a command, cut as it says."""
     from seatrial.io import read
 
     unwanted = [_stretch(text) for text in args.without]
     found = [
         read(path, vehicle, salvage=args.salvage)
-        for path in progress.over(args.recordings, "reading", len(args.recordings))
+        for path in over(args.recordings, "recording" if len(args.recordings) > 1 else "")
     ]
     for name, start, end in unwanted:
         i = _called(name, found, args.recordings)
@@ -109,19 +109,6 @@ def check_png(args: argparse.Namespace) -> None:
         check()
 
 
-def add_command(
-    verbs: "Verbs",
-    name: str,
-    run: Command,
-    text: str,
-) -> argparse.ArgumentParser:
-    """A parser below the program's for one command."""
-    command = verbs.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-    command.add_argument("-q", "--quiet", action="store_true", help="no progress")
-    command.set_defaults(run=run)
-    return command
-
-
 def add_recordings(
     command: argparse.ArgumentParser, *, vehicle: str | None = OTHER_VEHICLE, count: str = "+"
 ) -> None:
@@ -146,6 +133,8 @@ def add_recordings(
 
 def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
     """--horizon."""
+    from seatrial.evaluation.prediction import DEFAULT_HORIZON
+
     command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
 
 

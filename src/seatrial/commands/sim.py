@@ -4,61 +4,51 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    sim = add_command(
-        verbs, "sim", run,
-        "simulate boats live: lines of commands in; lines of poses, IMU, LiDAR and truth out",
-    )  # fmt: skip
-    sim.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model of one boat")
-    sim.add_argument(
+    command.add_argument("models", nargs="+", type=Path, metavar="MODEL", help="model of one boat")
+    command.add_argument(
         "--scene", type=Path, metavar="FILE",
         help="walls, current, sensors and starts (default: open water)",
     )  # fmt: skip
-    sim.add_argument(
+    command.add_argument(
         "--current", type=float, nargs=2, metavar=("X", "Y"),
         help="velocity of the water [m/s] (default: the scene's)",
     )  # fmt: skip
-    sim.add_argument(
+    command.add_argument(
         "--seed", type=int, default=0, help="seed of the sensors' noise (default: %(default)s)"
     )
-    sim.add_argument(
+    command.add_argument(
         "--speed", type=float, default=Settings.speed, metavar="X",
         help="simulated seconds per second; 0: as fast as possible, up to the stamps of the lines "
         "(default: %(default)g)",
     )  # fmt: skip
-    sim.add_argument(
+    command.add_argument(
         "--rate", type=float, default=Settings.rate, metavar="HZ",
         help="rate of the truth [Hz] (default: %(default)g)",
     )  # fmt: skip
-    sim.add_argument("--duration", type=float, metavar="S", help="duration [s]")
-    sim.add_argument(
+    command.add_argument("--duration", type=float, metavar="S", help="duration [s]")
+    command.add_argument(
         "--lines", default=",".join(Settings.kinds), metavar="LINE_KINDS",
         help=f"kinds of output lines, some of {', '.join(LINE_KINDS)} (default: %(default)s)",
     )  # fmt: skip
-    sim.add_argument(
+    command.add_argument(
         "--udp",
         type=int,
         metavar="PORT",
         help="read lines from this port on loopback instead of standard input",
     )
-    sim.add_argument(
+    command.add_argument(
         "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.boat.physics import axis_physics, negative_latencies
     from seatrial.onboard.live.endpoints import Datagrams, Pipes

@@ -4,35 +4,30 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
-    add_command,
+    say,
 )
 from seatrial.io.bags.write import BAG_FORMATS
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import over
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    simulate = add_command(verbs, "simulate", run, "simulate recordings like the paper's S1-S7")
-    simulate.add_argument(
+    command.add_argument(
         "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
     )
-    simulate.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
-    simulate.add_argument("--model", type=Path, help="model file instead of the plan's plant")
-    simulate.add_argument("--seed", type=int, help="seed (default: the plan's)")
-    simulate.add_argument(
+    command.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
+    command.add_argument("--model", type=Path, help="model file instead of the plan's plant")
+    command.add_argument("--seed", type=int, help="seed (default: the plan's)")
+    command.add_argument(
         "--format", choices=("csv", *BAG_FORMATS), default="csv",
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
-    simulate.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+    command.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Trials of a plan, written vehicle by vehicle."""
     from seatrial.boat.model import load
     from seatrial.boat.physics import negative_latencies
@@ -49,10 +44,11 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     vehicles = [load_vehicle(name) for name in names]
     for vehicle in vehicles:
         guard_trials(plan, vehicle, args.out)
-    for vehicle in vehicles:
+    for vehicle in over(vehicles, "vehicle" if len(vehicles) > 1 else ""):
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         for words in negative_latencies(truth):
-            print(f"seatrial: {truth.name}: {words}", file=sys.stderr)
-        print(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
-        for trial in progress.over(simulate(plan, vehicle, given), "simulating", len(plan.trials)):
-            print(f"  {write_trial(trial, args.out, args.format)}")
+            say(f"seatrial: {truth.name}: {words}", file=sys.stderr)
+        say(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
+        trials = over(simulate(plan, vehicle, given), "simulating trial", len(plan.trials))
+        for trial in trials:
+            say(f"  {write_trial(trial, args.out, args.format)}")

@@ -3,49 +3,46 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_command, guard
+from seatrial.commands.shared import guard, say
 from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
-from seatrial.util.progress import Progress
-
-if TYPE_CHECKING:
-    from seatrial.commands.shared import Verbs
+from seatrial.util.progress import stage
 
 
-def add(verbs: "Verbs") -> None:
+def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    tune = add_command(verbs, "tune", run, "tune a tracking controller from the model")
-    tune.add_argument("model", type=Path, metavar="MODEL")
-    tune.add_argument(
+    command.add_argument("model", type=Path, metavar="MODEL")
+    command.add_argument(
         "--knob", type=float, default=KNOB, metavar="S",
         help="closed-loop time constant [s]: smaller is quicker, larger is gentler (default: %(default)g)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--action", choices=("pid", "pd"), default="pid", help="with or without integral (default: pid)"
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--rate", type=float, default=CONTROLLER_RATE, metavar="HZ",
         help="rate of the controller [Hz] (default: %(default)g)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--delay", type=float, default=0.0, metavar="S",
         help="further delay in the loop, such as a network's [s] (default: 0)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "--allocation", choices=ALLOCATIONS, default=VEHICLE,
         help="the boat's own, or a scheme of `seatrial allocate` for thrusters that are commanded one by "
         "one (default: %(default)s)",
     )  # fmt: skip
-    tune.add_argument(
+    command.add_argument(
         "-o", "--out", type=Path, metavar="GAINS", help="gains file for the controller"
     )
-    tune.add_argument("--ros", type=Path, metavar="FILE", help="gains as ROS 1 parameters")
-    tune.add_argument("--ros2", type=Path, metavar="FILE", help="gains as ROS 2 parameters")
-    tune.add_argument("--report", type=Path, metavar="HTML", help="step responses and Bode plots")
+    command.add_argument("--ros", type=Path, metavar="FILE", help="gains as ROS 1 parameters")
+    command.add_argument("--ros2", type=Path, metavar="FILE", help="gains as ROS 2 parameters")
+    command.add_argument(
+        "--report", type=Path, metavar="HTML", help="step responses and Bode plots"
+    )
 
 
-def run(args: argparse.Namespace, progress: Progress) -> None:
+def run(args: argparse.Namespace) -> None:
     """Gains and margins, shown and written."""
     from seatrial.boat.model import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
@@ -56,23 +53,22 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     for i, (out, begin) in enumerate(zip(outs, begins, strict=True)):
         guard(out, begin, args.model, *outs[:i])
     model = load(args.model)
-    progress.say("margins over the model's covariance")
-    found = tune(
-        model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
-    )  # fmt: skip
+    with stage("margins over the model's covariance", None if args.report is None else 0.5):
+        found = tune(
+            model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
+        )  # fmt: skip
     if args.report is not None:
         from seatrial.control.tuning.page import write_tuning_report
 
-        progress.say("drawing")
-        write_tuning_report(found, args.report)
+        with stage("drawing"):
+            write_tuning_report(found, args.report)
     if args.out is not None:
         save_gains(found, args.out)
     if args.ros is not None:
         save_ros(found, args.ros)
     if args.ros2 is not None:
         save_ros(found, args.ros2, ros2=True)
-    progress.clear()
-    print(tuning_text(found))
+    say(tuning_text(found))
     for out in outs:
         if out is not None:
-            print(f"wrote {out}")
+            say(f"wrote {out}")

@@ -2,6 +2,7 @@
 """All that a model's predictions of recordings are judged by, computed once: for scores and for the report."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -10,10 +11,11 @@ import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import loosened
+from seatrial.boat.noise_parameters import loosened, noise_vector
 from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
 from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
 from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
+from seatrial.evaluation.reference import Reference, smoothed_motion
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
     HorizonScore,
@@ -29,6 +31,8 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
+from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS_PER_HORIZON = 8  # in a horizon: closer ones make predictions that are nearly the same
@@ -43,12 +47,11 @@ class Assessment:
 
     recording: Recording
     seen: bool  # the model was identified from it, or from a part of it
-    prediction: (
-        Prediction | None
-    )  # at the chosen horizon, from the stencil's starts; None: see `failure`
+    prediction: Prediction | None  # at the chosen horizon; None: see `failure`
     failure: SeatrialError | None
-    ahead: tuple[Ahead, ...]  # at all horizons, from both starts
+    ahead: tuple[Ahead, ...]  # at all horizons; beside the stencil's velocities from both starts
     filtered: Filtered | None
+    smoothed: Motion | None  # the reference; None: the stencil's velocities
     score: RecordingScore | None  # None where there is no prediction
     correlations: tuple[Correlation, ...]  # of the filter's residuals with the forces
     findings: tuple[Finding, ...]
@@ -61,19 +64,31 @@ class Assessment:
         return replace(self, score=scored, findings=findings)
 
 
-def assess(model: Model, recordings: Sequence[Recording], horizon: float) -> list[Assessment]:
+def assess(
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float,
+    reference: Reference = "smoothed",
+) -> list[Assessment]:
     """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
 
-    What fails for one recording is kept as its `failure`, and does not stop the others. Raises
-    RecordingError where there is none.
+    Beside a smoothed `reference` from the filter's starts. Where there is no filter, or too little for it
+    to settle, the stencil's velocities are starts and reference. What fails for one recording is kept as its
+    `failure`, and does not stop the others. Raises RecordingError where there is none.
     """
     if not recordings:
         raise RecordingError("no recording given; pass at least one")
     check_horizon(horizon)
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
+
     # predictions, and their scores
-    found = [_assessed(model, r, horizon, f) for r, f in zip(recordings, filters, strict=True)]
+    def one(item: tuple[Recording, Filtered | str]) -> Assessment:
+        recording, filtered = item
+        smooth = _smoothed(model, recording, filtered, reference)
+        return _assessed(model, recording, horizon, filtered, smooth)
+
+    found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
     # intervals in which something else than the thrusters moved the boat
     if noise is None or any(one.filtered is None for one in found):
         return found
@@ -91,8 +106,9 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
             "validate again, with --json"
         )
     rows = {row.recording: row for row in scores.recordings}
+    _, filters = _filters(model, recordings)
     found = []
-    for recording in recordings:
+    for recording, filtered in zip(recordings, filters, strict=True):
         row = rows.get(recording.name)
         if row is None or abs(row.length - recording.duration) > SAME_LENGTH:
             raise ModelError(
@@ -100,10 +116,13 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
                 f"({', '.join(f'{r.recording} {r.length:.1f} s' for r in scores.recordings)}): validate again, "
                 "with --json"
             )
-        ahead = Lookahead(model, recording).predict(scores.horizon)
+        smooth = _smoothed(model, recording, filtered, row.reference)
+        known = filtered if isinstance(filtered, Filtered) else None
+        look = Lookahead(model, recording, filtered=known, smoothed=smooth)
         found.append(
             Assessment(
-                recording, row.seen, ahead, None, (), None, row, tuple(row.correlations), tuple(row.findings)
+                recording, row.seen, look.predict(scores.horizon), None, (), known, smooth, row,
+                tuple(row.correlations), tuple(row.findings),
             )
         )  # fmt: skip
     return found
@@ -126,19 +145,40 @@ def _filters(
     return noise, found
 
 
+def _smoothed(
+    model: Model, recording: Recording, filtered: Filtered | str, reference: Reference
+) -> Motion | None:
+    """Smoothed velocities; None where the stencil's are the reference."""
+    if reference == "stencil" or not isinstance(filtered, Filtered):
+        return None
+    # a model that states no noise has the likeliest of these recordings already
+    noise = None if noise_vector(model.noise) is not None else filtered.noise
+    with suppress(ModelError):
+        return smoothed_motion(model, recording, noise)
+    return None
+
+
 def _assessed(
-    model: Model, recording: Recording, horizon: float, filtered: Filtered | str
+    model: Model,
+    recording: Recording,
+    horizon: float,
+    filtered: Filtered | str,
+    smooth: Motion | None,
 ) -> Assessment:
     known = filtered if isinstance(filtered, Filtered) else None
     own = seen(model, recording)
+    starts = None if known is None else known.motion
     # predictions: the chosen horizon, then all
-    look, prediction, failure = Lookahead(model, recording), None, None
+    look = Lookahead(model, recording, filtered=known, smoothed=smooth)
+    prediction, failure = None, None
     try:
         prediction = look.predict(horizon)
     except (ModelError, RecordingError) as error:
+        if smooth is not None and isinstance(error, RecordingError):  # too short for the filter
+            return _assessed(model, recording, horizon, filtered, None)
         failure = error
-    chosen: Ahead | None = None if prediction is None else (horizon, "stencil", prediction)
-    starts = None if known is None else known.motion
+    kind: Start = "stencil" if smooth is None else "filter"
+    chosen: Ahead | None = None if prediction is None else (horizon, kind, prediction)
     ahead, lost = _all_horizons(look, horizon, starts, chosen)
     # scores with their intervals
     rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
@@ -149,13 +189,13 @@ def _assessed(
     findings += [*lost, *unexpected_errors(rows, own)]
     if recording.period > SLOW:
         findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
-    scored = (
-        None
-        if prediction is None
-        else score(
-            model, recording, prediction, horizons=rows, correlations=left, findings=findings
-        )
-    )
+    scored = None
+    if prediction is not None:
+        reference: Reference = "stencil" if smooth is None else "smoothed"
+        scored = score(
+            model, recording, prediction,
+            horizons=rows, correlations=left, findings=findings, reference=reference,
+        )  # fmt: skip
     return Assessment(
         recording,
         own,
@@ -163,6 +203,7 @@ def _assessed(
         failure,
         tuple(ahead),
         known,
+        smooth,
         scored,
         tuple(left),
         tuple(findings),
@@ -174,14 +215,14 @@ def _all_horizons(
 ) -> tuple[list[Ahead], list[Finding]]:
     """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
 
-    From the stencil's starts, and from the filter's where there is one; and what could not be had.
-    `known`: what is predicted already.
+    From the filter's starts where there are any, and beside the stencil's velocities from these, too; and
+    what could not be had. `known`: what is predicted already.
     """
     period = look.recording.period
     found: list[Ahead] = []
-    kinds: list[tuple[Start, Motion | None]] = [("stencil", None)]
+    kinds: list[tuple[Start, Motion | None]] = [("stencil", None)] if look.smoothed is None else []
     kinds += [("filter", filtered)] if filtered is not None else []
-    for horizon, (name, starts) in product(sorted({*HORIZONS, chosen}), kinds):
+    for horizon, (name, starts) in over(list(product(sorted({*HORIZONS, chosen}), kinds))):
         if horizon < period:
             continue
         if known is not None and (horizon, name) == known[:2]:
@@ -226,6 +267,7 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         moved.append(end - int(one.index.min()))
         end = int(one.index.max()) + moved[-1] + 10 * steps + 1
     count = np.array([len(p.t) for p in predictions], dtype=float)
+    variances = [p.variance for p in predictions if p.variance is not None]
     first = predictions[0]
     if len(predictions) == 1:
         return first
@@ -241,6 +283,7 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
         _mean([p.foreseen for p in predictions], count),
         _mean([p.unsure for p in predictions], count),
+        np.concatenate(variances) if len(variances) == len(predictions) else None,
     )
 
 

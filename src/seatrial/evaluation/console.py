@@ -9,6 +9,7 @@ from seatrial.evaluation.residuals import in_words
 from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
 from seatrial.util.frames import AXES, SYMBOLS
 
+UNITS = ((100.0, "cm/s"), (100.0, "cm/s"), (1.0, "rad/s"))  # of u, v, r, from SI
 MOST_SAID = 2  # sentences on the residuals of a recording
 
 
@@ -22,7 +23,7 @@ def scores_text(scores: Scores) -> str:
     for row in scores.recordings:
         for axis, symbol in enumerate(SYMBOLS):
             s = row.scores[symbol]
-            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+            scale, unit = UNITS[axis]
             mark = "*" if row.excited == AXES[axis] else " "
             name = (
                 row.recording,
@@ -39,12 +40,32 @@ def scores_text(scores: Scores) -> str:
     if known:
         lines.append(f"  note: the model was identified from {', '.join(known)}: no test of it")
     for row in scores.recordings:
-        bad = [AXES[i] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0]
+        poor = {AXES[i]: row.scores[s] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0}
+        bad = [axis for axis, s in poor.items() if not s.at_floor]
+        hidden = [axis for axis, s in poor.items() if s.at_floor]
         if bad:
             lines.append(
                 f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
             )
+        if hidden:
+            lines.append(
+                f"  note: {row.recording}: in {' and '.join(hidden)} the error is at the noise floor: these poses "
+                "do not resolve how well the model predicts"
+            )
+    lines += [f"  reference: {row.recording}: {_reference(row)}" for row in scores.recordings]
     return "\n".join(lines)
+
+
+def _reference(row: RecordingScore) -> str:
+    """What predictions start from and are compared with, and its standard errors."""
+    if row.reference == "stencil":
+        return "five-point stencil, starts too"
+    errors = [
+        f"{symbol} {(score.reference or 0.0) * scale:.2g} {unit}"
+        for symbol, (scale, unit) in zip(SYMBOLS, UNITS, strict=True)
+        if (score := row.scores[symbol])
+    ]
+    return f"smoothed velocity, standard error {', '.join(errors)}; starts: the model's filter"
 
 
 def _mark(score: AxisScore) -> str:
@@ -66,13 +87,19 @@ def horizons_text(scores: Scores) -> str:
     known = sorted({x.horizon for row in scores.recordings for x in row.horizons})
     width = max(23, *(len(r.recording) for r in scores.recordings))
     head = "".join(f"{f'{h:g} s':>8}" for h in known)
+    starts = [
+        s
+        for s in get_args(Start)
+        if any(x.start == s for r in scores.recordings for x in r.horizons)
+    ]
+    kinds = {"stencil": "the stencil's", "filter": "the model's own filter's"}
     lines = [
-        "RMS error ahead, from the stencil's starts and from the model's own filter's",
+        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)} starts",
         f"  {'recording':<{width}}  start      unit  {head}",
     ]
     for row in scores.recordings:
-        for i, (axis, start) in enumerate(product(range(3), get_args(Start))):
-            scale, unit = (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
+        for i, (axis, start) in enumerate(product(range(3), starts)):
+            scale, unit = UNITS[axis]
             cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
             name = row.recording if i == 0 else ""
             lines.append(
@@ -107,6 +134,7 @@ def _left(row: RecordingScore) -> list[str]:
 
 LEGEND = """\
   constant: RMS of "the velocity stays constant"; ratio: error / constant;
-  floor: noise floor of a perfect model; excess: error without it; =: consistent with the floor;
+  floor: noise floor of a perfect model, at least the reference's standard error; excess: error without it;
+  =: consistent with the floor;
   expected: RMS predicted from pose noise, process noise and parameter covariance; ~: consistent with it;
   *: the axis that the recording excites, the pairing of the paper's Table III"""

@@ -67,8 +67,14 @@ def parameter_variance(
 
     To first order: the covariance of coefficients and constants through the sensitivities.
     """
-    slopes = parameter_sensitivities(model, recording, begin, start, end)
-    return np.asarray(np.einsum("nip,pq,niq->i", slopes, model.covariance, slopes) / len(start))
+    return variance_of(
+        parameter_sensitivities(model, recording, begin, start, end), model.covariance
+    )
+
+
+def variance_of(slopes: Array, covariance: Array) -> Array:
+    """Mean variance (3,) by sensitivities (n, 3, p) to parameters with this covariance (p, p)."""
+    return np.asarray(np.sum((slopes @ covariance) * slopes, axis=(0, 2)) / len(slopes))
 
 
 def parameter_sensitivities(

@@ -16,15 +16,17 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat.model import INTEGRATORS, Model
 from seatrial.boat.noise_parameters import (
+    COLOUR,
     NOISE_FIRST,
     NOISE_START,
     OUTLIER,
     earth_fixed,
     noise_vector,
 )
-from seatrial.boat.noise_scoring import fitted_noise
+from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
@@ -60,6 +62,17 @@ class Filtered:
     motion: Motion  # state after each pose, with the filter's own standard deviations
     residual: Array  # (n, 3) innovations in body axes, in standard deviations
     noise: Array  # (11,) of the filter
+    run: _core.FilterRun
+    series: _core.Series  # what it ran along
+
+    def prediction_variance(self, start: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+        """Variances (m, 3) [m/s, m/s, rad/s]^2 of predictions between poses (m,), `start` rising.
+
+        They start from the filter's velocity and leave out the disturbance.
+        """
+        begin, to = start.astype(np.int32), end.astype(np.int32)
+        found = _core.lookahead_variance(self.run, self.series, self.noise, OUTLIER, begin, to)
+        return np.asarray(found)
 
 
 def filter_series(recording: Recording) -> _core.Series:
@@ -85,8 +98,9 @@ def filter_series(recording: Recording) -> _core.Series:
     afresh = _restarts(recording, use, moving, start[3:], spread)
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh
-    )
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh,
+        recording.position_delay,
+    )  # fmt: skip
 
 
 def _restarts(
@@ -126,6 +140,7 @@ def _parabola_velocity(recording: Recording, at: int) -> Array | None:
 
     The filter linearises about it: with stencil noise as large as the speed, drag is far from linear.
     """
+    recording = at_one_time(recording)
     near = recording.valid & (np.abs(recording.t - recording.t[at]) <= PARABOLA_SPAN)
     near &= recording.segment == recording.segment[at]
     if near.sum() < PARABOLA_POSES:
@@ -173,10 +188,21 @@ def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
     these recordings, so that its filter is the best possible.
     """
     own = noise_vector(model.noise)
-    if own is not None:
-        return own
+    return recording_noise(model, recordings) if own is None else own
+
+
+def recording_noise(
+    model: Model, recordings: Sequence[Recording], colour: Array | None = None
+) -> Array:
+    """Maximum-likelihood noise (11,) of these recordings for the model, whatever noise it states.
+
+    colour: (4,) start of the Gauss-Markov pose noise; none by default.
+    """
     parts = [part for r in recordings for part in _pieces(r, NOISE_DURATION / len(recordings))]
-    return _maximum_likelihood_noise(model, parts, _start_noise(recordings))
+    start = _start_noise(recordings)
+    if colour is not None:
+        start[COLOUR[0] :] = colour
+    return _maximum_likelihood_noise(model, parts, start)
 
 
 def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:
@@ -185,9 +211,8 @@ def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noi
     for _ in range(NOISE_ROUNDS):
         passes = spread(lambda item: filter_pass(model, *item, noise), items)  # noqa: B023
         before = sum(p.cost for p in passes)
-        noise, cost = fitted_noise(
-            passes, [s for _, s in items], noise, recordings[0].period, settled=NOISE_GAIN
-        )
+        at = Linearised(passes, [series for _, series in items], recordings[0].period)
+        noise, cost = fitted_noise(at, noise, NOISE_GAIN)
         if before - cost < 2.0 * NOISE_GAIN:
             break
     return noise
@@ -222,7 +247,8 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     Raises ModelError where the model diverges.
     """
     used_noise = filter_noise(model, [recording]) if noise is None else noise
-    found = filter_pass(model, recording, filter_series(recording), used_noise)
+    series = filter_series(recording)
+    found = filter_pass(model, recording, series, used_noise)
     # Poses count after the settling of a start, and not as outliers.
     begins = recording.t[recording.valid][0]
     used = (np.asarray(found.weight) > 0.0) & (recording.t > begins + FILTER_SETTLING)
@@ -231,7 +257,8 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     state = np.where(used[:, None], found.state, np.nan)
     deviation = np.where(used[:, None], found.deviation, np.nan)
     moving = Motion(recording.t, state[:, :3], state[:, 3:6], used, deviation)
-    return Filtered(moving, _normalised_innovation(found, state[:, 2]), used_noise)
+    residual = _normalised_innovation(found, state[:, 2])
+    return Filtered(moving, residual, used_noise, found, series)
 
 
 def _normalised_innovation(found: _core.FilterRun, psi: Array) -> Array:

@@ -8,7 +8,9 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.evaluation.expected_error import Poses, parameter_variance, process_noise_variance
+from seatrial.boat.noise_parameters import noise_vector
+from seatrial.evaluation.expected_error import Poses, process_noise_variance, variance_of
+from seatrial.evaluation.filtering import Filtered
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -36,11 +38,35 @@ class Prediction:
     floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
     foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
     unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
+    variance: Array | None = None  # (m, 3) of what is measured, where that is smoothed
 
     @property
     def errors(self) -> Array:
         """Measured minus predicted (m, 3), as in the paper."""
         return np.asarray(self.measured - self.nu)
+
+    @property
+    def squares(self) -> Array:
+        """Squared errors (m, 3), beside a smoothed velocity the expected ones.
+
+        The smoothed velocity is the mean of the true one given all poses, so that its own error is
+        uncorrelated with a prediction from poses: E (true - predicted)^2 = (smoothed - predicted)^2 + variance.
+        """
+        return self._expected_squares(self.nu)
+
+    @property
+    def constant_squares(self) -> Array:
+        """The same of "the velocity stays constant"."""
+        return self._expected_squares(self.start)
+
+    @property
+    def reference_error(self) -> Array | None:
+        """RMS standard deviation (3,) of a smoothed velocity."""
+        return None if self.variance is None else np.asarray(np.sqrt(self.variance.mean(axis=0)))
+
+    def _expected_squares(self, predicted: Array) -> Array:
+        squares = (self.measured - predicted) ** 2
+        return np.asarray(squares if self.variance is None else squares + self.variance)
 
 
 def _why(model: Model) -> str:
@@ -82,10 +108,14 @@ class Lookahead:
     model: Model
     recording: Recording
     velocities: Motion | None = None
+    filtered: Filtered | None = None  # with `smoothed`: what predictions start from
+    smoothed: Motion | None = None  # the reference in place of the stencil's velocities
 
     @cached_property
     def reference(self) -> Motion:
         """What is to be predicted."""
+        if self.smoothed is not None:
+            return self.smoothed
         return motion(self.recording) if self.velocities is None else self.velocities
 
     @cached_property
@@ -95,8 +125,13 @@ class Lookahead:
 
     @cached_property
     def trace_of_starts(self) -> _core.ThrustTrace:
-        """The same with sensitivities to the initial state."""
-        return self.model.trace(self.recording, initial=True)
+        """The same with sensitivities to the initial state, and to parameters of known process noise."""
+        model, known = self.model, noise_vector(self.model.noise) is not None
+        return model.trace(
+            self.recording, initial=True,
+            coefficients=range(len(model.coefficients) if known else 0),
+            tangents=range(len(model.constants) if known else 0),
+        )  # fmt: skip
 
     @cached_property
     def driven(self) -> Array | None:
@@ -136,7 +171,12 @@ class Lookahead:
         return found
 
     def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
-        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`."""
+        """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`.
+
+        Beside a smoothed reference from the filter.
+        """
+        if self.smoothed is not None and self.filtered is not None:
+            starts = self.filtered.motion
         recording, begin = self.recording, self.reference if starts is None else starts
         check_horizon(horizon)
         steps = round(horizon / recording.period)
@@ -160,7 +200,16 @@ class Lookahead:
         # noise floor and expected error, over some of the starts
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
-        floor = self._floor(starts, start[few], end[few], steps)
+        slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
+        floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
+        noise = self._noise_variance(floor, begin, start, end, few)
+        foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
+        variance = None
+        if self.smoothed is not None:  # no score is below the standard error of the reference
+            variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
+            least = np.sqrt(variance.mean(axis=0))
+            floor = np.maximum(floor, least)
+            foreseen = None if foreseen is None else np.maximum(foreseen, least)
         return Prediction(
             recording.stamps[end],
             recording.t[end],
@@ -171,7 +220,9 @@ class Lookahead:
             end,
             steps,
             floor,
-            *self._expected(floor, begin, start, end, few),
+            foreseen,
+            unsure,
+            variance,
         )
 
     def _run(
@@ -184,28 +235,46 @@ class Lookahead:
             threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
-    def _expected(
+    def _noise_variance(
         self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
-    ) -> tuple[Array | None, Array | None]:
-        """Expected RMS^2 = floor^2 + what process noise makes^2 + parameter errors'^2; and the latter."""
-        force = process_noise_variance(self.model, self.recording, begin, start, end)
-        if force is None:
-            return None, None
-        parameters = parameter_variance(self.model, self.recording, begin, start[few], end[few])
-        return np.sqrt(floor**2 + force + parameters), np.sqrt(parameters)
+    ) -> Array | None:
+        """Variance (3,) from the noise of start (and reference), and process noise; None without the latter.
 
-    def _floor(self, starts: Motion | None, start: Poses, end: Poses, steps: int) -> Array:
+        From a filter's start both together: its error is correlated with the disturbance.
+        """
+        if self.smoothed is None or self.filtered is None:
+            force = process_noise_variance(self.model, self.recording, begin, start, end)
+            return None if force is None else np.asarray(floor**2 + force)
+        if noise_vector(self.model.noise) is None:
+            return None
+        return np.asarray(self.filtered.prediction_variance(start[few], end[few]).mean(axis=0))
+
+    def _expected(self, noise: Array | None, slopes: Array) -> tuple[Array | None, Array | None]:
+        """Expected RMS^2 = variance by noise + parameter errors'^2; and the latter.
+
+        slopes: (n, 3, p) d nu(end) / d parameters.
+        """
+        if noise is None:
+            return None, None
+        parameters = variance_of(slopes, self.model.covariance)
+        return np.sqrt(noise + parameters), np.sqrt(parameters)
+
+    def _floor(
+        self, starts: Motion | None, start: Poses, end: Poses, steps: int, slopes: Array
+    ) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
         And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
-        less twice what that makes of their product (the turn of the boat in between is left out).
+        less twice what that makes of their product (the turn of the boat in between is left out). Beside a
+        smoothed reference the start's noise alone: see `Prediction.squares`.
+        slopes: (n, 3, 3) d nu(end) / d nu(start).
         """
         given = self.velocities
         if given is not None and given.deviation is None and starts is None:
             return np.zeros(3)
-        begin = self.reference if starts is None else starts
-        # d nu(end) / d nu(start)
-        slopes = self._run(begin, start, end, tangents=True)[1][:, 3:, 3:6]
+        if self.smoothed is not None and starts is not None:
+            own = _deviation(starts, start, np.zeros(3))
+            return np.asarray(np.sqrt(np.einsum("nij,nj->i", slopes**2, own**2) / len(start)))
         noisy = np.sqrt(self.stencil.covariance(0))
         reference = _deviation(given, end, noisy if given is None else np.zeros(3))
         first = _deviation(given if starts is None else starts, start, noisy)

@@ -14,13 +14,14 @@ from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.old_notes import with_findings
 from seatrial.evaluation.head_to_head import HeadToHead
+from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
 from seatrial.util.files import convert, expect_format, read_json
 
-SCORES_FORMAT = "scores 4"
-EARLIER = (
-    "scores 3"  # without pooled scores and fingerprint, and with sentences in place of findings
-)
+SCORES_FORMAT = "scores 5"
+WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
+# without pooled scores and fingerprint, and with sentences in place of findings
+WITH_SENTENCES = "scores 3"
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
 POSE_NOISE_ERROR = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
@@ -31,10 +32,11 @@ Interval = tuple[float, float]
 class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
     """One velocity on one recording. RMS values in m/s or rad/s."""
 
-    rms: float  # of measured minus predicted
+    rms: float  # of the predicted velocity; with a smoothed reference its uncertainty is part of it
     stays_constant: float  # RMS of "velocity stays constant" at the same instants
     ratio: float  # rms / stays_constant: below 1 the model is worth having
-    floor: float  # what a perfect model would score, because of pose noise
+    # what a perfect model would score, because of pose noise; at least the reference's standard error
+    floor: float
     # what the model says of itself: floor, the force that it leaves out, uncertain coefficients
     foreseen: float | None
     unsure: float | None  # the part of it that these coefficients make
@@ -46,13 +48,17 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     stays_constant_interval: Interval | None
     ratio_interval: Interval | None
     excess_interval: Interval | None
+    reference: float | None = None  # RMS standard error of a smoothed reference
 
     @property
     def at_floor(self) -> bool:
         """Whether pose noise alone may have made this score."""
-        return self.rms <= self.floor or (
-            self.rms_interval is not None and self.rms_interval[0] <= self.floor
-        )
+        most = self.resolved(self.floor)
+        return self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
+
+    def resolved(self, error: float) -> float:
+        """What may be scored where the error is this, as the reference is not known better."""
+        return float(np.hypot(error, self.reference or 0.0))
 
     @property
     def as_foreseen(self) -> bool:
@@ -69,11 +75,11 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
         They are off once for all predictions, so that no interval of the error knows of it.
         """
         if self.foreseen is None or self.unsure is None:
-            return self.foreseen
+            return None if self.foreseen is None else self.resolved(self.foreseen)
         more = (OFF**2 - 1.0) * self.unsure**2 + (
             (1.0 + POSE_NOISE_ERROR) ** 2 - 1.0
         ) * self.floor**2
-        return float(np.sqrt(self.foreseen**2 + more))
+        return self.resolved(float(np.sqrt(self.foreseen**2 + more)))
 
 
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -110,6 +116,8 @@ class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     horizons: list[HorizonScore] = []
     correlations: list[Correlation] = []  # of the filter's residuals with the forces
     findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had
+    # what predictions are compared with: smoothed velocities, predicted from the filter's, or the stencil's
+    reference: Reference = "stencil"
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
@@ -123,6 +131,9 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     against: HeadToHead | None = None  # another model, where one was given
     pooled: list[PooledScore] = []  # recordings that judge the model, together: see `judged`
     fingerprint: str = ""  # of the model's numbers
+    reference: Reference = (
+        "stencil"  # the chosen one; a recording without a filter has the stencil's
+    )
 
 
 class Scored(Protocol):
@@ -172,8 +183,9 @@ def _finite(content: Any) -> Any:  # noqa: ANN401
 
 def load_scores(path: Path) -> Scores:
     """Scores from their file. Raises FileError."""
-    content = expect_format(read_json(path), SCORES_FORMAT, path, earlier=(EARLIER,))
-    if content["seatrial"] == EARLIER:
+    earlier = (WITHOUT_REFERENCE, WITH_SENTENCES)
+    content = expect_format(read_json(path), SCORES_FORMAT, path, earlier=earlier)
+    if content["seatrial"] == WITH_SENTENCES:
         content = {**content, "recordings": _with_findings(content.get("recordings"), path)}
     rows = _objects(content.get("recordings"))
     for scored in [*rows, *_objects(content.get("pooled"))]:

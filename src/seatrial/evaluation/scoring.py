@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
 from seatrial.evaluation.scores import AxisScore, HorizonScore, Interval, RecordingScore
 from seatrial.recording.excitation import excitation
@@ -26,6 +27,7 @@ def score(
     horizons: Sequence[HorizonScore],
     correlations: Sequence[Correlation],
     findings: Sequence[Finding],
+    reference: Reference,
 ) -> RecordingScore:
     """Scores of one recording, from its prediction at the chosen horizon and those at all horizons."""
     dominant = excitation(model.vehicle, recording).dominant
@@ -40,16 +42,17 @@ def score(
         list(horizons),
         list(correlations),
         list(findings),
+        reference,
     )
 
 
 def axis_scores(prediction: Prediction) -> dict[str, AxisScore]:
     """Scores of one prediction by u, v, r, with their intervals."""
-    errors, index = prediction.errors, prediction.index
-    squares = np.column_stack([errors, prediction.measured - prediction.start]) ** 2
-    intervals = _intervals(squares, index, prediction.steps)
+    squares = np.column_stack([prediction.squares, prediction.constant_squares])
+    intervals = _intervals(squares, prediction.index, prediction.steps)
+    rms = np.sqrt(np.mean(squares, axis=0)).tolist()
     return {
-        symbol: _axis_score(prediction, axis, intervals[axis])
+        symbol: _axis_score(prediction, axis, (rms[axis], rms[3 + axis]), intervals[axis])
         for axis, symbol in enumerate(SYMBOLS)
     }
 
@@ -72,13 +75,14 @@ def _intervals(squares: Array, index: NDArray[np.int64], steps: int) -> list[lis
 
 
 def _axis_score(
-    prediction: Prediction, axis: int, intervals: Sequence[Interval | None]
+    prediction: Prediction,
+    axis: int,
+    found: tuple[float, float],
+    intervals: Sequence[Interval | None],
 ) -> AxisScore:
-    errors = prediction.errors[:, axis]
-    rms = float(np.sqrt(np.mean(errors**2)))
-    still = float(np.sqrt(np.mean((prediction.measured - prediction.start)[:, axis] ** 2)))
-    floor = float(prediction.floor[axis])
-    own, constant, ratio = intervals
+    (rms, still), (own, constant, ratio) = found, intervals
+    errors, floor = prediction.errors[:, axis], float(prediction.floor[axis])
+    reference = prediction.reference_error
     return AxisScore(
         rms,
         still,
@@ -93,6 +97,7 @@ def _axis_score(
         constant,
         ratio,
         None if own is None else (_beyond(own[0], floor), _beyond(own[1], floor)),
+        None if reference is None else float(reference[axis]),
     )
 
 

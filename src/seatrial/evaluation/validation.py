@@ -8,6 +8,7 @@ from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.assessment import Assessment, assess, judging, pooled
 from seatrial.evaluation.head_to_head import HeadToHead, head_to_head
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint
 from seatrial.recording.recording import Recording
 
@@ -18,23 +19,29 @@ def validate(
     horizon: float = DEFAULT_HORIZON,
     *,
     other: Model | None = None,
+    reference: Reference = "smoothed",
 ) -> Scores:
     """Scores of the model on every recording, `horizon` [s] ahead, and at all `HORIZONS`.
 
-    With an `other` model also the table of `against`. Refuses an unstable model, and one that diverges
-    within `horizon`.
+    reference: "smoothed" velocities, predicted from the model's own filter, or the five-point "stencil"'s,
+    predicted from the stencil's, as in the paper. With an `other` model also the table of `against`, relative to
+    the stencil's. Refuses an unstable model, and one that diverges within `horizon`.
     """
     axis_physics(model)
-    found = assess(model, recordings, horizon)
+    found = assess(model, recordings, horizon, reference)
     for one in found:
         if one.failure is not None:
             raise one.failure
     beside = None if other is None else head_to_head(model, other, recordings, horizon)
-    return scores_of(model, found, horizon, beside)
+    return scores_of(model, found, horizon, beside, reference)
 
 
 def scores_of(
-    model: Model, found: Sequence[Assessment], horizon: float, beside: HeadToHead | None = None
+    model: Model,
+    found: Sequence[Assessment],
+    horizon: float,
+    beside: HeadToHead | None = None,
+    reference: Reference = "smoothed",
 ) -> Scores:
     """The scores of all recordings that could be predicted."""
     return Scores(
@@ -46,4 +53,5 @@ def scores_of(
         beside,
         pooled(judging(found)),
         fingerprint(model),
+        reference,
     )

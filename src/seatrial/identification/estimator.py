@@ -30,17 +30,31 @@ from seatrial.identification.diagnostics.external_disturbances import (
 from seatrial.identification.diagnostics.homogeneity import homogeneity_findings
 from seatrial.identification.diagnostics.parameter_drift import drift_findings
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
-from seatrial.identification.likelihood.fit_horizon import prediction_findings, with_fit_horizon
-from seatrial.identification.likelihood.noise_structures import select_noise
+from seatrial.identification.likelihood.fit_horizon import (
+    prediction_findings,
+    with_noise_or_horizon,
+)
+from seatrial.identification.likelihood.noise_structures import refined
 from seatrial.identification.likelihood.optimiser import (
+    MOST_PASSES,
     Outcome,
     Point,
     at_bounds,
+    by_linearisation,
+    converged,
     far_from_poses,
+    full_pass,
     maximise_likelihood,
     search,
 )
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Prior, Problem
+from seatrial.identification.likelihood.problem import (
+    DELAY_NAMES,
+    EFFECT_KINDS,
+    LEVER_NAMES,
+    START_DELAY,
+    Prior,
+    Problem,
+)
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
@@ -62,12 +76,15 @@ from seatrial.identification.uncertainty.covariance import (
 )
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.identification.uncertainty.lag import with_lag_by_square
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
+from seatrial.util.progress import stage
 from seatrial.util.statistics import inverse_of
 
+FIRST_PASSES = 12  # of the first search, at most
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
 LEAST_INTEGRATION_STEP = 1 / 480  # [s] a shorter one costs time and changes nothing
@@ -171,40 +188,41 @@ def _fit(
         problem = with_enough_blocks(problem)
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
-    # the maximum of the likelihood; under model mismatch the fit horizon, else the noise structure
+    # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
     values = begin if start is None else start
-    first = _maximised(problem, recordings, values, hold=chosen.hold_noise)
-    at, horizon = (first, 0.0) if chosen.hold_noise else with_fit_horizon(first)
-    likely = first
-    if not (horizon or chosen.hold_noise):
-        at = likely = select_noise(at)
+    with stage("likelihood", 0.25):
+        at = likely = _maximised(problem, recordings, values, hold=chosen.hold_noise)
+    horizon = 0.0
+    with stage("noise structure", 0.3):
+        if not chosen.hold_noise:
+            likely, at, horizon = with_noise_or_horizon(at)
     disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
-    if further and prior is None:  # a prior has stages of its own
-        at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
-        findings += found
+    with stage("actuator stages", 0.25):
+        if further and prior is None:  # a prior has stages of its own
+            at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
+            findings += found
     # diagnostics at the solution
-    if further:
-        findings += [
-            *unmodelled_effect_findings(at, horizon),
-            *homogeneity_findings(at),
-            *drift_findings(at),
-        ]
-    findings += [*_outliers(at), *prediction_findings(at, horizon)]
-    problem = at.runs.problem
-    for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
-        value = at.theta[int(i)]
-        end = low if abs(value - low) < abs(value - high) else high
-        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
-    if horizon:
-        findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
+    with stage("diagnostics", 0.1):
+        if further:
+            findings += [
+                *unmodelled_effect_findings(at, horizon),
+                *homogeneity_findings(at),
+                *drift_findings(at),
+            ]
+        findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
+        if horizon:
+            findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     # standard errors, and what disturbed intervals do to them
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
-    if sought and (disturbed is not None or not without_process_noise(at)):
-        findings += disturbance_findings(disturbed, at, covariance, _from_start_values)
+    with stage("standard errors"):
+        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+        sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
+        if sought and (disturbed is not None or not without_process_noise(at)):
+            findings += disturbance_findings(disturbed, at, covariance)
     if _nothing_significant(at, covariance):
         findings.append(finding_of(FindingKind.NO_SIGNIFICANT_COEFFICIENT))
+    for point in (at, likely):
+        point.runs.drop_linearisation()
     return Fit(
         at.runs.problem,
         at.theta,
@@ -218,19 +236,33 @@ def _fit(
     )
 
 
+def _at_bound_findings(at: Point) -> list[Finding]:
+    """A finding on each parameter that ends at a bound."""
+    problem, findings = at.runs.problem, []
+    for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
+        value = at.theta[int(i)]
+        end = low if abs(value - low) < abs(value - high) else high
+        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
+    return findings
+
+
 def _with_stages(
     at: Point, horizon: float, likely: Array, vehicle: Vehicle, chosen: OutputErrorSettings
 ) -> tuple[Point, float, list[Finding]]:
     """The solution with the selected stages, its fit horizon, and findings on them.
 
-    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the likelihood
-    takes the place of the fit horizon. likely: (11,) the noise at the likelihood's maximum without the stages.
+    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the
+    likelihood takes the place of the fit horizon. likely: (11,) the noise at the maximum without the stages.
     """
     at, findings = select_stages(at, vehicle, chosen, horizon)
     if horizon and findings:
-        again, outcome = search(at.runs.problem, at.theta, likely)
+        # first on the linearisation: mismatch that stays needs no search
+        near = by_linearisation(full_pass(at.runs.problem, at.theta, likely))
+        again, outcome = (
+            search(at.runs.problem, near.theta, near.noise) if is_white(near) else (at, None)
+        )
         if outcome is Outcome.CONVERGED and is_white(again):
-            return select_noise(again), 0.0, findings
+            return refined(again), 0.0, findings
     return at, horizon, findings
 
 
@@ -245,14 +277,18 @@ def _nothing_significant(at: Point, covariance: Array) -> bool:
 def _maximised(
     problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
 ) -> Point:
-    """The maximum of the likelihood.
+    """The maximum of the likelihood, or a point near it where the search is slow, as under model mismatch.
 
     If the search from a start model fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
     try:
-        return maximise_likelihood(own, theta, noise, hold=hold)
+        at, outcome = search(
+            own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
+        )
+        near = outcome is Outcome.OUT_OF_STEPS and not hold and not far_from_poses(at)
+        return at if near else converged((at, outcome))
     except IdentificationError as error:
         if start is not None and not hold:
             return _maximised(problem, recordings, None, hold=False)
@@ -402,6 +438,9 @@ def _start(
     """Start of the search: parameters and noise."""
     n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
+    delays = [i for i in problem.free if problem.names[i] in DELAY_NAMES]
+    theta[delays[:1]] = START_DELAY
+    recordings = [at_one_time(r) for r in recordings]
     given: dict[str, float] = {}
     if start is not None:
         values = np.concatenate([start.coefficients, start.constants]).tolist()

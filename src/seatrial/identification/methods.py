@@ -32,6 +32,7 @@ from seatrial.inspection.consistency.between_recordings import check_each_record
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
+from seatrial.util.progress import stage
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
@@ -48,6 +49,9 @@ __all__ = [
     "identify",
     "summary",
 ]
+
+# share of the time of `identify` that the method takes; the rest is for checks
+SEARCH_SHARE = {OUTPUT_ERROR: 0.95, EQUATION_ERROR: 0.3, WEAK_FORM: 0.3, SMOOTHER: 0.7}
 
 
 def identify(
@@ -100,30 +104,28 @@ def identify_with_fit(
         vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
     # the method
     solution = None
-    if method == OUTPUT_ERROR:
-        solution = _output_error(
-            recordings,
-            vehicle,
-            prior,
-            prior_spread,
-            effects,
-            begin=None if chosen is None else chosen.model,
-        )
-        if chosen is None:
-            more = missing_term_findings(solution)
-            solution = replace(solution, findings=(*solution.findings, *more))
-        model = solution.model()
-        if prior is not None:
-            model = with_prior_findings(model, prior, prior_spread)
-    elif method == WEAK_FORM:
-        model = weak_form(recordings, vehicle, roles=roles)
-    elif method == SMOOTHER:
-        model = smoother(recordings, vehicle, roles=roles)
-    else:
-        model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    with stage("", SEARCH_SHARE[method]):
+        if method == OUTPUT_ERROR:
+            solution = _output_error(
+                recordings, vehicle, prior, prior_spread, effects,
+                begin=None if chosen is None else chosen.model,
+            )  # fmt: skip
+            if chosen is None:
+                more = missing_term_findings(solution)
+                solution = replace(solution, findings=(*solution.findings, *more))
+            model = solution.model()
+            if prior is not None:
+                model = with_prior_findings(model, prior, prior_spread)
+        elif method == WEAK_FORM:
+            model = weak_form(recordings, vehicle, roles=roles)
+        elif method == SMOOTHER:
+            model = smoother(recordings, vehicle, roles=roles)
+        else:
+            model = equation_error(recordings, vehicle, roles=roles, settings=settings)
     # is it a boat, and are recordings and vehicle file what they seem?
     axis_physics(model)
-    return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+    with stage("checking recordings and vehicle file"):
+        return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
 
 
 def with_chosen_terms(

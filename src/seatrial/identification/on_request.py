@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Tables on request: bootstrap, profile likelihood, accuracy against record length."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from seatrial.identification.uncertainty.profile import Profile, profile
 from seatrial.identification.uncertainty.record_length import accuracy_by_length, record_length_text
 from seatrial.util.errors import IdentificationError
 from seatrial.util.format import plus_minus, table
+from seatrial.util.progress import over
 
 FEWEST_REPLICATES = 40  # for a 95 % interval by order statistics
 
@@ -40,12 +41,16 @@ def accuracy_tables(
         raise IdentificationError(
             f"--bootstrap {replicates}: an interval needs {FEWEST_REPLICATES} replicates or more; 200 are usual"
         )
-    parts = [record_length_text(accuracy_by_length(solution))] if lengths else []
+    makers: list[Callable[[], str]] = []
+    if lengths:
+        makers.append(lambda: record_length_text(accuracy_by_length(solution)))
     if profiled:
-        parts.append(profile_text([profile(solution, name) for name in profiled]))
+        makers.append(
+            lambda: profile_text([profile(solution, name) for name in over(profiled, "profile")])
+        )
     if replicates:
-        parts.append(bootstrap_text(solution, replicates))
-    return "\n\n".join(parts)
+        makers.append(lambda: bootstrap_text(solution, replicates))
+    return "\n\n".join(make() for make in over(makers))
 
 
 def bootstrap_text(whole: Fit, replicates: int) -> str:

@@ -8,20 +8,20 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.model import LEVER_TOLD, Model
+from seatrial.boat.model import DELAYS_TOLD, LEVER_TOLD, Model
 from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import (
+    DELAY_NAMES,
     EFFECT_NAMES,
     LEVER_NAMES,
     FilterRuns,
     Problem,
 )
 from seatrial.identification.provenance import envelope, recording_entry
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
@@ -36,7 +36,7 @@ class OutputErrorSettings:
     outlier: float = OUTLIER  # [sigma] beyond which an innovation counts linearly
     block: float = BLOCK  # [s] over which scores may be correlated, for standard errors
     step: float = 1 / 12  # [s] longest integration step; less where the boat is fast
-    effects: tuple[str, ...] = ()  # of lever, current, trim and wind, those to estimate
+    effects: tuple[str, ...] = ()  # of lever, current, trim, wind and delay, those to estimate
     hold_noise: bool = False  # the noise stays that of the start model
     select_stages: bool = True  # further actuator stages are tested and estimated where significant
 
@@ -79,6 +79,8 @@ class Fit:
         }  # fmt: skip
         if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
             settings[LEVER_TOLD] = stated
+        if self._delays() and (stated := problem.vehicle.stated_delays) is not None:
+            settings[DELAYS_TOLD] = stated
         noise = self.noise
         if self.horizon and self.maximum_noise is not None:
             noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
@@ -86,27 +88,26 @@ class Fit:
         noise = folded(noise, min(r.period for r in recordings))
         constants = theta[n:size]
         lever = theta[problem.effects(0)[: len(LEVER_NAMES)]]
+        vehicle = with_further_delays(problem, theta)
         return Model(
-            with_lever(problem.vehicle, *lever.tolist()), theta[:n], covariance, constants,
+            with_lever(vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
             noise_entry(noise, earth=problem.earth_fixed),
             envelope(problem.vehicle, constants, recordings, self._moving()),
             tuple(self._entry(i) for i in range(len(recordings))),
-            EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever()]),
+            EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever(), *self._delays()]),
         )  # fmt: skip
 
     def _moving(self) -> list[Motion]:
         """Velocity of the boat's origin through the water, by recording."""
-        found = []
-        for i, recording in enumerate(self.problem.recordings):
-            lever, current = np.split(self.theta[self.problem.effects(i)][:4], 2)
-            found.append(motion(poses_of_origin(recording, lever, current)))
-        return found
+        whole = range(len(self.problem.recordings))
+        return [motion(self.problem.origin_poses(i, self.theta)) for i in whole]
 
     def _entry(self, recording: int) -> RecordingEntry:
         """A recording with its estimated effects."""
         own = recording_entry(self.problem.recordings[recording])
-        places = self.problem.effects(recording)[len(LEVER_NAMES) :].tolist()
+        first = len(LEVER_NAMES)
+        places = self.problem.effects(recording)[first : first + len(EFFECT_NAMES)].tolist()
         sought = {
             name: float(self.theta[i])
             for name, i in zip(EFFECT_NAMES, places, strict=True)
@@ -123,6 +124,36 @@ class Fit:
             return []
         ahead, aside = errors
         return [finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=ahead, aside=aside)]
+
+    def _delays(self) -> list[Finding]:
+        """The delays of position and heading with standard errors, where they were estimated."""
+        errors = [self.errors.get(name) for name in DELAY_NAMES]
+        late = with_further_delays(self.problem, self.theta).delays
+        if None not in errors:
+            return [
+                finding_of(FindingKind.DELAY, what, delay=delay, error=error or 0.0)
+                for what, delay, error in zip(("position", "heading"), late, errors, strict=True)
+            ]
+        older, newer = ("position", "heading") if late[0] >= late[1] else ("heading", "position")
+        return [
+            finding_of(
+                FindingKind.DELAY_DIFFERENCE,
+                older,
+                newer,
+                delay=abs(late[0] - late[1]),
+                error=error,
+            )
+            for error in errors
+            if error is not None
+        ]
+
+
+def with_further_delays(problem: Problem, theta: Array) -> Vehicle:
+    """The vehicle with the estimated delays added to those of its file."""
+    if not any(problem.names[i] in DELAY_NAMES for i in problem.free):
+        return problem.vehicle
+    position, heading = np.add(problem.vehicle.delays, theta[problem.delays]).tolist()
+    return problem.vehicle.with_delays(position, heading)
 
 
 def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:

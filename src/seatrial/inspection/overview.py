@@ -19,6 +19,7 @@ from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
 from seatrial.util.errors import RecordingError
+from seatrial.util.progress import over, stage
 
 __all__ = ["Inspection", "RecordingView", "implausible_values", "inspect", "inspection_json"]
 
@@ -69,12 +70,14 @@ def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     uses = [input_use(vehicle, recording) for recording in recordings]
     moves = {use.name for own in uses for use in own if not use.never_moves}
     # 2. Each recording by itself.
-    views = tuple(
-        _view(recording, vehicle, own, moves)
-        for recording, own in zip(recordings, uses, strict=True)
-    )
+    with stage("recordings", 0.3):
+        views = tuple(
+            _view(recording, vehicle, own, moves)
+            for recording, own in over(list(zip(recordings, uses, strict=True)))
+        )
     # 3. Units, signs and order of the vehicle file, from all recordings.
-    consistency = check_each_recording(recordings, vehicle)
+    with stage("units, signs and order"):
+        consistency = check_each_recording(recordings, vehicle)
     return Inspection(vehicle, views, consistency)
 
 

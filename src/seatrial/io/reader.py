@@ -11,9 +11,11 @@ from seatrial.io.bags.opening import is_bag
 from seatrial.io.bags.poses import in_vehicle_terms, pose_columns
 from seatrial.io.bags.recording import read_bag, recording_name
 from seatrial.io.table import Table, checked_unit, nanoseconds, scaled
+from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.progress import reach
 
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
@@ -59,6 +61,7 @@ def _assemble(
         _check_named(column, f"{vehicle.source}: pose: {key}", poses)
     names = [c.column for c in columns] + ([spec.valid] if spec.valid else [])
     raw = poses.columns(names)
+    reach(0.5)  # the commands are to be read
     merged = poses.path == commands.path
     if merged:  # merged logs: a row may have no pose
         raw = raw[~np.isnan(raw[:, 1:4]).all(axis=1)]
@@ -70,11 +73,14 @@ def _assemble(
         describe(role, table.path.name, "table", clock=Clock.COLUMN, stamps=s)
         for role, table, s in (("poses", poses, stamps), ("commands", commands, driven.stamps))
     ]
+    position, heading = vehicle.delays
     return make_recording(
-        recording_name(path), stamps, in_vehicle_terms(raw[:, 1:4], vehicle), driven,
+        recording_name(path), stamps_of_headings(stamps, heading),
+        in_vehicle_terms(raw[:, 1:4], vehicle, stamps), driven,
         scales=_scales(vehicle, commands, merged=merged),
         marked_valid=raw[:, 4] > 0.5 if spec.valid else None,
         timeout=vehicle.file.command_timeout, sources=sources, streams=streams,
+        position_delay=position - heading,
     )  # fmt: skip
 
 

@@ -115,7 +115,7 @@ def onboard_model(
         return _core.OnboardModel(
             model.boat, vehicle.chain, model.constants, uncertainty.noise, uncertainty.errors,
             disturbance == "earth", water, vehicle.file.command_timeout,
-            speeds, forces, _start_deviation(model), window,
+            speeds, forces, _start_deviation(model), window, np.array(vehicle.delays),
         )  # fmt: skip
     except ValueError as error:
         raise ModelError(f"{model.name}: can't be run on board: {error}") from None
@@ -125,8 +125,9 @@ class Predictor:
     """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
 
     model: a Model or the path of its file. Poses are of the boat's origin and commands as a
-    `Recording` has them: forward-left-up, SI units. Times are seconds of one clock; a stamp is the
-    time of measurement. Out-of-sequence inputs up to `window` [s] late are used at their stamp: the
+    `Recording` has them: forward-left-up, SI units. Times are seconds of one clock. Position and heading
+    are older than a pose's stamp by the vehicle's delays: each is used at its own time. Out-of-sequence inputs up
+    to `window` [s] late are used at their stamp: the
     result is, to the last bit, that of inputs in sequence. `disturbance`: the frame that it is constant
     in. `current`: (2,) earth-fixed [m/s], of the water, if known.
 
@@ -157,7 +158,7 @@ class Predictor:
         return Taken(self._core.scale(t, row_of(values, "scale", self.model.vehicle.scales)))
 
     def pose(self, t: float, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
-        """A pose (3,) x, y [m], psi [rad] of time t [s].
+        """A pose (3,) x, y [m], psi [rad] stamped t [s].
 
         covariance: (3, 3) [m, m, rad] squared; by default the model's pose noise.
         """

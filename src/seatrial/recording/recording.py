@@ -86,7 +86,7 @@ class Recording:
     """Poses and commands as recorded, in forward-left-up axes and SI units."""
 
     name: str
-    stamps: Stamps  # (n,) of the poses [ns], rising
+    stamps: Stamps  # (n,) of the poses [ns], rising; with a delay, of the headings
     eta: Array  # (n, 3) x, y [m], psi [rad] unwrapped
     raw: Array  # (n, 3) as read, heading not unwrapped
     valid: Mask  # (n,) poses that may be used
@@ -98,6 +98,7 @@ class Recording:
     streams: tuple[Stream, ...] = ()  # timing of its signals
     remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
     offset: float = 0.0  # [s] cut off at its start
+    position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
 
     def __post_init__(self) -> None:
         for name, dtype in (
@@ -253,10 +254,12 @@ def make_recording(
     sources: Sequence[Source] = (),
     streams: Sequence[Stream] = (),
     remarks: Sequence[str] = (),
+    position_delay: float = 0.0,
 ) -> Recording:
     """A recording from raw poses: heading unwrapped, faults detected and masked.
 
-    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. Commands are unknown after
+    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
+    older than headings by it, whose time is the stamp's. Commands are unknown after
     `timeout` seconds without any, and while one is not a number.
     """
     if len(stamps) < 2:
@@ -291,7 +294,7 @@ def make_recording(
     return Recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
-        tuple(sources), tuple(streams), tuple(remarks),
+        tuple(sources), tuple(streams), tuple(remarks), position_delay=position_delay,
     )  # fmt: skip
 
 

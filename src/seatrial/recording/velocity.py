@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.schema import NoiseEntry
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
@@ -36,10 +37,11 @@ class Motion:
 
 def motion(recording: Recording) -> Motion:
     """The paper's velocities: five-point stencil in earth axes, then Eq. (1) into body axes."""
-    eta_dot, valid = five_point_stencil(recording)
-    nu = body_velocity(recording.eta[:, 2], eta_dot)
+    whole = at_one_time(recording)
+    eta_dot, valid = five_point_stencil(whole)
+    nu = body_velocity(whole.eta[:, 2], eta_dot)
     nu[~valid] = np.nan
-    return Motion(recording.t, recording.eta, nu, valid)
+    return Motion(whole.t, whole.eta, nu, valid)
 
 
 def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[Array, Mask]:

@@ -8,11 +8,12 @@ from seatrial.boat.model import Model
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores
 from seatrial.recording.recording import Recording
-from seatrial.report.evidence.model_evidence import collect
+from seatrial.report.evidence.model_evidence import Evidence, collect
 from seatrial.report.figures.png import check
 from seatrial.report.html import page
 from seatrial.report.papers import write_page
 from seatrial.report.sections import all_sections
+from seatrial.util.progress import stage
 
 
 def report(
@@ -50,9 +51,24 @@ def write_report(
     """
     if raster:
         check()
-    found = all_sections(collect(model, recordings, horizon, scores))
-    names = [recording.name for recording in recordings]
-    write_page(_title(model), found, path, names, figures=figures, raster=raster, tables=tables)
+    evidence = collect(model, recordings, horizon, scores)
+    write_evidence(evidence, path, figures=figures, raster=raster, tables=tables)
+
+
+def write_evidence(
+    evidence: Evidence,
+    path: str | Path,
+    *,
+    figures: str | Path | None = None,
+    raster: bool = False,
+    tables: str | Path | None = None,
+) -> None:
+    """`write_report` of what is computed already."""
+    with stage("drawing"):
+        write_page(
+        _title(evidence.model), all_sections(evidence), path, [run.name for run in evidence.runs],
+        figures=figures, raster=raster, tables=tables,
+    )  # fmt: skip
 
 
 def _title(model: Model) -> str:

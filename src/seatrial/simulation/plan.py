@@ -68,6 +68,8 @@ class PoseSensor(Strict, frozen=True):
     drop_outs: DropOuts
     jumps: Jumps
     noise_correlation: NotNegative = 0.0  # [s] time constant of the noise; 0: white
+    position_delay: NotNegative = 0.0  # [s] by which positions are older than their stamps
+    heading_delay: NotNegative = 0.0  # [s] by which headings are
 
 
 class Joypad(Strict, frozen=True):

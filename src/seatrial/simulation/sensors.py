@@ -74,11 +74,19 @@ class Sensors(Strict, frozen=True, omit_defaults=False):
     lidar: LidarSettings | None = LidarSettings()
 
 
-def core_pose(settings: PoseSettings | None, lever: tuple[float, float]) -> _core.PoseSensor | None:
-    """The core's pose sensor of a point at `lever` [m]: forward, left of the origin."""
+def core_pose(
+    settings: PoseSettings | None,
+    lever: tuple[float, float],
+    delays: tuple[float, float] = (0.0, 0.0),
+) -> _core.PoseSensor | None:
+    """The core's pose sensor of a point at `lever` [m]: forward, left of the origin.
+
+    delays: [s] by which position and heading are older than their stamp.
+    """
     sensor = _filled(_core.PoseSensor(), settings)
     if sensor is not None:
         sensor.set_lever(np.array(lever, dtype=float))
+        sensor.position_delay, sensor.heading_delay = delays
     return sensor
 
 

@@ -13,6 +13,7 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.recording.velocity import Motion
 from seatrial.simulation.pilots import make_operator
@@ -48,7 +49,11 @@ class Trial:
     def recording(self) -> Recording:
         """The recording, as from `read`."""
         commands = Signal(self.vehicle.inputs, self.command_stamps, self.command)
-        return make_recording(self.name, self.pose_stamps, self.pose, commands)
+        position, heading = self.vehicle.delays
+        stamps = stamps_of_headings(self.pose_stamps, heading)
+        return make_recording(
+            self.name, stamps, self.pose, commands, position_delay=position - heading
+        )
 
     @cached_property
     def true_motion(self) -> Motion:
@@ -109,12 +114,12 @@ def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
 def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
     label = name + SUFFIX[model.vehicle.scheme]
     rng = np.random.default_rng([plan.seed, zlib.crc32(label.encode())])
-    stick_t, sticks, truth_t, truth, force = _drive(plan, model, label, entry, rng)
+    stick_t, sticks, truth_t, truth, force, seen = _drive(plan, model, label, entry, rng)
     joypad_t = np.arange(-LEAD, entry.duration + LEAD, 1.0 / plan.joypad.rate)
     order = [WRENCH.index(i) for i in model.vehicle.inputs]
     held = np.maximum(np.searchsorted(stick_t, joypad_t + 1e-9, side="right") - 1, 0)
     command = np.where((joypad_t < 0)[:, None], 0.0, sticks[held])[:, order]
-    pose, arrived = _observe(plan.pose, truth_t, truth[:, :3], rng)
+    pose, arrived = _observe(plan.pose, truth_t, seen, rng)
     pose_t = truth_t + rng.normal(0.0, 1.0, len(truth_t)) * plan.pose.stamp_jitter
     return Trial(
         label,
@@ -134,8 +139,11 @@ def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
 
 def _drive(
     plan: PlanFile, model: Model, label: str, entry: TrialEntry, rng: np.random.Generator
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Operator and boat in closed loop: stick times and positions, truth at the pose ticks."""
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Operator and boat in closed loop: stick times and positions, truth at the pose ticks.
+
+    The last is the pose as the sensor sees it then, its position and heading as late as they are.
+    """
     operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
     order = [WRENCH.index(i) for i in model.vehicle.inputs]
     disturbance = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
@@ -146,7 +154,9 @@ def _drive(
     tick = 1.0 / plan.joypad.rate
     looks = np.arange(0, entry.duration, plan.operator.reaction)
     looks = np.round(looks / tick) * tick  # sticks are read at the joypad's rate
-    poses = np.arange(0, entry.duration, 1.0 / plan.pose.rate)
+    ticks = np.arange(0, entry.duration, 1.0 / plan.pose.rate)
+    late = [np.maximum(ticks - d, 0.0) for d in (plan.pose.position_delay, plan.pose.heading_delay)]
+    poses = np.unique(np.concatenate([ticks, *late]))
     sticks = np.zeros((len(looks), 3))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
@@ -166,7 +176,9 @@ def _drive(
         plant.command(t, np.ascontiguousarray(sticks[i][order]))
     while j < len(poses):
         j = _note(plant, due[j], truth, force, j)
-    return looks, sticks, poses, truth, force
+    at, *before = (np.searchsorted(poses, t) for t in (ticks, *late))
+    seen = np.column_stack([truth[before[0], :2], truth[before[1], 2]])
+    return looks, sticks, ticks, truth[at], force[at], seen
 
 
 class DisturbedPlant(_core.Plant):

@@ -133,7 +133,8 @@ class SimulatedBoat:
     def _enter(self, start: Array, sensors: Sensors, lever: Sequence[float] | None) -> None:
         model, vehicle = self.model, self.model.vehicle
         x, y = vehicle.lever if lever is None else lever
-        pose, imu = core_pose(sensors.pose, (float(x), float(y))), core_imu(sensors.imu)
+        pose = core_pose(sensors.pose, (float(x), float(y)), vehicle.delays)
+        imu = core_imu(sensors.imu)
         self.lidar = core_lidar(sensors.lidar)
         check(pose, imu, self.lidar)
         if self.world.time > 0.0:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from seatrial.util.progress import shared
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -16,10 +18,14 @@ def cores() -> int:
     return len(allowed(0)) if allowed else os.cpu_count() or 1
 
 
-def spread(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Results of `work` on the items, in threads with more than one core."""
-    count = cores()
+def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) -> list[R]:
+    """Results of `work` on the items, in threads with more than one core.
+
+    `name`: of an item; with it each is a part of the progress at hand.
+    """
+    count, given = cores(), list(items)
+    one = work if name is None else shared(work, len(given), name)
     if count == 1:
-        return [work(item) for item in items]
+        return [one(item) for item in given]
     with ThreadPoolExecutor(count) as pool:
-        return list(pool.map(work, items))
+        return list(pool.map(one, given))

@@ -5,11 +5,12 @@
 //   e = y - h(x)    S = H P H' + R    K = P H' S^-1    x += K e    P <- (I - K H) P    D -= K (H D)
 //
 // H picks the pose and adds, where the noise is coloured, its states; of a point off the origin it
-// has a share of the heading. An outlier counts as with more noise: beyond `outlier` standard
-// deviations its cost grows linearly (Huber).
+// has a share of the heading. Position or heading may be measured alone. An outlier counts as with
+// more noise: beyond `outlier` standard deviations its cost grows linearly (Huber).
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "seatrial/filter/filter_state.hpp"
 #include "seatrial/filter/matrix3.hpp"
@@ -29,12 +30,21 @@ struct Innovation {
   double weight = 1.0;           // 1; less for an outlier
 };
 
+/// Measured parts of a pose.
+enum Parts : std::uint8_t { kPositionPart = 1, kHeadingPart = 2, kWholePose = 3 };
+
+/// Whether component i of x, y, psi is among the parts.
+inline bool has(Parts parts, int i) {
+  return (parts & (i < 2 ? kPositionPart : kHeadingPart)) != 0;
+}
+
 /// A pose as the sensor measures it.
 struct Measurement {
   const double* eta;                     // x, y [m], psi [rad]
-  double offset[2] = {0.0, 0.0};         // [m] of the measured point, earth-fixed
+  double offset[kPose] = {};             // [m, m, rad] of what is measured, earth-fixed
   double turn[kPose] = {0.0, 0.0, 0.0};  // d measured / d psi, beyond the state's
   double noise[kPose][kPose] = {};       // R
+  Parts parts = kWholePose;
 };
 
 namespace detail {
@@ -45,6 +55,24 @@ double times_h(const double* row, const double* turn, int k) {
   double sum = row[k] + row[2] * turn[k];
   if constexpr (N > kFilterStates) sum += row[kFilterStates + k];
   return sum;
+}
+
+/// Zeroes the rows of what is not measured: of H P and H D.
+template <int W>
+void leave_out(Parts parts, double (&rows)[kPose][W]) {
+  for (int i = 0; i < kPose; ++i) {
+    if (!has(parts, i)) std::fill(rows[i], rows[i] + W, 0.0);
+  }
+}
+
+/// S without what is not measured: unit variance, uncorrelated, no innovation.
+inline void leave_out(Parts parts, Innovation& out) {
+  for (int i = 0; i < kPose; ++i) {
+    if (has(parts, i)) continue;
+    for (int j = 0; j < kPose; ++j) out.s[i][j] = out.s[j][i] = 0.0;
+    out.s[i][i] = 1.0;
+    out.e[i] = 0.0;
+  }
 }
 
 /// H P.
@@ -76,7 +104,7 @@ Innovation innovation(const Measurement& y, double outlier, const double (&hp)[k
                       const State& b) {
   Innovation out;
   for (int i = 0; i < kPose; ++i) {
-    out.e[i] = y.eta[i] - b.x[i] - (i < 2 ? y.offset[i] : 0.0);
+    out.e[i] = y.eta[i] - b.x[i] - y.offset[i];
     if constexpr (N > kFilterStates) out.e[i] -= b.x[kFilterStates + i];
     for (int j = 0; j < kPose; ++j) {
       out.s[i][j] = times_h<N>(hp[i], y.turn, j);
@@ -84,6 +112,7 @@ Innovation innovation(const Measurement& y, double outlier, const double (&hp)[k
     }
   }
   if (std::abs(out.e[2]) > kTurn / 2.0) out.e[2] = std::remainder(out.e[2], kTurn);
+  if (y.parts != kWholePose) leave_out(y.parts, out);
   out.determinant = inverse3(out.s, out.inverse);
   for (int i = 0; i < kPose; ++i) {
     const double* row = out.inverse[i];

@@ -24,10 +24,14 @@ struct Effects {
   double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
   double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
   double wind[2] = {0.0, 0.0};       // [m/s^2] earth-fixed
+  double position_delay = 0.0;       // [s] by which the position is older than its stamp
+  double heading_delay = 0.0;        // [s] by which the heading is
+  double later[2] = {0.0, 0.0};      // [s] further delays of both, to first order
   bool earth_fixed = false;          // the disturbance in surge and sway; else body-fixed
 };
-enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7 };  // first parameter of each
-inline constexpr int kEffects = 9;
+/// First parameter of each.
+enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7, kDelay = 9 };
+inline constexpr int kEffects = 11;
 
 /// Use of a pose.
 enum Use : signed char {
@@ -45,6 +49,7 @@ struct PoseSeries {
   const double* eta = nullptr;       // (n, 3)
   const signed char* use = nullptr;  // (n) Use
   const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] of those that are kBeginning
+  double position_delay = 0.0;       // [s] the known part of the effect
 };
 
 /// A prediction from one pose to the next, to repeat it with other noise. Long recordings have
@@ -75,8 +80,9 @@ struct FilterRun {
   std::vector<double> state;           // (n, 9) after the pose was used
   std::vector<float> deviation;        // (n, 3) standard deviations of the velocity after it
   std::vector<float> weight;           // (n) of each pose: 1, less for outliers, 0 for unused ones
-  std::vector<Transition> transition;  // (n - 1); optional
-  std::vector<float> gain;             // (n - 1, 6, p) d transition / d parameters; optional
+  std::vector<Transition> transition;  // one fewer than updates; optional
+  std::vector<float> gain;             // (the same, 6, p) d transition / d parameters; optional
+  std::vector<double> update_state;    // (updates, 9) where they are not one a pose; optional
 };
 
 }  // namespace seatrial

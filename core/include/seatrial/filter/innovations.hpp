@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "seatrial/filter/likelihood_filter.hpp"
+#include "seatrial/filter/pose_updates.hpp"
 
 namespace seatrial {
 
@@ -18,15 +19,19 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 namespace detail {
 
-/// Keeps an innovation.
-inline void keep(const Innovation& seen, int k, FilterRun& out) {
-  const auto at = static_cast<std::size_t>(k);
-  std::copy(seen.e, seen.e + kPose, &out.innovation[at * kPose]);
+/// Keeps an innovation. Of a pose in two parts the weight is the lesser.
+inline void keep(const Innovation& seen, const PoseUpdate& update, FilterRun& out) {
+  const auto at = static_cast<std::size_t>(update.pose);
   float* to = &out.spread[at * 6];
   for (int i = 0; i < kPose; ++i) {
-    for (int j = i; j < kPose; ++j) *to++ = static_cast<float>(seen.s[i][j]);
+    const bool own = has(update.parts, i);
+    if (own) out.innovation[at * kPose + static_cast<std::size_t>(i)] = seen.e[i];
+    for (int j = i; j < kPose; ++j, ++to) {
+      if (own || has(update.parts, j)) *to = static_cast<float>(seen.s[i][j]);
+    }
   }
-  out.weight[at] = static_cast<float>(seen.weight);
+  const auto weight = static_cast<float>(seen.weight);
+  out.weight[at] = update.first ? weight : std::min(out.weight[at], weight);
 }
 
 /// Keeps the state after a pose.
@@ -41,24 +46,35 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
   }
 }
 
-/// Jumps and restarts at pose k, before it is used.
+/// Jumps and restarts at a pose, before its part of time t [s] is used. Whether it jumped.
 template <int N>
-void allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k) {
-  const auto at = static_cast<std::ptrdiff_t>(k) * kPose;
-  if (poses.use[k] == kJumped) filter.loosen(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == kGapped) filter.loosen_if_likelier(poses.eta + at, poses.time[k]);
-  if (poses.use[k] == kBeginning) {
-    filter.restart(poses.eta + at, poses.velocity + at, poses.time[k]);
+bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const PoseUpdate& next,
+                double t) {
+  const auto at = static_cast<std::ptrdiff_t>(next.pose) * kPose;
+  const signed char use = poses.use[next.pose];
+  if (use == kJumped) filter.loosen(poses.eta + at, t, next.parts);
+  if (use == kBeginning && next.first) {
+    filter.restart(poses.eta + at, poses.velocity + at, poses.time[next.pose]);
   }
+  if (use != kGapped) return use == kJumped;
+  return filter.loosen_if_likelier(poses.eta + at, t, next.parts);
 }
 
-/// Update by pose k, after a jump or restart. The last three arguments are of the filter's update.
+/// One update at t [s], after a jump or restart. The last three arguments are of the filter's
+/// update.
 template <int N>
-CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses, int k,
-                          double counts = 1.0, FilterRun* terms = nullptr, int block = 0) {
-  allow_jump(filter, poses, k);
-  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(k) * kPose, poses.time[k], counts,
-                       terms, block);
+CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses,
+                          const PoseUpdate& next, double t, double counts = 1.0,
+                          FilterRun* terms = nullptr, int block = 0) {
+  allow_jump(filter, poses, next, t);
+  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, t, next.parts,
+                       counts, terms, block);
+}
+
+/// The effects with what is known of the delay.
+inline Effects with_known_delay(Effects effects, const PoseSeries& poses) {
+  effects.position_delay += poses.position_delay;
+  return effects;
 }
 
 /// The upper triangle of a symmetric (p, p) from its lower.
@@ -106,34 +122,44 @@ FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& pos
                       const NoiseParameters& noise, double outlier, const FilterStart& start,
                       const Effects& effects, bool slopes, const double* counts, const int* block,
                       bool repeatable, bool shares) {
-  LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, effects, slopes);
+  const Effects all = with_known_delay(effects, poses);
+  const PoseUpdates updates(poses, all);
+  LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, all, slopes);
   const auto n = static_cast<std::size_t>(poses.n);
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
   FilterRun out = room_for(filter.parameters(), n, blocks);
   out.effects = effects;
+  const auto transitions = static_cast<std::size_t>(updates.n() - 1);
   const std::size_t gains = kStates * static_cast<std::size_t>(filter.parameters());
-  out.transition.reserve(repeatable ? n : 0);
-  if (repeatable) out.gain.resize((n - 1) * gains);
+  out.transition.reserve(repeatable ? transitions : 0);
+  if (repeatable) out.gain.resize(transitions * gains);
   Transition unkept;
-  for (int first = 0; first < poses.n; first += kFilterChunk) {
+  int latest = 0;  // pose so far: its block is that of the update
+  for (int first = 0; first < updates.n(); first += kFilterChunk) {
     // steps and forces of a part of the recording
-    const int last = std::min(poses.n - 1, first + kFilterChunk);
-    const StepSchedule schedule(boat, trace, poses.time, first, last, true);
-    for (int k = first; k < std::min(poses.n, first + kFilterChunk); ++k) {
-      // update by pose k
-      if (poses.use[k] != kNotMeasured) {
-        const double counted = counts == nullptr ? 1.0 : counts[k];
-        const CostedInnovation seen =
-            use_pose(filter, poses, k, counted, &out, block == nullptr ? k : block[k]);
+    const int last = std::min(updates.n() - 1, first + kFilterChunk);
+    const StepSchedule schedule(boat, trace, updates.time(), first, last, true);
+    for (int k = first; k < std::min(updates.n(), first + kFilterChunk); ++k) {
+      // update by a pose or its part
+      const PoseUpdate next = updates[k];
+      latest = std::max(latest, next.pose);
+      if (poses.use[next.pose] != kNotMeasured) {
+        const double counted = counts == nullptr ? 1.0 : counts[next.pose];
+        const CostedInnovation seen = use_pose(filter, poses, next, updates.time()[k], counted,
+                                               &out, block == nullptr ? next.pose : block[latest]);
         out.cost += counted * seen.cost;
-        keep(seen, k, out);
+        keep(seen, next, out);
       }
-      keep(filter, k, out);
-      if (shares && block != nullptr) take_share(block[k], out);
-      if (k == poses.n - 1) break;
-      // prediction to the next pose
+      if (has(next.parts, 2)) keep(filter, next.pose, out);
+      if (repeatable && next.parts != kWholePose) {
+        const double* x = filter.state();
+        out.update_state.insert(out.update_state.end(), x, x + kFilterStates);
+      }
+      if (shares && block != nullptr) take_share(block[latest], out);
+      if (k == updates.n() - 1) break;
+      // prediction to the next one
       if (repeatable) out.transition.emplace_back();
-      const double length = poses.time[k + 1] - poses.time[k];
+      const double length = updates.time()[k + 1] - updates.time()[k];
       Transition& kept = repeatable ? out.transition.back() : unkept;
       float* const gain =
           out.gain.empty() ? nullptr : &out.gain[static_cast<std::size_t>(k) * gains];
@@ -167,6 +193,12 @@ inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const P
              shares);
 }
 
+/// How many updates a run along these poses has: one more than transitions.
+inline int updates_of(const FilterRun& first, const PoseSeries& poses) {
+  const Effects all = detail::with_known_delay(first.effects, poses);
+  return detail::PoseUpdates(poses, all).n();
+}
+
 namespace detail {
 
 /// Columns of a filter that repeats a run, which has no model: so many parameters.
@@ -182,26 +214,39 @@ inline Columns columns_of(int parameters) {
 class Repetition {
  public:
   /// step: (p) of the first run's parameters, null for none; slopes: its effects are among them.
-  Repetition(const FilterRun& first, const double* step, bool slopes)
-      : first_(first), step_(step), effects_(first.effects) {
+  Repetition(const FilterRun& first, const PoseSeries& poses, const double* step, bool slopes)
+      : first_(first),
+        step_(step),
+        effects_(with_known_delay(first.effects, poses)),
+        updates_(poses, effects_) {
     if (step == nullptr || !slopes) return;
     const double* by = step + first.parameters - kEffects;
     for (int i = 0; i < 2; ++i) effects_.lever[i] += by[kLever + i];
     for (int i = 0; i < 2; ++i) effects_.current[i] += by[kCurrent + i];
+    std::copy(by + kDelay, by + kDelay + 2, effects_.later);
   }
 
   const Effects& effects() const { return effects_; }
+  const PoseUpdates& updates() const { return updates_; }  // at the times of the first run
 
-  /// Filters from pose k to the next, if there is one. The first one's noise is that of `passed`.
+  /// Of the first run from update k to the next.
+  const Transition& transition(int k) const {
+    return first_.transition[static_cast<std::size_t>(k)];
+  }
+  Interval interval(const NoiseParameters& noise, int k) const {
+    const double* x = state(k);
+    return {noise, std::cos(x[2]), std::sin(x[2]), updates_.time()[k + 1] - updates_.time()[k]};
+  }
+
+  /// Filters from update k to the next, if there is one. The first one's noise is that of `passed`.
   template <int N>
-  void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise,
-              const PoseSeries& poses, int k, bool sensitivities = false) const {
-    if (k == poses.n - 1) return;
+  void follow(LikelihoodFilter<N>* filter, std::size_t filters, const NoiseParameters& noise, int k,
+              bool sensitivities = false) const {
+    if (k == updates_.n() - 1) return;
     const auto at = static_cast<std::size_t>(k);
     const auto p = static_cast<std::size_t>(first_.parameters);
-    const double* from = &first_.state[at * kFilterStates];
-    const Interval passed(noise, std::cos(from[2]), std::sin(from[2]),
-                          poses.time[k + 1] - poses.time[k]);
+    const double* from = state(k);
+    const Interval passed = interval(noise, k);
     const float* gain = first_.gain.empty() ? nullptr : &first_.gain[at * kStates * p];
     double moved[kStates] = {};
     if (step_ != nullptr) {
@@ -218,21 +263,31 @@ class Repetition {
   }
 
  private:
+  /// The first run's state (9) after update k.
+  const double* state(int k) const {
+    const auto& states = first_.update_state.empty() ? first_.state : first_.update_state;
+    return &states[static_cast<std::size_t>(k) * kFilterStates];
+  }
+
   const FilterRun& first_;
   const double* step_;
   Effects effects_;
+  PoseUpdates updates_;
 };
 
 template <int N>
 double repeated(const FilterRun& first, const PoseSeries& poses, const NoiseParameters& noise,
                 double outlier, const FilterStart& start, const double* step, bool slopes) {
   const Columns none = columns_of(0);
-  const Repetition repetition(first, step, slopes);
+  const Repetition repetition(first, poses, step, slopes);
   LikelihoodFilter<N> again(none, noise, outlier, start, repetition.effects(), false);
   double cost = 0.0;
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != kNotMeasured) cost += use_pose(again, poses, k).cost;
-    repetition.follow(&again, 1, noise, poses, k);
+  for (int k = 0; k < repetition.updates().n(); ++k) {
+    const PoseUpdate next = repetition.updates()[k];
+    if (poses.use[next.pose] != kNotMeasured) {
+      cost += use_pose(again, poses, next, repetition.updates().time()[k]).cost;
+    }
+    repetition.follow(&again, 1, noise, k);
   }
   return cost;
 }
@@ -242,21 +297,25 @@ FilterRun relinearised(const FilterRun& first, const PoseSeries& poses,
                        const NoiseParameters& noise, double outlier, const FilterStart& start,
                        const double* step, bool slopes, const int* block) {
   const Columns columns = columns_of(first.parameters - (slopes ? kEffects : 0));
-  const Repetition repetition(first, step, slopes);
+  const Repetition repetition(first, poses, step, slopes);
   LikelihoodFilter<N> again(columns, noise, outlier, start, repetition.effects(), slopes);
   const auto n = static_cast<std::size_t>(poses.n);
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
   FilterRun out = room_for(first.parameters, n, blocks);
   out.effects = repetition.effects();
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != kNotMeasured) {
+  int latest = 0;
+  for (int k = 0; k < repetition.updates().n(); ++k) {
+    const PoseUpdate next = repetition.updates()[k];
+    latest = std::max(latest, next.pose);
+    if (poses.use[next.pose] != kNotMeasured) {
       const CostedInnovation seen =
-          use_pose(again, poses, k, 1.0, &out, block == nullptr ? k : block[k]);
+          use_pose(again, poses, next, repetition.updates().time()[k], 1.0, &out,
+                   block == nullptr ? next.pose : block[latest]);
       out.cost += seen.cost;
-      keep(seen, k, out);
+      keep(seen, next, out);
     }
-    keep(again, k, out);
-    repetition.follow(&again, 1, noise, poses, k, true);
+    if (has(next.parts, 2)) keep(again, next.pose, out);
+    repetition.follow(&again, 1, noise, k, true);
   }
   mirror(out.information.data(), out.parameters);
   return out;
@@ -347,8 +406,8 @@ struct NoiseColumns {
 /// The derivatives from the information and the costs (m): the slope is the difference quotient
 /// less its second-order share.
 inline void derive(const std::vector<NoiseDirection>& directions,
-                   const double information[kNoiseParameters][kNoiseParameters],
-                   const double* cost, NoiseDerivatives& out) {
+                   const double information[kNoiseParameters][kNoiseParameters], const double* cost,
+                   NoiseDerivatives& out) {
   const std::size_t m = directions.size();
   out.gradient.resize(m);
   out.information.resize(m * m);
@@ -369,7 +428,7 @@ NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
   // one filter of this noise, and one for each direction
   const std::size_t m = directions.size();
   const Columns none = columns_of(0);
-  const Repetition repetition(first, step, slopes);
+  const Repetition repetition(first, poses, step, slopes);
   std::vector<LikelihoodFilter<N>> filters;
   filters.reserve(m + 1);
   filters.emplace_back(none, noise, outlier, start, repetition.effects(), false);
@@ -381,18 +440,20 @@ NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
   double cost[kNoiseParameters] = {};
   double information[kNoiseParameters][kNoiseParameters] = {};
   NoiseColumns changes;
-  for (int k = 0; k < poses.n; ++k) {
-    if (poses.use[k] != kNotMeasured) {
-      const CostedInnovation here = use_pose(filters[0], poses, k);
+  for (int k = 0; k < repetition.updates().n(); ++k) {
+    const PoseUpdate next = repetition.updates()[k];
+    const double t = repetition.updates().time()[k];
+    if (poses.use[next.pose] != kNotMeasured) {
+      const CostedInnovation here = use_pose(filters[0], poses, next, t);
       out.cost += here.cost;
       for (std::size_t i = 0; i < m; ++i) {
-        const CostedInnovation there = use_pose(filters[i + 1], poses, k);
+        const CostedInnovation there = use_pose(filters[i + 1], poses, next, t);
         cost[i] += there.cost;
         changes.set(static_cast<int>(i), here, there, 1.0 / directions[i].step);
       }
       changes.inform(static_cast<int>(m), information);
     }
-    repetition.follow(filters.data(), m + 1, noise, poses, k);
+    repetition.follow(filters.data(), m + 1, noise, k);
   }
   derive(directions, information, cost, out);
   return out;

@@ -32,7 +32,7 @@ class LikelihoodFilter {
         own_(columns.size() - kStates - kAxes),
         parameters_(own_ + (slopes ? kEffects : 0)) {
     std::copy(start.velocity, start.velocity + kAxes, spread_);
-    begin(start.state);
+    begin(start.state, -effects.position_delay);
   }
 
   /// Reset at a pose of time t [s], with this velocity: the disturbance there is unknown.
@@ -40,15 +40,12 @@ class LikelihoodFilter {
     double state[kStates];
     std::copy(eta, eta + kPose, state);
     std::copy(velocity, velocity + kAxes, state + kPose);
-    begin(state);
-    for (int i = 0; i < 2; ++i) {
-      s_.x[i] -= effects_.current[i] * t;
-      if (parameters_ > own_) s_.d[i][own_ + kCurrent + i] = -t;
-    }
+    begin(state, t - effects_.position_delay);
   }
 
   const double* state() const { return s_.x; }
   double variance(int i) const { return s_.p[i][i]; }
+  const FilterState<N, kMostSlopes>& filter() const { return s_; }
   int parameters() const { return parameters_; }
 
   /// To the next pose. `gain`: takes G (6, p) where not null. False where the boat diverged.
@@ -104,54 +101,81 @@ class LikelihoodFilter {
   }
 
   /// The pose jumped and may be anywhere. A jump beyond kAnywhere counts as one of that size.
-  void loosen(const double* eta, double t) {
+  void loosen(const double* eta, double t, Parts parts) {
     double arm[2];
     plane_to_earth(std::cos(s_.x[2]), std::sin(s_.x[2]), effects_.lever, arm);
     for (int i = 0; i < 2; ++i) {
       const double leap = eta[i] - s_.x[i] - arm[i] - effects_.current[i] * t;
       const double beyond = std::abs(leap) - kAnywhere[i];
-      if (beyond > 0.0) s_.x[i] += std::copysign(beyond, leap);
+      if (has(parts, i) && beyond > 0.0) s_.x[i] += std::copysign(beyond, leap);
     }
     for (int i = 0; i < kPose; ++i) {
+      if (!has(parts, i)) continue;
       for (int j = 0; j < N; ++j) s_.p[i][j] = s_.p[j][i] = 0.0;
       s_.p[i][i] = kAnywhere[i] * kAnywhere[i];
     }
   }
 
   /// The same where that is likelier: the poses may have jumped while there were none. The lesser
-  /// cost of the two is continuous in all parameters.
-  void loosen_if_likelier(const double* eta, double t) {
+  /// cost of the two is continuous in all parameters. Whether it is.
+  bool loosen_if_likelier(const double* eta, double t, Parts parts) {
     LikelihoodFilter stays(*this);
     LikelihoodFilter jumps(*this);
-    jumps.loosen(eta, t);
-    if (jumps.update(eta, t).cost < stays.update(eta, t).cost) loosen(eta, t);
+    jumps.loosen(eta, t, parts);
+    const bool likelier = jumps.update(eta, t, parts).cost < stays.update(eta, t, parts).cost;
+    if (likelier) loosen(eta, t, parts);
+    return likelier;
   }
 
-  /// Use a pose of time t [s]. `terms`: takes its terms of gradient and information, and of the
-  /// score of its block; null where none are needed. `counts`: how often it counts.
-  CostedInnovation update(const double* eta, double t, double counts = 1.0,
+  /// From here on the disturbance counts as zero: its error is all of it. That of the velocity
+  /// keeps its covariance with it, as what the filter knows of it is uncorrelated with the filter's
+  /// errors.
+  void leave_out_disturbance() {
+    for (int i = kStates; i < kFilterStates; ++i) {
+      const double sigma = noise_.disturbance(i - kStates);
+      s_.x[i] = 0.0;
+      for (int j = kStates; j < kFilterStates; ++j) s_.p[i][j] = 0.0;
+      s_.p[i][i] = sigma * sigma;
+    }
+  }
+
+  /// Use the parts of a pose that are of time t [s]. `terms`: takes its terms of gradient and
+  /// information, and of the score of its block; null where none are needed. `counts`: how often it
+  /// counts.
+  CostedInnovation update(const double* eta, double t, Parts parts, double counts = 1.0,
                           FilterRun* terms = nullptr, int block = 0) {
     // the pose as the sensor measures it
     const double* l = effects_.lever;
-    const bool turns = parameters_ > own_ || l[0] != 0.0 || l[1] != 0.0;  // else it needs no angle
+    const double* later = effects_.later;
+    const bool shifts = later[0] != 0.0 || later[1] != 0.0;
+    const bool turns = parameters_ > own_ || shifts || l[0] != 0.0 || l[1] != 0.0;  // else no angle
     const double cp = turns ? std::cos(s_.x[2]) : 1.0;
     const double sp = turns ? std::sin(s_.x[2]) : 0.0;
     double arm[2];
     plane_to_earth(cp, sp, l, arm);
     Measurement y{eta};
+    y.parts = parts;
     y.turn[0] = -arm[1];
     y.turn[1] = arm[0];
     for (int i = 0; i < 2; ++i) y.offset[i] = arm[i] + effects_.current[i] * t;
+    if (shifts) {
+      double velocity[2];
+      measured_velocity(cp, sp, velocity);
+      for (int i = 0; i < 2; ++i) y.offset[i] -= velocity[i] * later[0];
+      y.offset[2] = -s_.x[5] * later[1];
+    }
     for (int i = 0; i < kPose; ++i) y.noise[i][i] = noise_.white_variance(i);
     // beside its prediction
     double hp[kPose][N];
     measured_covariance<N>(y.turn, s_, hp);
+    if (parts != kWholePose) leave_out(parts, hp);
     CostedInnovation out{innovation<N>(y, outlier_, hp, s_)};
     out.cost = cost(out);
     // terms of the likelihood's derivatives
     double slope[kPose][kMostSlopes];
     measured_columns<N>(y.turn, s_, parameters_, slope);
     if (parameters_ > own_) add_effects(cp, sp, t, slope);
+    if (parts != kWholePose) leave_out(parts, slope);
     if (terms != nullptr) accumulate(out, slope, counts * out.weight, block, *terms);
     ekf_update<N>(out, hp, slope, parameters_, PlainForm{}, s_);
     return out;
@@ -184,8 +208,9 @@ class LikelihoodFilter {
   void covariance(const MotionSlopes&, State&) const {}
 
  private:
-  /// Start at a state (6), as certain as one pose and the start's velocity.
-  void begin(const double* state) {
+  /// Start at a state (6), as certain as one pose and the start's velocity, with its position of
+  /// time t [s]. Of position and heading the earlier one is where it starts.
+  void begin(const double* state, double t) {
     std::copy(state, state + kStates, s_.x);
     std::fill(s_.x + kStates, s_.x + N, 0.0);
     for (int i = 0; i < N; ++i) {
@@ -197,11 +222,54 @@ class LikelihoodFilter {
       s_.p[i][i] = sigma * sigma;
       std::fill(s_.d[i], s_.d[i] + kMostSlopes, 0.0);
     }
-    take_off_effects();
+    const double delay = effects_.position_delay - effects_.heading_delay;
+    s_.x[2] -= delay * s_.x[5];  // when the position was measured
+    take_off_effects(t);
+    if (delay > 0.0) turn_back(delay);
+    if (delay < 0.0) move_back(-delay);
   }
 
-  /// The start is that of the measured point and over ground: to the origin and through the water.
-  void take_off_effects() {
+  /// Start at the position's time, `delay` [s] before the heading's: r adds to the heading's
+  /// errors.
+  void turn_back(double delay) {
+    const double rate = spread_[2] * spread_[2];
+    s_.p[2][2] += delay * delay * rate;
+    s_.p[2][5] = s_.p[5][2] = -delay * rate;
+  }
+
+  /// Start at the heading's time, `early` [s] before the position's: u and v add to its errors.
+  void move_back(double early) {
+    const double c = std::cos(s_.x[2]);
+    const double s = std::sin(s_.x[2]);
+    const double slope[2][2] = {{-early * c, early * s}, {-early * s, -early * c}};
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        s_.x[i] += slope[i][j] * s_.x[3 + j];
+        s_.p[i][3 + j] = s_.p[3 + j][i] = slope[i][j] * spread_[j] * spread_[j];
+      }
+    }
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        for (int k = 0; k < 2; ++k) {
+          s_.p[i][j] += slope[i][k] * slope[j][k] * spread_[k] * spread_[k];
+        }
+      }
+    }
+    s_.x[2] -= early * s_.x[5];
+  }
+
+  /// Velocity over ground of the measured point [m/s], earth-fixed.
+  void measured_velocity(double c, double s, double* out) const {
+    double arm[2];
+    plane_to_earth(c, s, s_.x + 3, out);
+    plane_to_earth(c, s, effects_.lever, arm);
+    out[0] += effects_.current[0] - s_.x[5] * arm[1];
+    out[1] += effects_.current[1] + s_.x[5] * arm[0];
+  }
+
+  /// The start is that of the measured point and over ground: to the origin and through the water,
+  /// in axes that drift with it for t [s].
+  void take_off_effects(double t) {
     const double c = std::cos(s_.x[2]);
     const double s = std::sin(s_.x[2]);
     const double* l = effects_.lever;
@@ -210,9 +278,15 @@ class LikelihoodFilter {
     double water[2];
     plane_to_earth(c, s, l, arm);
     plane_to_body(c, s, flow, water);
-    for (int i = 0; i < 2; ++i) s_.x[i] -= arm[i];
+    for (int i = 0; i < 2; ++i) s_.x[i] -= arm[i] + flow[i] * t;
     s_.x[3] += s_.x[5] * l[1] - water[0];
     s_.x[4] -= s_.x[5] * l[0] + water[1];
+    double velocity[2];
+    measured_velocity(c, s, velocity);
+    const double swing[2] = {s_.x[5] * arm[1], -s_.x[5] * arm[0]};
+    const double* later = effects_.later;
+    for (int i = 0; i < 2; ++i) s_.x[i] += velocity[i] * later[0] + swing[i] * later[1];
+    s_.x[2] += s_.x[5] * later[1];
     if (parameters_ == own_) return;
     s_.d[0][own_ + kLever] = s_.d[1][own_ + kLever + 1] = -c;
     s_.d[0][own_ + kLever + 1] = s;
@@ -222,6 +296,12 @@ class LikelihoodFilter {
     s_.d[3][own_ + kCurrent] = s_.d[4][own_ + kCurrent + 1] = -c;
     s_.d[3][own_ + kCurrent + 1] = -s;
     s_.d[4][own_ + kCurrent] = s;
+    s_.d[0][own_ + kCurrent] = s_.d[1][own_ + kCurrent + 1] = -t;
+    for (int i = 0; i < 2; ++i) {
+      s_.d[i][own_ + kDelay] = velocity[i];
+      s_.d[i][own_ + kDelay + 1] = swing[i];
+    }
+    s_.d[2][own_ + kDelay + 1] = s_.x[5];
   }
 
   /// Standard deviation of one pose [m, m, rad].
@@ -254,6 +334,10 @@ class LikelihoodFilter {
     slope[1][own_ + kLever + 1] += cp;
     slope[0][own_ + kCurrent] += t;
     slope[1][own_ + kCurrent + 1] += t;
+    double velocity[2];
+    measured_velocity(cp, sp, velocity);
+    for (int i = 0; i < 2; ++i) slope[i][own_ + kDelay] -= velocity[i];
+    slope[2][own_ + kDelay + 1] -= s_.x[5];
   }
 
   void accumulate(const Innovation& seen, const double slope[kPose][kMostSlopes], double weight,

@@ -158,6 +158,9 @@ class BasicOdometer {
     if (in.source == Source::kScale) return predictor_.scale(t, in.values);
     const double* covariance = in.own_noise ? in.covariance : nullptr;
     if (lever_[0] == 0.0 && lever_[1] == 0.0) return predictor_.pose(t, in.values, covariance);
+    if (model().position_delay != model().heading_delay) {  // the heading is of another time
+      return predictor_.pose(t, in.values, covariance, lever_);
+    }
     double origin[kPose];
     double spread[kCells];
     to_origin(in.values, covariance, origin, spread);

@@ -90,6 +90,13 @@ inline bool step_with_slopes(const OnboardBoat& boat, const double* coefficient,
                                         kFixedForces, x, dx);
 }
 
+/// A whole pose of the origin, of this white noise.
+inline Measurement measured_pose(const double* eta, const double noise[kPose][kPose]) {
+  Measurement y{eta};
+  std::copy(&noise[0][0], &noise[0][0] + std::ptrdiff_t{kPose} * kPose, &y.noise[0][0]);
+  return y;
+}
+
 /// Whether s is positive definite, by its leading minors.
 inline bool positive_definite(const double s[kPose][kPose], double determinant) {
   return s[0][0] > 0.0 && s[0][0] * s[1][1] - s[0][1] * s[1][0] > 0.0 && determinant > 0.0;
@@ -148,16 +155,14 @@ inline bool predict(const OnboardBoat& boat, double h, const double force[3][kMa
   return predict(boat, boat.noise, h, force, none, b);
 }
 
-/// A pose of this white noise (its covariance) beside its prediction. `outlier`: from how many
-/// standard deviations on it counts less. The NIS is infinite where S is no covariance.
-inline Innovation innovation(const StateEstimate& b, const double* eta,
-                             const double noise[kPose][kPose],
+/// A measurement beside its prediction. `outlier`: from how many standard deviations on it counts
+/// less. The NIS is infinite where S is no covariance.
+inline Innovation innovation(const StateEstimate& b, const Measurement& y,
                              double outlier = std::numeric_limits<double>::infinity()) {
-  Measurement y{eta};
-  std::copy(&noise[0][0], &noise[0][0] + std::ptrdiff_t{kPose} * kPose, &y.noise[0][0]);
   Innovation out = detail::with_states(b, [&](auto n) {
     double hp[kPose][n()];
     detail::measured_covariance<n()>(y.turn, b, hp);
+    if (y.parts != kWholePose) detail::leave_out(y.parts, hp);
     return detail::innovation<n()>(y, outlier, hp, b);
   });
   if (!detail::positive_definite(out.s, out.determinant)) {
@@ -166,17 +171,31 @@ inline Innovation innovation(const StateEstimate& b, const double* eta,
   return out;
 }
 
-/// Update by a pose of this white noise; an outlier counts by its weight.
-inline void update(const Innovation& seen, const double noise[kPose][kPose], StateEstimate& b) {
-  Measurement y{nullptr};
-  std::copy(&noise[0][0], &noise[0][0] + std::ptrdiff_t{kPose} * kPose, &y.noise[0][0]);
+/// The same of a pose of this white noise (its covariance).
+inline Innovation innovation(const StateEstimate& b, const double* eta,
+                             const double noise[kPose][kPose],
+                             double outlier = std::numeric_limits<double>::infinity()) {
+  return innovation(b, detail::measured_pose(eta, noise), outlier);
+}
+
+/// Update by a measurement; an outlier counts by its weight.
+inline void update(const Innovation& seen, const Measurement& y, StateEstimate& b) {
   detail::with_states(b, [&](auto n) {
     double hp[kPose][n()];
     double hd[kPose][kMostConsidered];
     detail::measured_covariance<n()>(y.turn, b, hp);
     detail::measured_columns<n()>(y.turn, b, kMostConsidered, hd);
+    if (y.parts != kWholePose) {
+      detail::leave_out(y.parts, hp);
+      detail::leave_out(y.parts, hd);
+    }
     ekf_update<n()>(seen, hp, hd, kMostConsidered, detail::JosephForm{y}, b);
   });
+}
+
+/// The same of a pose of this white noise.
+inline void update(const Innovation& seen, const double noise[kPose][kPose], StateEstimate& b) {
+  update(seen, detail::measured_pose(nullptr, noise), b);
 }
 
 }  // namespace seatrial

@@ -31,8 +31,11 @@ class OutOfSequenceBuffer {
   double oldest() const { return checkpoint(0).time; }
   double last() const { return checkpoint(checkpoints_ - 1).time; }
   double shortest() const { return shortest_; }  // [s] latency
-  /// Oldest effect of an input [s]; a negative latency reaches back further.
-  double window() const { return m_.window * (1.0 + 1e-9) - std::min(0.0, shortest_); }
+  /// Oldest effect of an input [s]; a negative latency and a delay of poses reach back further.
+  double window() const {
+    const double delay = std::max({0.0, m_.position_delay, m_.heading_delay});
+    return m_.window * (1.0 + 1e-9) - std::min(0.0, shortest_) + delay;
+  }
 
   /// Resets to the start.
   void forget() {
@@ -88,11 +91,12 @@ class OutOfSequenceBuffer {
     return scales_.insert(t, values) && changed(t);
   }
 
-  /// A pose of time t [s].
+  /// A pose, or a part of one, of time t [s].
   Taken put_pose(double t, const PoseSample& pose) {
     // its place among the checkpoints; a duplicate is not used twice
     int i = checkpoints_;
     while (i > 0 && checkpoint(i - 1).time > t) --i;
+    while (i > 1 && checkpoint(i - 1).time == t && follows(checkpoint(i - 1), pose.parts)) --i;
     for (int k = i - 1; k >= 0 && checkpoint(k).time == t; --k) {
       if (checkpoint(k).posed && same(checkpoint(k).pose, pose)) return Taken::kTwice;
     }
@@ -135,9 +139,14 @@ class OutOfSequenceBuffer {
   };
 
   static bool same(const PoseSample& a, const PoseSample& b) {
-    return std::equal(a.eta, a.eta + kPose, b.eta) &&
+    return a.parts == b.parts && std::equal(a.eta, a.eta + kPose, b.eta) &&
            std::equal(&a.noise[0][0], &a.noise[0][0] + std::ptrdiff_t{kPose} * kPose,
                       &b.noise[0][0]);
+  }
+
+  /// Whether a checkpoint of the same time comes after a part: positions come before headings.
+  static bool follows(const Checkpoint& c, Parts parts) {
+    return parts != kWholePose && (!c.posed || c.pose.parts > parts);
   }
 
   static double grid_after(double t) { return (std::floor(t / kGrid) + 1.0) * kGrid; }

@@ -29,15 +29,18 @@ class BasicPredictor {
     return offer(Kind::kScale, t, values, model().chain.n_scales);
   }
 
-  /// A pose x, y [m], psi [rad] of time t [s], with its covariance (3 x 3, row by row) or, null,
-  /// the model's pose noise.
-  Taken pose(double t, const double* eta, const double* covariance = nullptr) {
+  /// A pose x, y [m], psi [rad] stamped t [s], with its covariance (3 x 3, row by row) or, null,
+  /// the model's pose noise. Position and heading are older than the stamp by the model's delays.
+  /// lever: forward, left [m] of the measured point, where the two delays differ.
+  Taken pose(double t, const double* eta, const double* covariance = nullptr,
+             const double* lever = nullptr) {
     Input in;
     in.kind = Kind::kPose;
     in.time = t;
     if (!numbers(eta, 2, kFarthest) || !std::isfinite(eta[2])) return refuse(Taken::kNotNumber);
     std::copy(eta, eta + 2, in.pose.eta);
     in.pose.eta[2] = wrap(eta[2]);
+    if (lever != nullptr) std::copy(lever, lever + 2, in.pose.lever);
     if (!spread(covariance, in.pose.noise)) return refuse(Taken::kNotNumber);
     return take(in);
   }
@@ -128,11 +131,16 @@ class BasicPredictor {
 
   /// When an input first has an effect [s].
   double effect(const Input& in) const {
-    return in.kind == Kind::kCommand ? in.time + buffer_.shortest() : in.time;
+    if (in.kind == Kind::kCommand) return in.time + buffer_.shortest();
+    if (in.kind == Kind::kScale) return in.time;
+    return in.time - std::max(model().position_delay, model().heading_delay);
   }
 
   /// The earliest present time that an input's stamp allows [s].
-  double present(const Input& in) const { return std::min(in.time, effect(in)); }
+  double present(const Input& in) const {
+    if (in.kind != Kind::kPose) return std::min(in.time, effect(in));
+    return in.time - std::min({0.0, model().position_delay, model().heading_delay});
+  }
 
   /// The algorithm: an input takes its place by its stamp, and all after it is computed again.
   Taken take(const Input& in) {
@@ -165,13 +173,26 @@ class BasicPredictor {
     // the input at its stamp, and all checkpoints after it again
     Taken done = Taken::kUsed;
     if (in.kind == Kind::kPose) {
-      done = buffer_.put_pose(in.time, in.pose);
+      done = put_pose(in);
     } else {
       const bool kept = in.kind == Kind::kCommand ? buffer_.put_command(in.time, in.values)
                                                   : buffer_.put_scale(in.time, in.values);
       if (!kept) done = Taken::kNoRoom;
     }
     return done == Taken::kUsed || done == Taken::kTwice ? done : refuse(done);
+  }
+
+  /// A pose at its time, or its position and heading each at its own.
+  Taken put_pose(const Input& in) {
+    const double late[2] = {model().position_delay, model().heading_delay};
+    if (late[0] == late[1]) return buffer_.put_pose(in.time - late[0], in.pose);
+    PoseSample position = in.pose;
+    PoseSample heading = in.pose;
+    position.parts = kPositionPart;
+    heading.parts = kHeadingPart;
+    const Taken first = buffer_.put_pose(in.time - late[0], position);
+    const Taken second = buffer_.put_pose(in.time - late[1], heading);
+    return first == Taken::kUsed ? second : first;
   }
 
   /// A stamp far ahead of all others: used with the second one that agrees with it.

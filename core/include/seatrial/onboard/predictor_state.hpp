@@ -17,6 +17,9 @@ struct OnboardModel {
   Envelope envelope;
   double command_timeout = std::numeric_limits<double>::infinity();  // [s] validity of a command
 
+  double position_delay = 0.0;  // [s] by which the position of a pose is older than its stamp
+  double heading_delay = 0.0;   // [s] by which its heading is
+
   double window = 0.5;  // [s] by which an input may be late
   double gate = 25.0;   // of the NIS, 3 degrees of freedom: false alarm rate 1 in 65 000
   double always_accepted[2] = {0.02, 0.05};  // [m], [rad] innovation that is no false match
@@ -31,10 +34,12 @@ struct OnboardModel {
   double dead_reckoning_after = 0.5;  // [s] without a used pose
 };
 
-/// A pose with the covariance of its white noise.
+/// A pose, or the position or heading of one, with the covariance of its white noise.
 struct PoseSample {
   double eta[kPose] = {};
   double noise[kPose][kPose] = {};
+  Parts parts = kWholePose;
+  double lever[2] = {};  // [m] of a position alone: the measured point, forward and left
 };
 
 /// The predictor at one instant.
@@ -48,8 +53,10 @@ struct PredictorState {
   double alternative_since = 0.0;   // [s]
   int rejected = 0;                 // consecutive poses
   bool initialised = false;         // a pose was used, and no divergence since
-  double last_pose = kLongAgo;      // [s] of the last used pose; of the last event, as what follows
-  double reinitialised = kLongAgo;  // reset to poses
+  unsigned known = 0;               // parts of a pose that were used since then
+  unsigned voted = 0;               // parts that are rejected
+  double last_pose = kLongAgo;      // [s] stamp of the last used pose
+  double reinitialised = kLongAgo;  // [s] of the last event, as what follows: reset to poses
   double overruled = kLongAgo;      // reset to poses that contradicted the filter
   double doubted = kLongAgo;        // the same again within overruled_within
   double diverged = kLongAgo;
@@ -64,27 +71,45 @@ inline constexpr double kLostHeading =
     1.0;  // [rad] standard deviation beyond which the EKF is not linear enough
 
 /// Coloured pose noise at its stationary variance, uncorrelated with all else.
-inline void reset_coloured_noise(const NoiseParameters& n, StateEstimate& b) {
+inline void reset_coloured_noise(const NoiseParameters& n, StateEstimate& b,
+                                 Parts parts = kWholePose) {
   if (!b.coloured()) return;
   for (int c = kFilterStates; c < b.n; ++c) {
+    const int i = (c - kFilterStates) % kPose;
+    if (!has(parts, i)) continue;
     b.x[c] = 0.0;
     for (int j = 0; j < b.n; ++j) b.p[c][j] = b.p[j][c] = 0.0;
     std::fill(b.d[c], b.d[c] + kMostConsidered, 0.0);
-    b.p[c][c] = n.colour_variance((c - kFilterStates) % kPose);
+    b.p[c][c] = n.colour_variance(i);
   }
 }
 
-/// The pose from the sample alone. The other states stay; their correlations with it go.
+/// The sample as the filter measures it, at the heading of the estimate.
+inline Measurement measured(const PoseSample& pose, const StateEstimate& b) {
+  Measurement y = measured_pose(pose.eta, pose.noise);
+  y.parts = pose.parts;
+  if (pose.lever[0] == 0.0 && pose.lever[1] == 0.0) return y;
+  plane_to_earth(std::cos(b.x[2]), std::sin(b.x[2]), pose.lever, y.offset);
+  y.turn[0] = -y.offset[1];
+  y.turn[1] = y.offset[0];
+  return y;
+}
+
+/// The pose, or its measured part, from the sample alone. The other states stay; their correlations
+/// with it go.
 inline void reset_pose(const NoiseParameters& n, const PoseSample& pose, StateEstimate& b) {
+  const Measurement y = measured(pose, b);
   for (int i = 0; i < kPose; ++i) {
-    b.x[i] = pose.eta[i];
+    if (!has(pose.parts, i)) continue;
+    b.x[i] = pose.eta[i] - y.offset[i];
     for (int j = 0; j < b.n; ++j) b.p[i][j] = b.p[j][i] = 0.0;
     std::fill(b.d[i], b.d[i] + kMostConsidered, 0.0);
   }
-  reset_coloured_noise(n, b);
+  reset_coloured_noise(n, b, pose.parts);
   for (int i = 0; i < kPose; ++i) {
+    if (!has(pose.parts, i)) continue;
     for (int j = 0; j < kPose; ++j) {
-      b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
+      if (has(pose.parts, j)) b.p[i][j] = kFirstSpread * kFirstSpread * pose.noise[i][j];
     }
     if (!b.coloured()) continue;
     const double colour = n.colour_variance(i);  // the pose is eta less this noise
@@ -137,6 +162,7 @@ inline void begin_alternative(const OnboardModel& m, const PoseSample& pose, Pre
     now.alternative.p[3 + a][3 + a] += m.alternative_spread[a] * m.alternative_spread[a];
   }
   now.votes = 1;
+  now.voted = pose.parts;
   now.alternative_since = now.time;
 }
 
@@ -147,13 +173,33 @@ inline bool alternative_wins(const OnboardModel& m, const PoseSample& pose, Pred
     begin_alternative(m, pose, now);
     return false;
   }
-  const Innovation found = innovation(now.alternative, pose.eta, pose.noise, m.outlier);
+  if ((pose.parts & ~now.voted) != 0) {  // so far only the other part was rejected
+    reset_pose(m.boat.noise, pose, now.alternative);
+    now.voted |= pose.parts;
+    return false;
+  }
+  const Measurement y = measured(pose, now.alternative);
+  const Innovation found = innovation(now.alternative, y, m.outlier);
   if (!passes_gate(m, found)) {
     if (--now.votes == 0) begin_alternative(m, pose, now);
     return false;
   }
-  update(found, pose.noise, now.alternative);
+  update(found, y, now.alternative);
   return ++now.votes >= m.votes && now.time - now.alternative_since >= m.votes_for;
+}
+
+/// A part of a pose that passes the gate while the other part is rejected: it says nothing about
+/// the votes.
+inline void update_alternative(const OnboardModel& m, const PoseSample& pose, PredictorState& now) {
+  if (now.votes == 0) return;
+  const Measurement y = measured(pose, now.alternative);
+  const Innovation found = innovation(now.alternative, y, m.outlier);
+  if (passes_gate(m, found)) update(found, y, now.alternative);
+}
+
+/// [s] from the time of a pose, or of its part, to its stamp.
+inline double delay(const OnboardModel& m, Parts parts) {
+  return has(parts, 0) ? m.position_delay : m.heading_delay;
 }
 
 }  // namespace detail
@@ -165,6 +211,7 @@ inline void reset_diverged(const OnboardModel& m, const StateEstimate& last, Pre
   std::copy(pose, pose + kPose, now.state.x);
   now.initialised = false;
   now.votes = now.rejected = 0;
+  now.known = now.voted = 0;
   now.diverged = now.time;
 }
 
@@ -174,15 +221,21 @@ inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, Predic
   const bool lost = now.initialised && heading > detail::kLostHeading * detail::kLostHeading;
   const StateEstimate before = now.state;
   bool used = true;
+  bool settles = true;  // what was rejected before
   if (!now.initialised || lost) {  // the first pose, or the heading is lost
+    if (lost) now.known = 0;
     detail::reset_pose(m.boat.noise, pose, now.state);
-    now.initialised = true;
+    now.known |= pose.parts;
+    now.initialised = now.known == kWholePose;
     if (lost) now.reinitialised = now.time;
   } else {
-    const Innovation found = innovation(now.state, pose.eta, pose.noise, m.outlier);
+    const Measurement y = detail::measured(pose, now.state);
+    const Innovation found = innovation(now.state, y, m.outlier);
     used = detail::passes_gate(m, found);
     if (used) {  // the usual case
-      update(found, pose.noise, now.state);
+      update(found, y, now.state);
+      settles = now.rejected == 0 || (pose.parts & now.voted) != 0;
+      if (!settles) detail::update_alternative(m, pose, now);
     } else if (detail::alternative_wins(m, pose, now)) {  // rejected poses agree with each other
       now.state = now.alternative;
       now.reinitialised = now.time;
@@ -195,8 +248,8 @@ inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, Predic
     ++now.rejected;
     return;
   }
-  now.votes = now.rejected = 0;
-  now.last_pose = now.time;
+  if (settles) now.votes = now.rejected = 0;
+  now.last_pose = now.time + detail::delay(m, pose.parts);
   if (!plausible(now.state)) reset_diverged(m, before, now);
 }
 
@@ -226,7 +279,7 @@ inline void propagate(const OnboardModel& m, double length, PredictorState& now)
     }
     step_forces(c, decays, now.thrust, force);
     // boat, in both estimates
-    if (!now.initialised) continue;
+    if (now.known == 0) continue;
     const StateEstimate before = now.state;
     if (!predict(m.boat, noise, h, force, force_error, now.state)) {
       reset_diverged(m, before, now);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A boat's sensors, simulated: a SLAM's pose and an inertial unit. Host only.
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "seatrial/model/frames.hpp"
 #include "seatrial/simulation/random.hpp"
 
@@ -22,6 +25,11 @@ struct PoseSensor {
   double jump_longest = 0.5;       // [m]
   int jump_samples = 3;            // poses in a row at most
   double lever[2] = {0.0, 0.0};    // [m] of the measured point: forward, left of the origin
+  double position_delay = 0.0;     // [s] by which the position is older than its stamp
+  double heading_delay = 0.0;      // [s] by which the heading is
+
+  /// [s] by which the stamp is later than the reading: 0, or less where a part is stamped late.
+  double stamp_offset() const { return std::min({0.0, position_delay, heading_delay}); }
 };
 
 /// Yaw rate and the specific force along the hull's axes at its origin, as means over a period.
@@ -41,6 +49,9 @@ inline const char* fault(const PoseSensor& s) {
   }
   if (!(s.noise_correlation >= 0.0 && s.delay >= 0.0)) {
     return "pose: noise_correlation and delay: expected 0 s or more";
+  }
+  if (!(std::abs(s.position_delay) <= 1.0 && std::abs(s.heading_delay) <= 1.0)) {
+    return "pose: position_delay and heading_delay: expected at most 1 s";
   }
   if (!(s.drop_outs >= 0.0 && s.jumps >= 0.0)) {
     return "pose: drop_outs and jumps: expected 0 or more a minute";
@@ -69,15 +80,16 @@ class PoseReader {
     for (double& e : error_) e = random_.normal();
   }
 
-  /// What it makes of the true pose eta (3) at t [s]; false where nothing comes.
-  bool read(double t, const double* eta, double* stamp, double* pose) {
+  /// What it makes at t [s] of the position (2) and heading that it sees, which were true before by
+  /// their delays; swing: the heading of the position's time. False where nothing comes.
+  bool read(double t, const double* eta, double swing, double* stamp, double* pose) {
     advance_noise();
     const bool away = dropped(t);
     advance_jump();
-    *stamp = t + sensor_.stamp_jitter * random_.normal();
+    *stamp = t + sensor_.stamp_offset() + sensor_.stamp_jitter * random_.normal();
     const double lever[3] = {sensor_.lever[0], sensor_.lever[1], 0.0};
     double arm[3];
-    body_to_earth(eta[2], lever, arm);
+    body_to_earth(swing, lever, arm);
     const double size[3] = {sensor_.position_noise, sensor_.position_noise, sensor_.heading_noise};
     for (int i = 0; i < 3; ++i) pose[i] = eta[i] + arm[i] + size[i] * error_[i] + jump_[i];
     pose[2] = wrap(pose[2]);

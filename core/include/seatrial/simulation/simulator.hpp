@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Boats in a pool, driven live: plants, walls, current and sensors on one clock. Host only.
 #pragma once
+#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -25,6 +27,36 @@ struct Sensors {
 };
 
 enum class ReadingKind : std::uint8_t { kPose, kImu, kScan };
+
+/// True poses of the last two seconds, for sensors that are late.
+class PastPoses {
+ public:
+  static constexpr double kLength = 2.0;  // [s]
+
+  void add(double t, const double* eta) {
+    past_.push_back({t, {eta[0], eta[1], eta[2]}});
+    while (past_.size() > 1 && past_[1].time <= t - kLength) past_.pop_front();
+  }
+
+  /// The pose at t [s], between the two around it; before the first, the first.
+  void at(double t, double* eta) const {
+    std::size_t i = past_.size() - 1;
+    while (i > 0 && past_[i].time > t) --i;
+    const Past& before = past_[i];
+    const Past& after = past_[std::min(i + 1, past_.size() - 1)];
+    const double length = after.time - before.time;
+    const double share = length > 0.0 ? std::clamp((t - before.time) / length, 0.0, 1.0) : 0.0;
+    for (int k = 0; k < 3; ++k) eta[k] = before.eta[k] + share * (after.eta[k] - before.eta[k]);
+  }
+
+ private:
+  struct Past {
+    double time;
+    double eta[3];
+  };
+
+  std::deque<Past> past_;
+};
 
 /// What a sensor said.
 struct Reading {
@@ -77,7 +109,10 @@ class Simulator {
       time_ = next;
       if (time_ >= static_cast<double>(ticks_ + 1) * kTick) ++ticks_;
       touch_all();
-      for (BoatIn& b : boats_) read(b);
+      for (BoatIn& b : boats_) {
+        if (b.late()) b.past.add(time_, b.plant->state());
+        read(b);
+      }
     }
     return true;
   }
@@ -117,6 +152,7 @@ class Simulator {
     int number;
     std::optional<PoseReader> pose;
     std::optional<ImuReader> imu;
+    PastPoses past;
     Random beams;
     long poses = 1;  // number of the next reading of each sensor
     long imus = 1;
@@ -134,8 +170,14 @@ class Simulator {
       if (s.imu) imu.emplace(*s.imu, Random(seed, boat, 1));
     }
 
+    bool late() const {
+      return sensors.pose &&
+             (sensors.pose->position_delay != 0.0 || sensors.pose->heading_delay != 0.0);
+    }
+
     /// The inertial unit starts from the boat as it lies there.
     void begin() {
+      past.add(0.0, plant->state());
       if (!imu) return;
       const Hull hull = as_hull();
       imu->begin(plant->state()[2], hull.velocity);
@@ -215,7 +257,11 @@ class Simulator {
     if (b.pose && time_ >= due(b.poses, b.sensors.pose->rate)) {
       ++b.poses;
       Reading r{ReadingKind::kPose, b.number, time_, 0.0, std::vector<double>(3)};
-      if (b.pose->read(time_, x, &r.stamp, r.values.data())) keep(r, b.sensors.pose->delay);
+      double seen[kPoses];
+      const double swing = seen_pose(b, x, seen);
+      if (b.pose->read(time_, seen, swing, &r.stamp, r.values.data())) {
+        keep(r, b.sensors.pose->delay);
+      }
     }
     if (b.imu && time_ >= due(b.imus, b.sensors.imu->rate)) {
       ++b.imus;
@@ -228,6 +274,20 @@ class Simulator {
       ++b.scans;
       look(b, x);
     }
+  }
+
+  /// Position and heading as the pose sensor sees them; the heading of the position's time.
+  double seen_pose(const BoatIn& b, const double* x, double* seen) const {
+    std::copy(x, x + kPoses, seen);
+    if (!b.late()) return x[2];
+    const PoseSensor& s = *b.sensors.pose;
+    double before[kPoses];
+    b.past.at(time_ - (s.position_delay - s.stamp_offset()), before);
+    std::copy(before, before + 2, seen);
+    const double swing = before[2];
+    b.past.at(time_ - (s.heading_delay - s.stamp_offset()), before);
+    seen[2] = before[2];
+    return swing;
   }
 
   /// A scan; other boats are seen as their discs.
@@ -245,6 +305,8 @@ class Simulator {
     scan(lidar, seen, x, rate, b.beams, r.values);
     keep(r, 0.0);
   }
+
+  static constexpr int kPoses = 3;  // x, y, psi
 
   void keep(Reading& r, double delay) {
     r.arrival = time_ + delay;

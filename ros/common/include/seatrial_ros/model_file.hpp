@@ -198,6 +198,8 @@ inline BoardModel read_model(const Value& file) {
   OnboardModel& m = out.model;
   m.chain = vehicle.chain;
   m.command_timeout = vehicle.command_timeout;
+  m.position_delay = vehicle.pose.position_delay;
+  m.heading_delay = vehicle.pose.heading_delay;
   m.boat.structure = named.structure;
   if (!add_disturbance(m.boat.structure)) {
     file.at("structure").refuse("too many terms: no room for the disturbance of the filter");

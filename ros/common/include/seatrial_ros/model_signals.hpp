@@ -2,6 +2,9 @@
 // How a vehicle's signals are read from messages: which field of which topic, and what makes it
 // forward-left-up SI.
 #pragma once
+#include <cmath>
+#include <optional>
+
 #include "seatrial/model/frames.hpp"
 #include "seatrial_ros/model_value.hpp"
 
@@ -33,6 +36,8 @@ struct PoseSource {
   Channel psi;                   // of an angle in the message (its own field, or Pose2D's theta)
   Channel heading;               // of a heading [rad] that is made of a quaternion
   double lever[2] = {0.0, 0.0};  // [m] the measured point from the boat's origin: forward, left
+  double position_delay = 0.0;   // [s] by which the position is older than its stamp
+  double heading_delay = 0.0;    // [s] by which the heading is
 };
 
 /// Where the commands come from; scales have their clock.
@@ -122,13 +127,32 @@ inline Channel read_channel(const std::optional<Value>& given, const std::string
   return c;
 }
 
+/// A delay [s]; none where it is absent or was left to the estimator.
+inline std::optional<double> read_delay(const Value& pose, const std::string& key) {
+  const auto given = pose.find(key);
+  if (!given || (given->is_word() && given->text() == "estimate")) return std::nullopt;
+  const double delay = given->number();
+  if (!(std::abs(delay) <= 1.0)) given->refuse("expected a delay from -1 s to 1 s");
+  return delay;
+}
+
+/// As in Python's `Vehicle.delays`.
+inline void read_delays(const Value& pose, PoseSource& source) {
+  const auto position = read_delay(pose, "delay");
+  const auto heading = read_delay(pose, "heading_delay");
+  const bool open = pose.find("delay").has_value() && !position;
+  source.position_delay = position.value_or(open ? heading.value_or(0.0) : 0.0);
+  source.heading_delay = heading.value_or(source.position_delay);
+}
+
 }  // namespace detail
 
 /// `vehicle.pose`. Throws std::runtime_error.
 inline PoseSource read_pose_source(const Value& pose, bool from_right_down) {
   using detail::read_channel;
   pose.only(
-      {"stamp", "x", "y", "psi", "file", "valid", "topic", "parent", "child", "clock", "lever"});
+      {"stamp", "x", "y", "psi", "file", "valid", "topic", "parent", "child", "clock", "lever",
+       "delay", "heading_delay"});
   PoseSource source;
   source.topic = detail::text_or(pose, "topic", "");
   source.parent = detail::text_or(pose, "parent", "");
@@ -146,6 +170,7 @@ inline PoseSource read_pose_source(const Value& pose, bool from_right_down) {
     source.lever[0] = ends[0].number();
     source.lever[1] = turn * ends[1].number();
   }
+  detail::read_delays(pose, source);
   return source;
 }
 

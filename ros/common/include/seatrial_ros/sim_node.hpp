@@ -144,6 +144,8 @@ class SimNode {
     Sensors sensors = setup.sensors;
     if (sensors.pose) {
       std::copy(boat.model.pose.lever, boat.model.pose.lever + 2, sensors.pose->lever);
+      sensors.pose->position_delay = boat.model.model.position_delay;
+      sensors.pose->heading_delay = boat.model.model.heading_delay;
     }
     const OnboardModel& m = boat.model.model;
     auto plant = std::make_unique<Plant>(m.boat.structure, m.boat.coefficient, m.chain, m.q,

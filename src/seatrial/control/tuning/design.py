@@ -15,6 +15,7 @@ from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_
 from seatrial.control.tuning.rules import Gains, pd_gains, pid_gains
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.progress import stage
 
 Action = Literal["pid", "pd"]
 KNOB = 1.0  # [s]
@@ -91,7 +92,8 @@ def tune(
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
     boats = draws_of(boat, model, draws, seed)
     strength = steepest(model)
-    spread = worst_of(boats, gains, knob, hold, strength)
+    with stage("margins of draws", 0.9):
+        spread = worst_of(boats, gains, knob, hold, strength)
     if not permitted(spread):
         raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
     # Margins of the nominal model

@@ -11,6 +11,7 @@ from seatrial.control.tuning.linear import LinearBoat, redrawn
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array
+from seatrial.util.progress import over
 
 MARGIN_DRAWS = 200
 MARGIN_SEED = 1
@@ -46,7 +47,7 @@ def worst_of(
     longest = float(boats[0].actuators.delay.max()) + hold
     omega = frequencies(knob, longest, DRAW_FREQUENCIES)
     feedback = Feedback(gains, boats[0].speeds, omega, hold)
-    found = [margins(boat, feedback, strength).worst() for boat in boats]
+    found = [margins(boat, feedback, strength).worst() for boat in over(boats)]
     return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
 
 

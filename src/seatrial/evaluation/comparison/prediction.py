@@ -20,6 +20,7 @@ from seatrial.util.block_bootstrap import block_draws, block_length, block_sums
 from seatrial.util.distributions import holm, normal_two_sided
 from seatrial.util.errors import ModelError, SeatrialError
 from seatrial.util.frames import SYMBOLS, Array, Axes
+from seatrial.util.progress import over
 
 START_SETTLING = 2.0  # [s] of the filters before the first prediction
 FALSE_VERDICT = 0.05  # probability of a false verdict
@@ -95,9 +96,10 @@ def predict_both(
     # 1. Shared starts, so that both predict the same instants.
     kind, starts = shared_starts(a, b, recordings)
     found = []
-    for horizon in horizons:
+    for horizon in over(horizons, "horizon"):
         # 2. Squared errors of both; their difference by recording.
-        every = [_errors(a, b, r, s, horizon) for r, s in zip(recordings, starts, strict=True)]
+        pairs = list(zip(recordings, starts, strict=True))
+        every = [_errors(a, b, r, s, horizon) for r, s in over(pairs)]
         for recording, errors in zip(recordings, every, strict=True):
             axes = _differences([errors], errors.block, same_boat)
             found.append(

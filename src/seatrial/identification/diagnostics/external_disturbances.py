@@ -6,7 +6,7 @@ So innovations are searched for disturbed intervals, and the model is fitted aga
 excluded is the user's choice: model mismatch can look alike.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -23,8 +23,13 @@ from seatrial.evaluation.disturbed_intervals import (
     joined_intervals,
     squared_innovations,
 )
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
-from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.optimiser import (
+    Point,
+    at_bounds,
+    by_linearisation,
+    full_pass,
+)
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array
@@ -44,9 +49,7 @@ def disturbed_at(at: Point) -> list[DisturbedInterval]:
     return disturbed_intervals(recordings, [squared_innovations(p) for p in each])
 
 
-def disturbance_findings(
-    seen: Point | None, at: Point, covariance: Array, from_start_values: FromStartValues
-) -> list[Finding]:
+def disturbance_findings(seen: Point | None, at: Point, covariance: Array) -> list[Finding]:
     """Disturbed intervals and the influence of their exclusion; none where that hardly changes standard errors.
 
     seen: the likelihood's maximum, if its innovations show intervals; at: the solution, which may have another
@@ -55,8 +58,16 @@ def disturbance_findings(
     near = at if seen is None else seen
     problem = near.runs.problem
     best, findings = WORTHWHILE_ERROR_RATIO, []
-    for begin in _candidates(seen, near, problem, from_start_values):
-        found, after = _excluded(begin, from_start_values)
+    # innovations of the solution, then of one fitted to the recordings' middles
+    begins = [] if seen is None else [seen]
+    middles = _middles(problem)
+    if middles is not None:
+        fitted = _refitted(middles, near)
+        noise = loosened(fitted.noise, 1.0)  # so that it recovers from a disturbance
+        runs = near.runs.relinearised(noise, fitted.theta - near.theta)
+        begins.append(Point(fitted.theta, noise, runs))
+    for begin in begins:
+        found, after = _excluded(begin, near)
         influence = None if after is None else _influence(at, covariance, after)
         if influence is not None and influence.number("ratio") < best:
             best = influence.number("ratio")
@@ -66,41 +77,37 @@ def disturbance_findings(
 
 def disturbance_hint(problem: Problem, from_start_values: FromStartValues) -> str:
     """For a refusal: the disturbed intervals without which there is a solution; else nothing."""
-    for begin in _candidates(None, None, problem, from_start_values):
-        found, after = _excluded(begin, from_start_values)
+    middles = _middles(problem)
+    if middles is None:
+        return ""
+    with suppress(IdentificationError):
+        fitted = from_start_values(middles)
+        begin = full_pass(problem, fitted.theta, loosened(fitted.noise, 1.0))
+        found, after = _excluded(begin, begin)
         if after is not None:
             texts = map(finding_text, interval_findings(problem.recordings, found))
             return f". There is a solution without some of it: {'; '.join(texts)}"
     return ""
 
 
-def _candidates(
-    seen: Point | None, near: Point | None, problem: Problem, from_start_values: FromStartValues
-) -> Iterator[Point]:
-    """Points whose innovations may show intervals: the solution, then one fitted to the recordings' middles.
+def _middles(problem: Problem) -> Problem | None:
+    """The problem without the recordings' ends, when boats are put in and taken out; None where little is left.
 
-    At the beginning and the end boats are put in and taken out: with much of that no interval stands out.
+    With much of that no interval stands out.
     """
-    if seen is not None:
-        yield seen
     recordings = []
-    with suppress(RecordingError, IdentificationError):
+    with suppress(RecordingError):
         for r in problem.recordings:
             end = min(END_LENGTH, END_SHARE * r.duration)
             recordings.append(r.without(r.duration - end, r.duration).without(0.0, end))
-        own = replace(problem, recordings=tuple(recordings))
-        middle = from_start_values(own) if near is None else _searched(own, near, from_start_values)
-        noise = loosened(middle.noise, 1.0)  # so that it recovers from a disturbance
-        runs = problem.run_filter(middle.theta, noise, repeatable=False)
-        yield Point(middle.theta, noise, runs)
+        return replace(problem, recordings=tuple(recordings))
+    return None
 
 
-def _excluded(
-    at: Point, from_start_values: FromStartValues
-) -> tuple[list[DisturbedInterval], Point | None]:
+def _excluded(at: Point, about: Point) -> tuple[list[DisturbedInterval], Point | None]:
     """All intervals, also those that show only after others are excluded, and the solution without them.
 
-    None where they are too many to be exceptions.
+    Fitted on the linearisation of `about`. None where they are too many to be exceptions.
     """
     problem, there = at.runs.problem, at
     found: list[DisturbedInterval] = []
@@ -112,19 +119,16 @@ def _excluded(
         left = _without(problem, found)
         if len(found) > MOST_INTERVALS or left is None:
             return [], None
-        try:
-            there = _searched(left, there, from_start_values)
-        except IdentificationError:
+        there = _refitted(left, about)
+        if not np.isfinite(there.runs.cost):
             return [], None
     return found, there if found else None
 
 
-def _searched(problem: Problem, near: Point, from_start_values: FromStartValues) -> Point:
-    """The maximum of a problem's likelihood, from a point or, if that fails, from start values."""
-    try:
-        return maximise_likelihood(problem, near.theta, near.noise)
-    except IdentificationError:
-        return from_start_values(problem)
+def _refitted(problem: Problem, near: Point) -> Point:
+    """The solution of a problem with fewer poses, on the linearisation of one with all of them."""
+    runs = FilterRuns(problem, near.theta, near.runs.by_recording)
+    return by_linearisation(Point(near.theta, near.noise, runs), noise=near.noise)
 
 
 def _without(problem: Problem, found: Sequence[DisturbedInterval]) -> Problem | None:
@@ -152,7 +156,7 @@ def _without(problem: Problem, found: Sequence[DisturbedInterval]) -> Problem | 
 def _influence(at: Point, covariance: Array, after: Point) -> Finding | None:
     """Ratio of standard errors without over with the intervals, and the parameter that changes most."""
     try:
-        errors = _estimates(after, sandwich_covariance(after))
+        errors = _estimates(after, sandwich_covariance(after, ~at_bounds(after)))
     except IdentificationError:  # the rest does not identify all parameters
         return None
     old = _estimates(at, covariance)

@@ -1,45 +1,54 @@
 # SPDX-License-Identifier: MIT
-"""Unmodelled effects: score tests of lever arm, current, trim and wind, of thruster gains and heading offset."""
+"""Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS, noise_units
+from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, Problem
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    Point,
+    has_correlated_poses,
+    linearised_optimum,
+    noise_box,
+    search,
+)
+from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
-from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
+LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
+HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
-LEAST_START_GAIN = 0.2  # of a thruster, where its fit begins: it must push
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
+    "delay": lambda s: float(np.abs(s).max()),  # [s]
 }
 
 
 @dataclass(frozen=True)
 class _Candidate:
-    """An effect with a significant score test: the problem with it, where its fit begins, and its findings."""
+    """An effect with a significant score test: a pass with it at its neutral value, and its findings."""
 
     gain: float  # expected fall of -2 log L
-    problem: Problem
-    theta: Array
-    findings: Callable[[Array], list[Finding]]  # of the fitted parameters
+    at: Point
+    findings: Callable[[Array], list[Finding]]  # of the parameters with it
+    of_sensor: bool = False  # it may look like correlated pose noise
 
 
 def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
@@ -47,36 +56,42 @@ def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
 
     horizon: [s] of the fit under model mismatch.
     """
-    # without process noise nothing is missing
+    # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
-        return []
+        candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
+        return _findings_of_best(at, candidates, horizon)
     # a score test for each effect; the heading's offset has a parabola of its own
-    candidates, off = [*_effects(at), *_unequal_gains(at)], likelier_heading(at)
+    candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
         return heading_findings(at, off, noise_floor(off.problem, horizon))
+    return _findings_of_best(at, candidates, horizon)
+
+
+def _findings_of_best(at: Point, candidates: Sequence[_Candidate], horizon: float) -> list[Finding]:
+    """The best candidate is fitted, and reported if the noise that it stands for falls."""
     if not candidates:
         return []
-    # the best is fitted, and reported if the process noise falls
+    # the best is estimated if by its pass' linearisation the noise that it stands for falls
     most = max(candidates, key=lambda a: a.gain)
-    least = noise_floor(most.problem, horizon)
-    try:
-        there = maximise_likelihood(most.problem, most.theta, at.noise, least=least)
-    except IdentificationError:
+    least = noise_floor(at.runs.problem, horizon)
+    promise = linearised_optimum(most.at, noise_box(at.noise, least))
+    removes = _removes_process_noise(at, promise.noise)
+    if not (removes or (most.of_sensor and _removes_correlation(at.noise, promise.noise))):
         return []
-    if not _removes_process_noise(at, there.noise):
-        return []
-    return most.findings(there.theta)
+    theta = most.at.theta + promise.move
+    there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
+    return most.findings(there.theta) if outcome is Outcome.CONVERGED else []
 
 
-def _effects(at: Point) -> list[_Candidate]:
-    """Effects that are not estimated, but have a significant score test."""
+def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
+    """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
-    places = {kind: _places(problem, kind) for kind in EFFECT_KINDS}
+    places = {kind: _places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
     wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    runs = wider.run_filter(at.theta, at.noise, repeatable=False)
+    runs = wider.run_filter(at.theta, at.noise)
     candidates = []
     for kind, own in new.items():
         tested = [wider.free.index(i) for i in own]
@@ -84,12 +99,12 @@ def _effects(at: Point) -> list[_Candidate]:
         test = score_test(runs, tested, neutral=sorted(others))
         if not _significant(test):
             continue
-        theta = at.theta.copy()
-        theta[list(own)] = test.step
+        if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
+            continue
         with_it = replace(problem, free=(*problem.free, *own))
-        candidates.append(
-            _Candidate(test.gain, with_it, theta, partial(_effect_found, kind, list(own)))
-        )
+        there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
+        found = partial(_effect_found, kind, list(own))
+        candidates.append(_Candidate(test.gain, there, found, kind == "delay"))
     return candidates
 
 
@@ -103,13 +118,11 @@ def _unequal_gains(at: Point) -> list[_Candidate]:
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    runs = wider.problem.run_filter(wider.theta, at.noise, repeatable=False)
+    runs = wider.problem.run_filter(wider.theta, at.noise)
     test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
     if not _significant(test):
         return []
-    theta = wider.theta.copy()
-    theta[list(wider.places)] = np.maximum(1.0 + test.step, LEAST_START_GAIN)
-    return [_Candidate(test.gain, wider.problem, theta, wider.findings)]
+    return [_Candidate(test.gain, Point(wider.theta, at.noise, runs), wider.findings)]
 
 
 def _significant(test: ScoreTest) -> bool:
@@ -124,9 +137,17 @@ def _removes_process_noise(at: Point, after: Array) -> bool:
     return bool((new < MOST_NOISE_LEFT * old)[there].any())
 
 
+def _removes_correlation(before: Array, after: Array) -> bool:
+    """Whether the correlated noise of positions or headings falls below `MOST_NOISE_LEFT`."""
+    there = before[COLOUR] > _core.NO_COLOUR
+    return bool((after[COLOUR] < MOST_NOISE_LEFT * before[COLOUR])[there].any())
+
+
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:
     """Where effects of a kind stand among all parameters."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(
-        i for i, n in enumerate(problem.names) if i >= first and n.partition("_")[0] == kind
+        i
+        for i, n in enumerate(problem.names)
+        if i >= first and n.partition("_")[0] == kind and n not in HELD
     )

@@ -81,8 +81,8 @@ def _best_for_each(
     """The best manoeuvre for each parameter, by the rates (p, p) [1/s] at which they add information."""
     errors = np.sqrt(np.diag(covariance))
     curves = [ErrorDecay.of(covariance, rate) for rate in rates]
-    times = np.array([[curve.halved(k) for k in range(len(errors))] for curve in curves])
-    after = np.array([[curve.error(k, ONE_MINUTE) for k in range(len(errors))] for curve in curves])
+    times = np.array([curve.halved() for curve in curves])
+    after = np.array([curve.errors(np.full(len(errors), ONE_MINUTE)) for curve in curves])
     found = []
     for k, name in enumerate(point.names):
         best = _best(times[:, k], after[:, k], [one.effort for one in tried])
@@ -119,22 +119,24 @@ class ErrorDecay:
         speed, turn = np.linalg.eigh(root.T @ rate @ root)
         return cls(np.square(root @ turn), np.maximum(speed, 0.0))
 
-    def error(self, k: int, seconds: float) -> float:
-        """Standard error of a parameter after some time [s]."""
-        return float(np.sqrt(np.sum(self.squares[k] / (1.0 + seconds * self.rates))))
+    def errors(self, seconds: Array) -> Array:
+        """Standard errors (p,) of the parameters, each after its own time (p,) [s]."""
+        return np.asarray(
+            np.sqrt(np.sum(self.squares / (1.0 + seconds[:, None] * self.rates), axis=1))
+        )
 
-    def halved(self, k: int) -> float:
-        """Seconds until the error of a parameter is half of what it is; infinite: never."""
-        goal = 0.5 * self.error(k, 0.0)
-        if self.error(k, LONGEST_TIME) > goal:
-            return float("inf")
-        low, high = 0.0, 1.0
-        while self.error(k, high) > goal:
-            low, high = high, 2.0 * high
+    def halved(self) -> Array:
+        """Seconds (p,) until the error of each parameter is half of what it is; infinite: never."""
+        low, high = np.zeros(len(self.squares)), np.ones(len(self.squares))
+        goal = 0.5 * self.errors(low)
+        never = self.errors(np.full(len(goal), LONGEST_TIME)) > goal
+        while (later := ~never & (self.errors(high) > goal)).any():
+            low, high = np.where(later, high, low), np.where(later, 2.0 * high, high)
         for _ in range(TIME_BISECTIONS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.error(k, middle) > goal else (low, middle)
-        return high
+            later = self.errors(middle) > goal
+            low, high = np.where(later, middle, low), np.where(later, high, middle)
+        return np.where(never, np.inf, high)
 
 
 def _scatter(covariance: Array, known: Sequence[RecordingInformation]) -> float:

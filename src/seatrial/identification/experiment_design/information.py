@@ -88,7 +88,7 @@ def information_by_recording(
     point: ReferencePoint, recordings: Sequence[Recording]
 ) -> list[RecordingInformation]:
     """Information and estimates of each recording. Raises ModelError where the model diverges in one."""
-    return spread(lambda recording: _alone(point, recording), recordings)
+    return spread(lambda recording: _alone(point, recording), recordings, "recording")
 
 
 def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:

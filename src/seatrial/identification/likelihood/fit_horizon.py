@@ -25,14 +25,25 @@ from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
-from seatrial.identification.likelihood.noise_structures import in_likelier_frame
-from seatrial.identification.likelihood.optimiser import Outcome, Point, at_bounds, search
+from seatrial.identification.likelihood.noise_structures import (
+    in_likelier_frame,
+    priced,
+    refined,
+    screened,
+    searched,
+)
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    Point,
+    at_bounds,
+    converged,
+    search,
+)
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
     is_white,
     without_process_noise,
 )
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
@@ -64,24 +75,40 @@ class PredictionErrors:
     zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
-def with_fit_horizon(at: Point) -> tuple[Point, float]:
-    """The solution that predicts best, and its fit horizon [s].
+def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
+    """The likelihood's maximum over noise structures, the solution that predicts best, and its fit horizon [s].
 
-    The longer horizon is chosen where its errors one second ahead are smaller in cross-validation, by more than a
-    standard error.
+    Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
+    model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
+    `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
-    problem = at.runs.problem
-    if not _comparable(problem) or without_process_noise(at) or is_white(at):
-        return at, 0.0
-    least = noise_floor(problem, FIT_HORIZON)
-    found, outcome = search(problem, at.theta, at.noise, least=least)
-    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(found, at.noise)
-    if outcome is not Outcome.CONVERGED or best is None or ahead is None:
-        return at, 0.0
-    if _worse(ahead, best) > 0.0:
-        return at, 0.0
-    # the other frame of the disturbance may be likelier with this noise
-    return in_likelier_frame(found, least), FIT_HORIZON
+    if not is_white(at):
+        structures = screened(at, priced(at), poses_only=False)
+        at = searched(at, [s for s in structures if s.explains(at)])
+    if is_white(at):
+        at = refined(at)
+        return at, at, 0.0
+    # with large pose noise the filter simulates: pose errors alone are screened about that
+    least = noise_floor(at.runs.problem, FIT_HORIZON)
+    fitted, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
+    if outcome is Outcome.CONVERGED:
+        simulated = screened(fitted, priced(at), poses_only=True)
+        by_poses = searched(at, [s for s in simulated if s.explains(at)])
+        if by_poses is at and _predicts_better(fitted, at):
+            # the other frame of the disturbance may be likelier with this noise
+            return at, in_likelier_frame(fitted, least), FIT_HORIZON
+        at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
+    at = searched(at, structures)
+    at = refined(converged(search(at.runs.problem, at.theta, at.noise)))
+    return at, at, 0.0
+
+
+def _predicts_better(fitted: Point, at: Point) -> bool:
+    """Whether a longer horizon's errors one second ahead are smaller in cross-validation, by a standard error."""
+    if not _comparable(at.runs.problem) or without_process_noise(at):
+        return False
+    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(fitted, at.noise)
+    return best is not None and ahead is not None and _worse(ahead, best) < 0.0
 
 
 def _worse(ahead: Array, best: Array) -> float:
@@ -186,7 +213,7 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
         runs = held.run_filter(at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(runs.by_recording, held.series, noise, held.period, settled=1.0)
+        noise, cost = fitted_noise(runs.linearised(), noise, REFINED_NOISE_GAIN / 2.0)
         if runs.cost - cost < REFINED_NOISE_GAIN:
             break
     return noise
@@ -208,11 +235,8 @@ def _ahead(
         problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
         Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
     )  # fmt: skip
-    lever, current = np.split(theta[problem.effects(recording)][:4], 2)
-    own = problem.recordings[recording]
     with suppress(RecordingError):
-        own = own if span is None else own.cut(*span)
-        return predict(model, poses_of_origin(own, lever, current), DEFAULT_HORIZON)
+        return predict(model, problem.origin_poses(recording, theta, span), DEFAULT_HORIZON)
     return None
 
 

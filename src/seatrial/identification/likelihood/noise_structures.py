@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Selection of the noise structure: how pose errors and disturbance force are correlated in time, and their frame.
 
-The likelihood has several local maxima in the noise. So a search ends near one structure, and the others are screened
-on the linearisation of its last pass: parameters and noise are optimised there without integration. The best are
-searched in full; the likeliest stays, correlated pose errors having a price.
+The likelihood has several local maxima in the noise. So a search ends near one structure, and the others are
+screened on the linearisation of its last pass: parameters and noise are optimised there without integration. The
+best are searched in full; the likeliest stays, correlated pose errors having a price.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,6 +19,7 @@ from seatrial.boat.noise_parameters import (
     MEMORY,
     NOISE_LEAST,
     PROCESS,
+    WALKS,
     noise_units,
     oscillates,
 )
@@ -38,14 +39,18 @@ from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.util.frames import Array
 
 # All gains and prices are falls of -2 log likelihood.
-CORRELATION_PRICE = 10.0  # of correlated pose errors, and again where they oscillate
+PARAMETER_PRICE = 4.0  # of a parameter of a noise source
+# sources that a solution may do without, and their parameters
+SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
+MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
+LONGER = 6.0  # times the memory of correlated pose errors, that is tried
 SEARCHED = 2  # structures that are searched in full after the screening, at most
 NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
-WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
+TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
 WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
 WAVE_MEMORY = 2.0  # of oscillating errors, in periods
 
@@ -64,6 +69,11 @@ class NoiseStructure:
     keeps_process: bool = False  # process noise as the first search found it
     earth_fixed: bool = False  # the frame of the disturbance force
 
+    @property
+    def poses_only(self) -> bool:
+        """Whether pose errors explain all that the model does not."""
+        return not (self.disturbance or self.keeps_process)
+
 
 STRUCTURES = (
     NoiseStructure("correlated poses", memory=0.3, keeps_process=True),
@@ -80,29 +90,57 @@ STRUCTURES = (
 )
 
 
-def select_noise(at: Point, least: Array = NOISE_LEAST) -> Point:
-    """The likeliest of `at` and the solutions with other noise structures. `least` (11,): lower bounds."""
-    at = _without_needless_correlation(at, least)
-    if is_white(at):
-        return in_likelier_frame(at, least)
+@dataclass(frozen=True)
+class Screened:
+    """The optimum of a noise structure by the linearisation of a pass."""
+
+    begin: Point
+    promise: Promise
+    white: bool  # whether its innovations are
+
+    @property
+    def cost(self) -> float:
+        """-2 log likelihood, with prices."""
+        return self.begin.runs.cost - self.promise.fall + _price(self.promise.noise)
+
+    def explains(self, at: Point) -> bool:
+        """Whether it explains what a solution's structure does not: it is white, or likelier by much."""
+        poses = sum(len(r.t) for r in at.runs.problem.recordings)
+        return self.white or self.cost < priced(at) - MUCH_LIKELIER * poses
+
+
+def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
+    """Noise structures by the linearisation of a pass, the likeliest first.
+
+    rival: cost with prices that they have to beat; poses_only: those without process noise, else the others.
+    """
     frames = {at.runs.problem.earth_fixed: at}
-    screened: list[tuple[float, Point, Promise]] = []
+    found: list[Screened] = []
     for structure in STRUCTURES:
-        begin = _in_frame(at, structure, frames)
+        begin = _in_frame(at, structure, frames) if structure.poses_only == poses_only else None
         if begin is None:
             continue
         for noise in _start_noises(structure, at, begin.runs.problem):
-            beat = begin.runs.cost - min([_priced(at), *(s[0] for s in screened)])
-            promise = linearised_optimum(begin, noise_box(noise, least), noise=noise, beat=beat)
-            screened.append(
-                (begin.runs.cost - promise.fall + _price(promise.noise), begin, promise)
-            )
-    screened.sort(key=lambda s: s[0])
-    best = at
-    for cost, begin, promise in screened[:SEARCHED]:
-        if cost < _priced(best) - SWITCH_GAIN:
-            best = _likelier(best, begin, promise, least)
-    return in_likelier_frame(_without_needless_correlation(best, least), least)
+            beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
+            box = noise_box(noise, NOISE_LEAST)
+            promise = linearised_optimum(begin, box, noise=noise, beat=beat)
+            runs = begin.runs.relinearised(promise.noise, promise.move)
+            there = Point(begin.theta + promise.move, promise.noise, runs)
+            found.append(Screened(begin, promise, is_white(there)))
+    return sorted(found, key=lambda s: s.cost)
+
+
+def searched(at: Point, candidates: Sequence[Screened]) -> Point:
+    """The likeliest of a solution and those of the best of some structures, searched in full."""
+    for one in candidates[:SEARCHED]:
+        if one.cost < priced(at) - SWITCH_GAIN:
+            at = _likelier(at, one.begin, one.promise, NOISE_LEAST)
+    return at
+
+
+def refined(at: Point) -> Point:
+    """The solution in the likelier frame, with a longer memory if that is likelier, without needless sources."""
+    return simplified(with_longer_memory(in_likelier_frame(at)))
 
 
 def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
@@ -113,10 +151,28 @@ def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
     other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
     if not np.isfinite(other.runs.cost):
         return at
-    promise = linearised_optimum(other, noise_box(at.noise, least))
+    beat = other.runs.cost - at.runs.cost + SWITCH_GAIN
+    promise = linearised_optimum(other, noise_box(at.noise, least), beat=beat)
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
+
+
+def with_longer_memory(at: Point) -> Point:
+    """The likelier of `at` and the solution with pose errors that are correlated for longer and as much larger."""
+    if not has_correlated_poses(at.noise):
+        return at
+    noise = at.noise.copy()
+    _lengthen(noise)
+    box = noise_box(noise, NOISE_LEAST)
+    promise = linearised_optimum(at, box, noise=noise, beat=SWITCH_GAIN)
+    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
+
+
+def _lengthen(noise: Array) -> None:
+    """Makes pose errors correlated for longer, and as much larger: those of a short time stay."""
+    noise[COLOUR_MEMORY] *= LONGER
+    noise[COLOUR] *= np.sqrt(LONGER)
 
 
 def has_disturbance(at: Point) -> bool:
@@ -130,34 +186,44 @@ def _likelier(at: Point, begin: Point, promise: Promise, least: Array) -> Point:
     found, outcome = search(
         begin.runs.problem, begin.theta + promise.move, promise.noise, least=least
     )
-    good = outcome is Outcome.CONVERGED and _priced(found) < _priced(at) - SWITCH_GAIN
+    good = outcome is Outcome.CONVERGED and priced(found) < priced(at) - SWITCH_GAIN
     return found if good else at
 
 
-def _priced(at: Point) -> float:
+def priced(at: Point) -> float:
+    """-2 log likelihood, with prices."""
     return at.runs.cost + _price(at.noise)
 
 
 def _price(noise: Array) -> float:
-    return CORRELATION_PRICE * (has_correlated_poses(noise) + oscillates(noise))
+    return PARAMETER_PRICE * (3.0 * has_correlated_poses(noise) + oscillates(noise))
 
 
-def _without_needless_correlation(at: Point, least: Array) -> Point:
-    """The solution without correlated pose errors that gain less than their price."""
-    if not has_correlated_poses(at.noise):
-        return at
-    white = at.noise.copy()
-    white[:2] = np.hypot(at.noise[:2], at.noise[COLOUR])
-    white[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
-    free = np.ones(len(white), dtype=bool)
-    free[COLOUR] = False
-    promise = linearised_optimum(at, noise_box(white, least, free), noise=white)
-    if at.runs.cost - promise.fall > _priced(at):
-        return at
-    found, outcome = search(
-        at.runs.problem, at.theta + promise.move, promise.noise, least=least, free=free
-    )
-    return found if outcome is Outcome.CONVERGED and _priced(found) < _priced(at) else at
+def simplified(at: Point) -> Point:
+    """The solution without noise sources that gain less than their price."""
+    for sources, parameters in SOURCES:
+        price = PARAMETER_PRICE * parameters
+        if not (at.noise > NOISE_LEAST)[list(sources)].any():
+            continue
+        # correlated pose errors become white ones; the others are left out
+        noise = at.noise.copy()
+        if set(sources) == set(COLOUR):
+            noise[:2] = np.hypot(noise[:2], noise[COLOUR])
+            noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
+        noise[list(sources)] = NOISE_LEAST[list(sources)]
+        if set(sources) == set(range(*PROCESS.indices(len(noise)))) and has_correlated_poses(noise):
+            _lengthen(noise)  # pose errors take the place of motion
+        free = np.ones(len(noise), dtype=bool)
+        free[list(sources)] = False
+        box = noise_box(noise, NOISE_LEAST, free)
+        promise = linearised_optimum(at, box, noise=noise, beat=-price)
+        if promise.fall < -price:
+            continue
+        theta = at.theta + promise.move
+        found, outcome = search(at.runs.problem, theta, promise.noise, free=free)
+        if outcome is Outcome.CONVERGED and found.runs.cost < at.runs.cost + price:
+            at = found
+    return at
 
 
 def _in_frame(at: Point, structure: NoiseStructure, frames: dict[bool, Point]) -> Point | None:
@@ -193,19 +259,28 @@ def _start_noises(structure: NoiseStructure, at: Point, problem: Problem) -> Ite
 
 def _disturbances(at: Point, problem: Problem) -> Array:
     """Disturbance forces (2,) that move the boat as the process noise does, or as pose errors do."""
-    process = at.noise[PROCESS]
     units = noise_units(at.noise, problem.period)[DISTURBANCES]
-    walks = process[:2] / np.sqrt(2.0 * DISTURBANCE_MEMORY)
-    return np.asarray(np.maximum(np.hypot(process[2:4], walks), units))
+    own = at.noise[DISTURBANCES]
+    return np.asarray(np.maximum(np.hypot(own, force_for_walk(at.noise[WALKS])), units))
+
+
+def force_for_walk(walk: Array) -> Array:
+    """The disturbance force that moves the velocity as far as a random walk: d sqrt(2 T), T its memory."""
+    return np.asarray(walk / np.sqrt(2.0 * DISTURBANCE_MEMORY))
 
 
 def _likeliest_wave(at: Point, noise: Array, problem: Problem) -> Sequence[Array]:
     """The noise with the oscillating errors that are likeliest at these parameters."""
     tried = []
-    for period in WAVE_PERIODS[POSES_PER_WAVE * problem.period < WAVE_PERIODS]:
+    for period in wave_periods(problem.period):
         for times in WAVE_SIZES:
             waves = noise.copy()
             waves[COLOUR] = times * noise[:2]
             waves[COLOUR_MEMORY], waves[COLOUR_TURN] = WAVE_MEMORY * period, 2.0 * np.pi / period
             tried.append((at.runs.linearised().cost(waves), waves))
     return [min(tried, key=lambda t: t[0])[1]] if tried else []
+
+
+def wave_periods(period: float) -> Array:
+    """Periods [s] of waves that poses with a period [s] can show; none where these are rare."""
+    return np.asarray(TRIED_WAVE_PERIODS[POSES_PER_WAVE * period < TRIED_WAVE_PERIODS])

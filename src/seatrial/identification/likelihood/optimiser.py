@@ -15,17 +15,19 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, loosened, most_noise
-from seatrial.boat.noise_scoring import NoiseBox, scored
+from seatrial.boat.noise_scoring import NoiseBox, Value, scored
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.util.box import box_minimum
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
+from seatrial.util.progress import step
 
 # All gains and costs are falls of -2 log likelihood.
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
+UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
 IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
-INNER_GAIN = 0.02  # of one round of the inner loop, at its end
+INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
@@ -33,11 +35,14 @@ RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a ra
 INNER_ROUNDS = 6  # of the inner loop, at most
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
+USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
-LOOSE_PROCESS_NOISE = (10.0, 1.0)  # times the usual start, where the model is far off
-START_DAMPING, LEAST_RETRY_DAMPING = 1e-4, 1e-3  # Levenberg-Marquardt, relative to the diagonal
-DAMPING_FACTOR = 10.0  # of the damping, up and down
-GOOD_RATIO, POOR_RATIO = 0.75, 0.25  # of a fall to what was promised: less damping, more damping
+LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
+START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
+SHRINKAGE, FIRST_GROWTH = (
+    1.0 / 3.0,
+    2.0,
+)  # of the damping: least factor after a fall, first after none
 FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
 FAILED_PASSES = 6  # in a row that do not fall: the same
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
@@ -84,7 +89,12 @@ def maximise_likelihood(
 
     Raises IdentificationError where the model diverges, or where the search does not converge.
     """
-    at, outcome = search(problem, theta, noise, hold=hold, least=least)
+    return converged(search(problem, theta, noise, hold=hold, least=least))
+
+
+def converged(found: tuple[Point, Outcome]) -> Point:
+    """The point of a search. Raises IdentificationError where it did not converge."""
+    at, outcome = found
     if outcome is Outcome.CONVERGED:
         return at
     if outcome is Outcome.DIVERGED:
@@ -104,14 +114,18 @@ def search(
     hold: bool = False,
     least: Array = NOISE_LEAST,
     free: Mask | None = None,
+    passes: int = MOST_PASSES,
 ) -> tuple[Point, Outcome]:
-    """The last point of a search and its outcome. `free` (11,): noise parameters that are scored, by default all."""
+    """The last point of a search and its outcome.
+
+    free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
+    """
     box = noise_box(noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
     begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
     if far_from_poses(begin):
         begin = _with_more_process_noise(begin, box, hold=hold)
-    return _descent(begin, box, hold=hold)
+    return _descent(begin, box, hold=hold, passes=passes)
 
 
 def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
@@ -171,32 +185,37 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
     return full_pass(problem, theta, at.noise)
 
 
-def _descent(at: Point, box: NoiseBox, *, hold: bool) -> tuple[Point, Outcome]:
+def _descent(
+    at: Point, box: NoiseBox, *, hold: bool, passes: int = MOST_PASSES
+) -> tuple[Point, Outcome]:
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
-    damping, flat, failed, exact = START_DAMPING, 0, 0, hold
-    for _ in range(MOST_PASSES):
-        # where the last linearisation told the cost, its noise is still the best
-        promise = linearised_optimum(at, box, damping, hold=exact)
-        if exact and not hold and promise.fall >= CONVERGED_GAIN:
+    damping, growth = START_DAMPING, FIRST_GROWTH
+    flat = failed = 0
+    settled = hold  # the noise is, until the parameters are
+    for _ in range(passes):
+        promise = linearised_optimum(at, box, damping, hold=settled)
+        if settled and not hold and promise.fall < CONVERGED_GAIN:
             promise = linearised_optimum(at, box, damping)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
+        step(USUAL_PASSES)
         fall = at.runs.cost - tried.runs.cost
+        ratio = fall / promise.fall
+        # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
-            exact = hold or abs(fall - promise.fall) < EXACT_FALL
+            kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
+            settled = hold or (kept and fall < UNSETTLING_FALL)
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
+            damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
+            growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
+            damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
-        # the trust region by how well the fall was foretold
-        if fall > GOOD_RATIO * promise.fall:
-            damping /= DAMPING_FACTOR
-        elif fall < POOR_RATIO * promise.fall:
-            damping = DAMPING_FACTOR * max(damping, LEAST_RETRY_DAMPING)
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
         if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
@@ -224,10 +243,8 @@ def linearised_optimum(
         return best
     for round_ in range(INNER_ROUNDS):
         before = best.fall
-        scored(
-            at.runs.linearised(best.move), best.noise, at.runs.problem.period, box,
-            profile.value, -best.fall, absent=round_ == 0,
-        )  # fmt: skip
+        here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
+        scored(here, best.noise, box, value, absent=round_ == 0)
         best = profile.best
         gain = best.fall - before
         if (
@@ -236,6 +253,16 @@ def linearised_optimum(
         ):
             break
     return best
+
+
+def by_linearisation(at: Point, least: Array = NOISE_LEAST, noise: Array | None = None) -> Point:
+    """The likeliest point by the linearisation of a full pass, with its relinearised runs.
+
+    least: (11,) lower bounds of the noise; noise: (11,) where its search begins, by default the point's own.
+    """
+    promise = linearised_optimum(at, noise_box(at.noise, least), noise=noise)
+    runs = at.runs.relinearised(promise.noise, promise.move)
+    return Point(at.theta + promise.move, promise.noise, runs)
 
 
 @dataclass
@@ -269,8 +296,8 @@ class _Profile:
         there = Point(at.theta + move, noise, at.runs.relinearised(noise, move))
         if not np.isfinite(there.runs.cost):
             return Promise(move, noise, -np.inf)
-        step, promised = bounded_step(there, self.damping, at)
-        return Promise(move + step, noise, at.runs.cost - there.runs.cost + promised)
+        further, promised = bounded_step(there, self.damping, at)
+        return Promise(move + further, noise, at.runs.cost - there.runs.cost + promised)
 
 
 def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tuple[Array, float]:
@@ -287,12 +314,12 @@ def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tupl
     trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
     diagonal = np.diag(information) + INFORMATION_FLOOR
     scale = 1.0 / np.sqrt(diagonal)
-    step = scale * box_minimum(
+    taken = scale * box_minimum(
         (information + np.diag(trust + LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
         scale * (gradient - trust * moved),
         np.minimum(np.maximum(low, -problem.step_limits - moved), 0.0) / scale,
         np.maximum(np.minimum(high, problem.step_limits - moved), 0.0) / scale,
     )
     move = np.zeros(len(at.theta))
-    move[free] = step
-    return move, float(2.0 * step @ gradient - step @ information @ step)
+    move[free] = taken
+    return move, float(2.0 * taken @ gradient - taken @ information @ taken)

@@ -2,7 +2,7 @@
 """The cost that the prediction-error estimator minimises: -2 log likelihood of the innovations.
 
 The parameter vector theta has the structure's coefficients, then the constants of the actuator chain,
-then the effects: the lever arm, and current, trim and wind of every recording.
+then the effects: the lever arm, the delays of position and heading, and current, trim and wind of every recording.
 """
 
 from collections import Counter
@@ -18,17 +18,22 @@ from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
+from seatrial.identification.regression.start_lever import poses_of_origin
+from seatrial.recording.delays import at_one_time, with_delays
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.parallel import spread
 
 LEVER_NAMES = ("lever_x", "lever_y")  # [m] the measured point from the origin
-EFFECT_NAMES = (  # of one recording, in the order of the core's Effects after the lever arm
+DELAY_NAMES = ("delay_position", "delay_heading")  # [s] beyond what the vehicle file states
+EFFECT_NAMES = (  # of one recording, in the order of the core's Effects between lever arm and delays
     "current_x", "current_y",  # [m/s] earth-fixed
     "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
     "wind_x", "wind_y",  # [m/s^2] earth-fixed
 )  # fmt: skip
-EFFECT_KINDS = ("lever", "current", "trim", "wind")
+EFFECT_KINDS = ("lever", "current", "trim", "wind", "delay")
+LONGEST_DELAY = 1.0  # [s] of position or heading
+START_DELAY = 0.01  # [s] with it position and heading are two measurements from the first step on
 MANY_POSES = 100_000  # poses of all recordings: from here on, freed memory goes back to the system
 CHAIN_BOUNDS = {  # lowest and highest value of the estimated constants of the chain
     "latency": (-1.0, 2.0),  # [s]
@@ -52,6 +57,7 @@ CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is f
     "power": 0.5,
     "scale_power": 0.5,
     "gain": 0.5,
+    **dict.fromkeys(DELAY_NAMES, 0.3),  # [s]
 }
 
 
@@ -102,8 +108,13 @@ class Problem:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of all parameters."""
-        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names, *LEVER_NAMES)
-        return (*own, *(f"{name}.{r.name}" for r in self.recordings for name in EFFECT_NAMES))
+        own = (*self.vehicle.structure.coefficients, *self.vehicle.constants.names)
+        sensor = (*LEVER_NAMES, *DELAY_NAMES)
+        return (
+            *own,
+            *sensor,
+            *(f"{name}.{r.name}" for r in self.recordings for name in EFFECT_NAMES),
+        )
 
     @property
     def n_coefficients(self) -> int:
@@ -153,12 +164,28 @@ class Problem:
         return bool(self.free_effects)
 
     def effects(self, recording: int) -> NDArray[np.int64]:
-        """Indices of a recording's effects among all parameters."""
-        lever = self.n_coefficients + self.n_constants
-        own = lever + len(LEVER_NAMES) + recording * len(EFFECT_NAMES)
-        return np.array(
-            [*range(lever, lever + len(LEVER_NAMES)), *range(own, own + len(EFFECT_NAMES))]
-        )
+        """Indices of a recording's effects among all parameters, in the core's order."""
+        first = self.n_coefficients + self.n_constants
+        lever, delays = np.arange(first, first + 2), np.arange(first + 2, first + 4)
+        own = np.arange(len(EFFECT_NAMES)) + first + 4 + recording * len(EFFECT_NAMES)
+        return np.concatenate([lever, own, delays])
+
+    @property
+    def delays(self) -> slice:
+        """Where the delays of position and heading are in theta."""
+        first = self.n_coefficients + self.n_constants + len(LEVER_NAMES)
+        return slice(first, first + len(DELAY_NAMES))
+
+    def origin_poses(
+        self, recording: int, theta: Array, span: tuple[float, float] | None = None
+    ) -> Recording:
+        """A recording, or a span [s] of it, with poses of the boat's origin at one time, in axes that drift with
+        the current."""
+        lever, current = np.split(theta[self.effects(recording)][:4], 2)
+        own = self.recordings[recording]
+        own = own if span is None else own.cut(*span)
+        late = with_delays(own, *theta[self.delays].tolist())
+        return poses_of_origin(at_one_time(late), lever, current)
 
     def free_columns(self, recording: int) -> NDArray[np.int64]:
         """For every parameter of a recording's filter run its index among the free ones; -1: not free."""
@@ -176,10 +203,17 @@ class Problem:
             self.n_coefficients <= i < self.n_coefficients + self.n_constants for i in self.free
         ]
         drag = quadratic_drag(self.vehicle.structure)
+        limits = CHAIN_BOUNDS | {
+            name: (-LONGEST_DELAY - known, LONGEST_DELAY - known)
+            for name, known in zip(DELAY_NAMES, self.vehicle.delays, strict=True)
+        }
+        # fmt: off
         found = [
-            CHAIN_BOUNDS[kind] if own else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
+            limits[kind] if own or kind in DELAY_NAMES
+            else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
             for i, kind, own in zip(self.free, kinds, is_constant, strict=True)
         ]
+        # fmt: on
         low, high = np.array(found).reshape(-1, 2).T
         return low, high
 
@@ -288,7 +322,12 @@ class FilterRuns:
         steps = () if move is None else self._own_steps(move)
         problem = self.problem
         return Linearised(
-            self.by_recording, problem.series, problem.outlier, steps, problem.has_effects
+            self.by_recording,
+            problem.series,
+            problem.period,
+            problem.outlier,
+            steps,
+            problem.has_effects,
         )
 
     def relinearised(self, noise: Array, move: Array) -> "FilterRuns":

@@ -34,6 +34,7 @@ from seatrial.identification.regression.weak_form import (
     sought_constants,
     step_entry,
 )
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask, body_velocity
@@ -98,7 +99,7 @@ def smoother(
     # the same axes, constants and blocks as in the weak form
     whole, moved = sought_constants(recordings, vehicle)
     serves = axes_served(whole, recordings, roles)
-    tracks = smoothed(recordings)
+    tracks = smoothed([at_one_time(r) for r in recordings])
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
     samples = AccelerationRows(whole, tracks, np.concatenate(use))
     found = fit_equations(samples, moved, WEAK_CHAIN_STEPS)

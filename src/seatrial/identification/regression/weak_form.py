@@ -32,6 +32,7 @@ from seatrial.identification.regression.start_values import (
     with_constant_columns,
 )
 from seatrial.identification.selection.actuator_stages import with_free_stages
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
@@ -67,6 +68,7 @@ def weak_form(
     axes that it is coupled to. Raises IdentificationError, RecordingError.
     """
     chosen = settings or WeakFormSettings()
+    recordings = [at_one_time(r) for r in recordings]
     whole, moved = sought_constants(recordings, vehicle)
     serves = axes_served(whole, recordings, roles)
     # equations of all windows, and their solution

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.actuators import STAGES
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import DELAY_NAMES, FilterRuns, Problem
 from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.identification.solution import OutputErrorSettings
@@ -38,11 +39,34 @@ def problem_with(
     problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier, settings.block)
     n, m = problem.n_coefficients, problem.n_constants
     free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
+    sought = {kind for kind in settings.effects if kind != "delay"}
+    delays = free_delays(vehicle, settings.effects)
     for i, name in enumerate(problem.names[n + m :], n + m):
-        free += [i] if name.partition("_")[0] in settings.effects else []
+        free += [i] if name.partition("_")[0] in sought or name in delays else []
     return Problem(
         whole, tuple(recordings), tuple(free), settings.step, settings.outlier, settings.block
     )
+
+
+def free_delays(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
+    """Names of the delays to estimate: those that the vehicle file leaves open; with the effect, the position's.
+
+    Raises IdentificationError where both are open and so is the latency of a thruster: a common delay of position
+    and heading is indistinguishable from it.
+    """
+    position, heading = vehicle.estimated_delays
+    if position and heading:
+        latency = vehicle.constants.index[:, STAGES.index("latency")]
+        names = [vehicle.constants.names[i] for i in latency if i >= 0]
+        if (latency < 0).any() or set(names) & set(vehicle.estimated):
+            raise IdentificationError(
+                "pose: delay: estimate: a delay that position and heading have in common is indistinguishable "
+                "from the thrusters' latency. State heading_delay (0 where the heading is not late), and the "
+                "position's is estimated; or state the latency of all thrusters in the chain"
+            )
+    elif "delay" in effects and not heading:
+        position = True
+    return tuple(n for n, free in zip(DELAY_NAMES, (position, heading), strict=True) if free)
 
 
 def select_stages(

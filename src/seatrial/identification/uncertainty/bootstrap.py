@@ -36,7 +36,7 @@ def bootstrap(fit: Fit, replicates: int = BOOTSTRAP_REPLICATES, seed: int = 0) -
     def one(draw: Array) -> Array:
         return _refit(fit, [draw[f + b] for f, b in zip(first, blocks, strict=True)])
 
-    return np.array(spread(one, draws))
+    return np.array(spread(one, draws, "bootstrap"))
 
 
 def intervals(draws: Array) -> Array:

@@ -15,8 +15,11 @@ SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the sco
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
 SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
 BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
-# shares of the range at which the likelihood is followed
-BOUND_DISTANCES = 0.5 ** np.arange(12, 0, -1)
+# where the likelihood is followed from a bound: first distance in standard errors and in the range,
+# factors from one to the next
+FIRST_DISTANCE, LARGEST_FIRST_DISTANCE, FARTHER, NEARER = 0.5, 0.125, 2.0, 0.25
+BOUND_EVALUATIONS = 8  # at most
+STEEP_LIKELIHOOD = 3.0  # rise of -2 log likelihood at the first distance: it was too far
 OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
 NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
 # of the largest entry: coefficients with less in a tied direction are not named
@@ -95,22 +98,37 @@ def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, facto
     value = float(at.theta[free[held]])
     side = 1.0 if value - low < high - value else -1.0
     reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
-    distance, rise, off = [0.0], [0.0], [np.zeros(len(moved))]
-    for d in reach * BOUND_DISTANCES:
-        # this far from the bound, the others along with it
+
+    def away(d: float) -> tuple[float, Array] | None:
+        """Rise of the scaled likelihood this far from the bound, the others along with it, and their moves."""
         theta = at.theta.copy()
         theta[free[inside]] += side * d * moved
         theta[free[held]] += side * d
         runs = problem.run_filter(problem.clipped(theta), at.noise, repeatable=False)
         if not np.isfinite(runs.cost):
-            break
+            return None
         gradient = runs.gradient[inside]
         step = inverse_of(runs.information[np.ix_(inside, inside)]) @ gradient
-        distance.append(float(d))
-        rise.append((runs.cost - float(gradient @ step) - at.runs.cost) / factor)
-        off.append(side * d * moved + step)
+        return (runs.cost - float(gradient @ step) - at.runs.cost) / factor, side * d * moved + step
+
+    distance, rise, off = [0.0], [0.0], [np.zeros(len(moved))]
+    d = min(FIRST_DISTANCE * normal, LARGEST_FIRST_DISTANCE * reach)
+    for _ in range(BOUND_EVALUATIONS):
+        if d > reach:
+            break
+        found = away(d)
+        steep = len(distance) == 1 and (found is None or found[0] > STEEP_LIKELIHOOD)
+        if steep:  # nearer first
+            d *= NEARER
+            continue
+        if found is None:
+            break
+        distance.append(d)
+        rise.append(found[0])
+        off.append(found[1])
         if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
             break
+        d *= FARTHER
     return _mean_square(np.array(distance), np.array(rise), np.array(off))
 
 

@@ -14,15 +14,17 @@ from seatrial.inspection.consistency.inconsistencies import Inconsistency, Incon
 from seatrial.inspection.consistency.repair import Repair
 from seatrial.recording.recording import Recording
 from seatrial.util.format import shortened
+from seatrial.util.progress import over, stage
 
 
 def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
     """`check_consistency` of all recordings; with some of them inconsistent, only those, by name."""
     # 1. All recordings jointly, then each by itself.
-    together = check_consistency(recordings, vehicle)
+    with stage("", 0.4):
+        together = check_consistency(recordings, vehicle)
     if len(recordings) < 2:
         return together
-    apart = [check_consistency([recording], vehicle) for recording in recordings]
+    apart = [check_consistency([recording], vehicle) for recording in over(recordings)]
     # 2. One edit that explains every recording is a mistake of the vehicle file.
     if _one_edit_explains_all(together, apart):
         return together

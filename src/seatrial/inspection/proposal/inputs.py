@@ -18,6 +18,7 @@ from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
+from seatrial.util.progress import over, stage
 
 DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
 EQUAL_GAINS = 0.05  # of their mean; gains within it are proposed as equal (identical thrusters)
@@ -135,10 +136,13 @@ class Channels:
 def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     """Inputs, signs, scales and units from the recording itself."""
     # 1. Channels that change; units of the poses.
-    names = _changing_channels(sources, salvage=salvage)
-    pose, corrected, report = _units(sources, names, salvage=salvage)
+    with stage("channels", 0.4):
+        names = _changing_channels(sources, salvage=salvage)
+    with stage("units and signs", 0.4):
+        pose, corrected, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
-    recordings = _read(sources, draft, salvage=salvage)
+    with stage("scales"):
+        recordings = _read(sources, draft, salvage=salvage)
     # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
@@ -160,7 +164,9 @@ def _units(
     """The poses' columns with units corrected, remarks on these, and the consistency report."""
     pose = dict(sources.pose)
     draft = _draft(sources, pose, names)
-    report = check_consistency(_read(sources, draft, salvage=salvage), draft)
+    with stage("", 0.3):
+        recordings = _read(sources, draft, salvage=salvage)
+    report = check_consistency(recordings, draft)
     corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
         if unit is not None:
@@ -173,7 +179,8 @@ def _units(
 
 
 def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]:
-    return [read(path, draft, salvage=salvage) for path in (sources.path, *sources.more)]
+    paths = (sources.path, *sources.more)
+    return [read(path, draft, salvage=salvage) for path in over(paths)]
 
 
 def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> Vehicle:
@@ -194,7 +201,7 @@ def _changing_channels(sources: Sources, *, salvage: bool) -> list[str]:
     """Channels that change, the most active ones."""
     changes: dict[str, int] = {}
     names = [*sources.channels]
-    for i in range(0, len(names), MOST_CHANNELS):
+    for i in over(range(0, len(names), MOST_CHANNELS)):
         part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])
         for recording in _read(sources, part, salvage=salvage):
             steps = (np.diff(recording.commands.values, axis=0) != 0).sum(axis=0)

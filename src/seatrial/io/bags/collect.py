@@ -12,6 +12,7 @@ from seatrial.io.bags.bag import SALVAGE, Bag, Topic
 from seatrial.io.bags.wire import Shape, Wire, WireError
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
+from seatrial.util.progress import reach
 
 BATCH = 8192  # messages decoded at once
 BATCH_BYTES = 16 << 20  # [bytes] decoded at once
@@ -156,7 +157,10 @@ def collect(bag: Bag, collectors: Sequence[Collector]) -> list[Samples]:
     by_topic: dict[str, list[Collector]] = {}
     for collector in collectors:
         by_topic.setdefault(collector.topic.name, []).append(collector)
-    for topic, arrival, raw in bag.messages(by_topic.keys()):
+    messages = sum(topic.messages for name, topic in bag.topics.items() if name in by_topic)
+    for i, (topic, arrival, raw) in enumerate(bag.messages(by_topic.keys())):
+        if i % BATCH == 0:
+            reach(i / max(messages, 1))
         for collector in by_topic[topic]:
             collector.add(arrival, raw)
     for collector in collectors:

@@ -14,6 +14,7 @@ from seatrial.io.bags.collect import Collector, Samples
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose, yaw
 from seatrial.io.bags.wire import Wire, WireError, plain
 from seatrial.io.table import ANGLE_UNITS, LENGTH_UNITS, scaled
+from seatrial.recording.delays import heading_at_positions
 from seatrial.recording.timing import Clock, Stream, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Mask, Stamps, earth_offset
@@ -105,7 +106,7 @@ def raw_poses(fields: PoseFields, samples: Samples, vehicle: Vehicle, source: st
         arrival=samples.arrival[keep], publishers=topic.publishers,
     )  # fmt: skip
     eta = np.column_stack([values[:, 0], values[:, 1], heading])[keep]
-    return RawPoses(stamps[keep], in_vehicle_terms(eta, vehicle), stream)
+    return RawPoses(stamps[keep], in_vehicle_terms(eta, vehicle, stamps[keep]), stream)
 
 
 def poses_from_tf(bag: Bag, vehicle: Vehicle, *, salvage: bool) -> RawPoses:
@@ -125,7 +126,8 @@ def poses_from_tf(bag: Bag, vehicle: Vehicle, *, salvage: bool) -> RawPoses:
     eta = np.column_stack([found.values[:, :2], heading_of(found.values[:, 3:], vehicle)])
     # undefined before the first and after the last transform of the path
     known = np.isfinite(eta).all(axis=1)
-    return RawPoses(found.stamps[known], in_vehicle_terms(eta[known], vehicle), stream)
+    own = found.stamps[known]
+    return RawPoses(own, in_vehicle_terms(eta[known], vehicle, own), stream)
 
 
 def heading_of(quaternion: Array, vehicle: Vehicle) -> Array:
@@ -133,15 +135,19 @@ def heading_of(quaternion: Array, vehicle: Vehicle) -> Array:
     return yaw(quaternion) / TO_SI[pose_columns(vehicle)[2].unit or "rad"]
 
 
-def in_vehicle_terms(raw: Array, vehicle: Vehicle) -> Array:
+def in_vehicle_terms(raw: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
     """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading.
 
-    With the vehicle file's signs and units, and its lever arm subtracted.
+    With the vehicle file's signs and units, and its lever arm subtracted. stamps: (n,) [ns], to turn the
+    lever arm by the heading of the position's time.
     """
     columns = pose_columns(vehicle)
     eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
     eta[np.abs(eta) > LARGEST_POSE] = np.nan
-    eta[:, :2] -= earth_offset(eta[:, 2], *(vehicle.file.pose.lever or (0.0, 0.0)))
+    psi, (position, heading) = eta[:, 2], vehicle.delays
+    if stamps is not None and position != heading:
+        psi = heading_at_positions(stamps, psi, position - heading)
+    eta[:, :2] -= earth_offset(psi, *(vehicle.file.pose.lever or (0.0, 0.0)))
     return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
 
 

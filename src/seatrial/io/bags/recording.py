@@ -14,9 +14,13 @@ from seatrial.io.bags.collect import Collector, Samples, collect
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.poses import chosen_stamps, pose_fields, poses_from_tf, raw_poses
 from seatrial.io.table import checked_unit, scaled
+from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
 from seatrial.recording.timing import Stream, describe
 from seatrial.util.errors import RecordingError
+from seatrial.util.progress import stage
+
+ALL_READ, COMMANDS_READ = 0.9, 0.3  # of the time of a recording; poses from tf are read apart
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         wanted = [part.collector(str(path), salvage=salvage) for part in (*commands, *scales)]
         if fields is not None:
             wanted.append(fields.collector(str(path), salvage=salvage))
-        samples = collect(bag, wanted)
+        with stage("", ALL_READ if fields is not None else COMMANDS_READ):
+            samples = collect(bag, wanted)
         unreadable = [
             f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
         ]
@@ -53,12 +58,13 @@ def read_bag(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Recordin
         )
         driven, streams = _signal(vehicle, commands, samples, "commands")
         factors, more = _signal(vehicle, scales, samples, "scales")
+    position, heading = vehicle.delays
     return make_recording(
-        recording_name(path), poses.stamps, poses.eta,
+        recording_name(path), stamps_of_headings(poses.stamps, heading), poses.eta,
         driven,
         scales=_finite(factors) if scales else None, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in bag.files], streams=(poses.stream, *streams, *more),
-        remarks=(*bag.remarks, *unreadable),
+        remarks=(*bag.remarks, *unreadable), position_delay=position - heading,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from seatrial.io.bags.bag import SALVAGE, Bag, Topic
 from seatrial.io.bags.wire import Shape, WireError, plain
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
+from seatrial.util.progress import reach, stage
 
 TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 TF_BATCH = 4096  # messages decoded at once
@@ -43,10 +44,12 @@ def is_tf(topic: Topic) -> bool:
 def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> Transforms:
     """The pose of `child` in `parent`, at the stamps of the moving transform nearest the child."""
     names = _topics(bag, name)
-    edges = frame_edges(bag, name, salvage=salvage)
+    with stage("", 0.5):
+        edges = frame_edges(bag, name, salvage=salvage)
     path = _path(bag, {edge for edge, _ in edges}, parent.lstrip("/"), child.lstrip("/"))
     wanted = {edge for edge, _ in path}
-    found = _collect(bag, names, wanted, salvage=salvage)
+    with stage(""):
+        found = _collect(bag, names, wanted, salvage=salvage)
     static = {edge for edge, is_fixed in edges if is_fixed}
     moving = [edge for edge, _ in path if edge not in static]
     if not moving:
@@ -101,11 +104,13 @@ def _check_definition(bag: Bag, topic: Topic) -> None:
 def _batches(bag: Bag, names: Iterable[str]) -> Iterator[tuple[str, list[tuple[int, bytes]]]]:
     waiting: dict[str, list[tuple[int, bytes]]] = {}
     counts = dict.fromkeys(names, 0)
+    messages = sum(bag.topics[name].messages for name in counts)
     for topic, arrival, raw in bag.messages(counts.keys()):
         batch = waiting.setdefault(topic, [])
         batch.append((arrival, raw))
         counts[topic] += 1
         if len(batch) >= TF_BATCH:
+            reach(sum(counts.values()) / max(messages, 1))
             yield topic, waiting.pop(topic)
     yield from waiting.items()
     for topic, count in counts.items():

@@ -2,6 +2,7 @@
 """Replay of a recording through the predictor."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,11 +15,14 @@ from seatrial.recording.recording import Recording
 
 def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[Odometry]:
     """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps."""
-    # the reader has removed the lever arm of a recording
-    odometer = Odometer(model, lever=(0.0, 0.0))
+    # the reader has removed the lever arm of a recording, and the heading's delay from its stamps
+    heading = model.vehicle.delays[1]
+    vehicle = model.vehicle.with_delays(heading + recording.position_delay, heading)
+    odometer = Odometer(replace(model, vehicle=vehicle), lever=(0.0, 0.0))
+    stamps = recording.stamps + round(NANO * heading)
     moments = [
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
-        *((int(recording.stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
+        *((int(stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
     ]
     if recording.scales is not None:
         moments += [(int(t), 1, i) for i, t in enumerate(recording.scales.stamps)]

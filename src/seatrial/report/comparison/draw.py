@@ -32,7 +32,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.figures.known import LARGEST_ERROR_SHOWN, LEAST_ERROR_SHOWN, reach
-from seatrial.report.figures.prediction import above_commands
+from seatrial.report.figures.prediction import above_commands, main_start
 from seatrial.report.text.names import plotly_symbol
 from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS, Array
@@ -123,11 +123,13 @@ def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> 
 
 
 def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figure:
-    """RMS errors of both against the horizon, from measured starts, with intervals."""
+    """RMS errors of both against the horizon, with intervals."""
     name, scale = ERROR_UNITS[axis]
     symbol = SYMBOLS[axis]
     traces = []
-    every = [[row for row in own if row.start == "stencil"] for own in rows]
+    kinds = [main_start(own) for own in rows]
+    start = kinds[0] if kinds[0] == kinds[1] else "stencil"
+    every = [[row for row in own if row.start == start] for own in rows]
     for own, letter, colour, sign in zip(every, LETTERS, MODEL_COLOURS, MODEL_SIGNS, strict=True):
         if not own:
             continue

@@ -11,11 +11,12 @@ from seatrial.recording.excitation import EXCITED
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.numbers import (
-    AT_FLOOR,
     GOOD_RATIO,
-    floors,
+    VERY_GOOD_RATIO,
+    at_floor,
     insignificant,
     ratio_word,
+    resolved_ratio,
     rms_and_ratio,
 )
 from seatrial.util.format import joined
@@ -63,14 +64,13 @@ def _poor_axes(runs: Sequence[Run]) -> list[str]:
     chosen = judged(runs)
     if not chosen:
         return []
-    rms, ratio = rms_and_ratio(chosen)
-    floor = floors(chosen)
+    ratio = resolved_ratio(chosen)
     return [
         f"The {name} prediction is {ratio_word(ratio[axis])}: drive "
         f"one minute more of {name} pulses in both directions at several amplitudes. Then check "
         f"whether the {name} equation lacks a term, a latency or a dead zone."
         for axis, name in enumerate(AXES)
-        if ratio[axis] > GOOD_RATIO and rms[axis] >= AT_FLOOR * floor[axis]
+        if ratio[axis] > GOOD_RATIO
     ]
 
 
@@ -78,8 +78,9 @@ def _at_floor(runs: Sequence[Run]) -> list[str]:
     chosen = judged(runs)
     if not chosen:
         return []
-    rms, floor = rms_and_ratio(chosen)[0], floors(chosen)
-    axes = [name for axis, name in enumerate(AXES) if rms[axis] < AT_FLOOR * floor[axis]]
+    ratio = rms_and_ratio(chosen)[1]
+    hidden = at_floor(chosen) & (ratio > VERY_GOOD_RATIO)
+    axes = [name for axis, name in enumerate(AXES) if hidden[axis]]
     if not axes:
         return []
     return [

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.assessment import assess, assess_from
+from seatrial.evaluation.assessment import Assessment, assess, assess_from
 from seatrial.evaluation.scores import Scores
 from seatrial.evaluation.validation import scores_of
 from seatrial.identification.experiment_design import (
@@ -23,6 +23,7 @@ from seatrial.recording.recording import Recording
 from seatrial.report.evidence.physics import Physics, physics
 from seatrial.report.evidence.runs import Run, gather
 from seatrial.util.errors import SeatrialError
+from seatrial.util.progress import stage
 
 
 @dataclass(frozen=True)
@@ -57,16 +58,22 @@ def collect(
     scores: Scores | None = None,
 ) -> Evidence:
     """All of it, with `scores` as `validate` wrote them or computed here; see `gather` for what is raised."""
-    found = (
-        assess(model, recordings, horizon)
-        if scores is None
-        else assess_from(model, recordings, scores)
-    )
+    with stage("predicting", 0.65):
+        found = (
+            assess(model, recordings, horizon)
+            if scores is None
+            else assess_from(model, recordings, scores)
+        )
+    return evidence_of(model, found, scores or scores_of(model, found, horizon))
+
+
+def evidence_of(model: Model, found: Sequence[Assessment], scores: Scores) -> Evidence:
+    """The same of recordings that are assessed already."""
     runs = gather(model, found)
-    point, each, gained, reason = _information(model, runs)
+    with stage("information of recordings", 0.2):
+        point, each, gained, reason = _information(model, runs)
     return Evidence(
-        model, tuple(runs), scores or scores_of(model, found, horizon), identifiability(model), physics(model),
-        point, each, gained, reason,
+        model, tuple(runs), scores, identifiability(model), physics(model), point, each, gained, reason,
     )  # fmt: skip
 
 
@@ -79,7 +86,8 @@ def _information(
     try:
         noise = next((run.noise for run in runs if run.noise is not None), None)
         point = reference_point(model, recordings, noise)
-        each = information_by_recording(point, recordings)
+        with stage("", 0.6):
+            each = information_by_recording(point, recordings)
         seen = [run.name for run in runs if not run.unseen]
         return point, tuple(each), tuple(manoeuvre_gains(point, period, each, seen)), ""
     except SeatrialError as error:

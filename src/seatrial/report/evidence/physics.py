@@ -11,6 +11,7 @@ from seatrial.boat.physics import AxisPhysics, axis_physics
 from seatrial.boat.schema import Integration
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 
 PHYSICS_DRAWS = 60  # of the coefficients
 PHYSICS_SEED = 20
@@ -75,13 +76,14 @@ def _drawn(model: Model) -> list[list[AxisPhysics] | None]:
     own = model.integration
     step = max(own.step, COARSE_STEP) if own.scheme == "runge-kutta" else own.step
     model = replace(model, integration=Integration(own.scheme, step))
-    found: list[list[AxisPhysics] | None] = []
-    for draw in model.coefficients + normal @ root.T:
+
+    def one(draw: Array) -> list[AxisPhysics] | None:
         try:
-            found.append(axis_physics(replace(model, coefficients=draw)))
+            return axis_physics(replace(model, coefficients=draw))
         except ModelError:
-            found.append(None)
-    return found
+            return None
+
+    return spread(one, model.coefficients + normal @ root.T)
 
 
 def _root(covariance: Array) -> Array:

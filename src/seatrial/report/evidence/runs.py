@@ -34,7 +34,7 @@ class Run:
     excitation: Excitation
     t: Array  # (n,) time base: the poses', and the middle of every gap and jump [s]
     position: Array  # (n, 2) x, y [m] of the usable poses
-    measured: Array  # (n, 3) [m/s, m/s, rad/s]
+    measured: Array  # (n, 3) [m/s, m/s, rad/s]; what predictions are compared with
     predicted: Array  # (n, 3) [m/s, m/s, rad/s]; NaN where there is none
     forces: Array  # (n, forces) [command units]
     window: tuple[
@@ -124,7 +124,7 @@ def judged(runs: Sequence[Run]) -> list[Run]:
 
 def _run(model: Model, found: Assessment, every: int) -> Run:
     recording, ahead = found.recording, found.prediction
-    moving = motion(recording)
+    moving = motion(recording) if found.smoothed is None else found.smoothed
     t, row = time_base(recording)
 
     def spread(values: Array, index: NDArray[np.intp] | NDArray[np.bool_]) -> Array:

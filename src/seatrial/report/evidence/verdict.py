@@ -4,8 +4,6 @@
 from collections import Counter
 from collections.abc import Sequence
 
-import numpy as np
-
 from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.advice import advice
@@ -13,13 +11,14 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
-    AT_FLOOR,
     ERROR_UNITS,
+    at_floor,
     expected_rms,
     floors,
     minutes,
     names_of,
     ratio_word,
+    resolved_ratio,
     rms_and_ratio,
 )
 from seatrial.util.format import joined, shortened
@@ -72,8 +71,9 @@ def predicted(evidence: Evidence) -> str:
         return f"It predicts none of the recordings: {evidence.runs[0].failure}."
     rms, ratio = rms_and_ratio(runs)
     groups: dict[str, list[str]] = {}
-    for axis, share in zip(AXES, ratio.tolist(), strict=True):
-        groups.setdefault(ratio_word(share), []).append(axis)
+    words = map(axis_word, resolved_ratio(runs).tolist(), at_floor(runs).tolist(), ratio.tolist())
+    for axis, word in zip(AXES, words, strict=True):
+        groups.setdefault(word, []).append(axis)
     verdicts = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
     sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), ERROR_UNITS, strict=True)]
     shares = [number(share, 2) for share in ratio.tolist()]
@@ -85,18 +85,25 @@ def predicted(evidence: Evidence) -> str:
     return (
         f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {verdicts}: "
         f"RMS error {joined(sizes)}, {joined(shares)} times that of constant "
-        f"velocity{_at_floor(runs, rms)}{missing}."
+        f"velocity{_floor(runs, rms)}{missing}."
     )
 
 
-def _at_floor(runs: Sequence[Run], rms: Array) -> str:
+def axis_word(resolved: float, hidden: bool, ratio: float) -> str:
+    """Verdict on one axis: by its excess over the noise floor, or that the poses show no more."""
+    if not hidden:
+        return ratio_word(resolved)
+    word = ratio_word(ratio)
+    return word if word == ratio_word(0.0) else "as well as these poses resolve"
+
+
+def _floor(runs: Sequence[Run], rms: Array) -> str:
     """The noise floor."""
     noise = floors(runs)
     sizes = [
         f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
     ]
-    at_floor = bool(np.all(rms < AT_FLOOR * noise))
-    more = ", not exceeded" if at_floor else ""
+    more = ", not exceeded" if at_floor(runs).all() else ""
     return f"; the noise floor is {joined(sizes)}{more}{_over_expected(runs, rms)}"
 
 

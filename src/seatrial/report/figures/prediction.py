@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.scores import Scored
+from seatrial.evaluation.scores import Scored, Start
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
     BLACK,
@@ -58,6 +58,12 @@ def above_commands(
     )  # fmt: skip
 
 
+def main_start(rows: Sequence[Scored]) -> Start:
+    """The start whose errors count: the filter's beside a smoothed reference, else the stencil's."""
+    smoothed = any(s.reference is not None for row in rows for s in row.scores.values())
+    return "filter" if smoothed else "stencil"
+
+
 def horizons(rows: Sequence[Scored], axis: int) -> Figure:
     """RMS error against the horizon with 95 % intervals, noise floor, expected RMS, constant velocity."""
     name, scale = ERROR_UNITS[axis]
@@ -71,6 +77,7 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
         rms = scale * np.array([s.rms for s in scores])
         ends = [s.rms_interval or (s.rms, s.rms) for s in scores]
         low, high = scale * np.array(ends).T
+        first = start == main_start(rows)
         trace = line(label, x, rms, colour) | {"mode": "lines+markers"}
         traces.append(
             trace
@@ -78,18 +85,15 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
                "error_y": whiskers(rms, low, high, colour)}
         )  # fmt: skip
         floor = scale * np.array([s.floor for s in scores])
-        traces.append(
-            line("noise floor", x, floor, colour, dash="dot")
-            | {"showlegend": start == START_KINDS[0][0]}
-        )
+        traces.append(line("noise floor", x, floor, colour, dash="dot") | {"showlegend": first})
         expected = [s.foreseen for s in scores if s.foreseen is not None]
         if len(expected) == len(scores):
             trace = line("expected RMS", x, scale * np.array(expected), colour, dash="dashdot")
-            traces.append(trace | {"showlegend": start == START_KINDS[0][0]})
-    stencil = [row for row in rows if row.start == "stencil"]
-    if stencil:
-        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in stencil])
-        x = np.array([row.horizon for row in stencil])
+            traces.append(trace | {"showlegend": first})
+    still = [row for row in rows if row.start == main_start(rows)]
+    if still:
+        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
+        x = np.array([row.horizon for row in still])
         traces.append(line("constant velocity", x, values, ORANGE, dash="dash"))
     ticks = sorted({row.horizon for row in rows})
     return figure(

@@ -37,18 +37,20 @@ an interval without commands. A larger mark means more time at that speed and co
 identified there and extrapolates elsewhere. The scatter plots of a recording are a sample of at most
 $scatter instants."""
 
-HORIZONS_NOTE = """RMS error with 95 % intervals (block bootstrap), from two kinds of start: the velocity from five
-poses, and the state of the model's own filter, as on board. Dotted: noise floor of the poses. Dash-dotted:
-expected RMS of the model. Dashed: constant velocity, the baseline without a model."""
+HORIZONS_NOTE = """RMS error with 95 % intervals (block bootstrap), from the state of the model's own filter, as on
+board, to the velocity smoothed over all poses; in scores by the stencil from the velocity of five poses,
+too. Dotted: noise floor of the poses. Dash-dotted: expected RMS of the model. Dashed: constant velocity, the
+baseline without a model."""
 
-PREDICTION = """From every usable pose the recorded commands drive the model open-loop for $horizon s. The
-predicted velocity is drawn beside the measured one at that later instant. The plots open at the
-$window s with the strongest commands. Drag to zoom in; double-click for the whole run."""
+PREDICTION = """From every usable pose the recorded commands drive the model open-loop for $horizon s, from the
+velocity of the model's own filter. The predicted velocity is drawn beside the measured one at that later
+instant, smoothed over all poses (without a filter: the five-point stencil's, start and measured). The plots
+open at the $window s with the strongest commands. Drag to zoom in; double-click for the whole run."""
 
 ERRORS = """Errors are measured minus predicted, $horizon s ahead, over the whole run. Histogram: with the
 normal density of the same mean and variance. Autocorrelation: predictions that start less than $horizon s
-apart overlap, so a perfect model's errors are correlated up to that lag (dotted line). Differentiated
-velocities share poses over four more. Beyond that lag the errors stay within the narrow band if they are
+apart overlap, so a perfect model's errors are correlated up to that lag (dotted line). Velocities share
+poses over a few more. Beyond that lag the errors stay within the narrow band if they are
 white, or within the wide band of overlapping predictions. Mean error against command: a mean away from 0
 indicates a wrong thruster curve or a wrong term. Residuals against inputs: the innovations of the model's
 filter, correlated with every force. Within the dashed lines no correlation is significant; dotted is the
@@ -81,8 +83,11 @@ SCORES = """<dt>stays constant</dt><dd>RMS error of the constant-velocity predic
 baseline without a model.</dd>
 <dt>ratio</dt><dd>RMS error divided by that of constant velocity. Below 1 the model improves on the baseline;
 0.5 halves the error. It means little in an axis without excitation.</dd>
-<dt>floor</dt><dd>Noise floor: the RMS error of a perfect model, from the noise of the velocities at start
-and end.</dd>
+<dt>RMS error</dt><dd>Of the predicted velocity, from the start of the model's own filter. The true velocity
+is known as well as all poses show it: as the smoothed one with its standard error, which is part of the RMS
+error.</dd>
+<dt>floor</dt><dd>Noise floor: the RMS error of a perfect model, from the noise of the start; at least the
+standard error of the smoothed velocity.</dd>
 <dt>expected</dt><dd>Expected RMS of the model: noise floor, process noise and parameter covariance. A larger
 RMS error means that boat, wind or water changed.</dd>
 <dt>excess</dt><dd>Excess over the floor, √(RMS² − floor²): the share of the model itself.</dd>
@@ -91,8 +96,8 @@ RMS error means that boat, wind or water changed.</dd>
 <dt>(seen)</dt><dd>The model was identified from this recording, so its score is optimistic.</dd>
 <dt>why errors are not white</dt><dd>Predictions start at every pose and reach $horizon s ahead, so
 neighbours overlap. The errors of k-step predictions are a moving average of order k − 1 even for a
-perfect model: correlated below lag k, uncorrelated from there on. The five-point stencil shares poses
-between velocities up to four poses apart, so pose noise shows at lags up to 4 and around k.</dd>"""
+perfect model: correlated below lag k, uncorrelated from there on. Smoothed velocities, and those of the
+five-point stencil, share poses, so pose noise shows at small lags and around k.</dd>"""
 
 NO_CONSTANTS = "The chain has no constants: commands act at once and in full."
 
@@ -102,8 +107,9 @@ of the recordings that the model was identified from."""
 DIFFERENCES = """Differences in standard errors of the difference, for independent models. Dotted: 95 % limits of
 a single test. Marked: significant after Holm's correction."""
 
-BOTH_HORIZONS = """All recordings together, each model from the measured velocity (five poses). Dotted: noise
-floor of the poses. Dashed: constant velocity."""
+BOTH_HORIZONS = """All recordings together, each model from its own filter to its own smoothed velocity. Dotted:
+noise floor of the poses. Dashed: constant velocity. The table: both models from the same starts to the
+five-point stencil's velocity."""
 
 HEAD_TO_HEAD = """Both models from the same starts, at the same instants. The start is the mean of both filters,
 or the measured velocity where a filter is not available. The interval of the difference is a block
