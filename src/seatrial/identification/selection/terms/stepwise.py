@@ -80,8 +80,8 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
 def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> list[Term]:
     """The best candidate of every axis, of the first tier that has any.
 
-    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it passes its
-    own test, and improves the prediction of left-out blocks most and beyond chance.
+    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it improves the
+    prediction of left-out blocks most and beyond chance; with `structure: auto` its own test is enough there.
     """
     room = room_for(fit.terms)
     out = {*fit.values, *refused}
@@ -92,11 +92,11 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
     for tier in tried if room else ():
         looked = dict(candidate_information(fit, [t for t in tier if t.coefficient not in hidden]))
         tested = {t: estimate(s, str(t.coefficient)) for t, s in looked.items()}
+        passed = significant(tested, tests)
+        if fit.horizon and search.vehicle.automatic:  # the prediction of blocks guards instead
+            passed = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
         if fit.horizon:
-            likely = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
-            passed = _that_predict(search, fit, {t: looked[t] for t in likely})
-        else:
-            passed = significant(tested, tests)
+            passed = _that_predict(search, fit, {t: looked[t] for t in passed})
         best: dict[int, Term] = {}
         for term in passed:
             best.setdefault(term.axis, term)
@@ -141,7 +141,9 @@ def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:
     idle = fit.at_bounds  # 0, and without a gradient
     tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
     level = (
-        SIGNIFICANCE_LEVEL if fit.horizon else SIGNIFICANCE_LEVEL / max(1, len(search.candidates))
+        SIGNIFICANCE_LEVEL
+        if fit.horizon and search.vehicle.automatic
+        else SIGNIFICANCE_LEVEL / max(1, len(search.candidates))
     )
     loose = [name for name in names if tested[name] > level]
     return max(loose, key=lambda name: tested[name], default=None)
