@@ -80,8 +80,8 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
 def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> list[Term]:
     """The best candidate of every axis, of the first tier that has any.
 
-    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it improves the
-    prediction of left-out blocks most and beyond chance; with `structure: auto` its own test is enough there.
+    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it improves
+    the prediction of left-out blocks most and beyond chance; with `structure: auto` its own test is enough there.
     """
     room = room_for(fit.terms)
     out = {*fit.values, *refused}
