@@ -154,6 +154,16 @@ class FindingKind(Enum):
             parameter=("bound",),
         ),
     )
+    MISSING_TERM = (
+        "missing-term",
+        Spec(
+            "missing term: {term} in {axis} is {errors:.1f} standard errors from 0. With it {axis} is predicted "
+            "{improvement:.0%} better 1 s ahead",
+            "Identify with --structure auto, or run 'seatrial select'",
+            {"axis": ONE_NAME, "term": ONE_NAME},
+            {"errors": "-", "improvement": "-"},
+        ),
+    )
     MODEL_MISMATCH = (
         "model-mismatch",
         Spec(
