@@ -36,7 +36,7 @@ from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
     at_bounds,
-    converged,
+    continued,
     search,
 )
 from seatrial.identification.likelihood.problem import Problem
@@ -86,7 +86,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
         structures = screened(at, priced(at), poses_only=False)
         at = searched(at, [s for s in structures if s.explains(at)])
     if is_white(at):
-        at = refined(at)
+        at = refined(continued(at))
         return at, at, 0.0
     # with large pose noise the filter simulates: pose errors alone are screened about that
     least = noise_floor(at.runs.problem, FIT_HORIZON)
@@ -99,7 +99,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
             return at, in_likelier_frame(fitted, least), FIT_HORIZON
         at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
     at = searched(at, structures)
-    at = refined(converged(search(at.runs.problem, at.theta, at.noise)))
+    at = refined(continued(at))
     return at, at, 0.0
 
 
