@@ -319,21 +319,32 @@ def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tupl
 
     origin: where the limits and the damping count from; by default `at`.
     """
+    begin = at if origin is None else origin
+    gradient, information = at.runs.gradient, at.runs.information
+    free = list(at.runs.problem.free)
+    moved = (at.theta - begin.theta)[free]
+    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
+    move = boxed_step(at, gradient - trust * moved, information + np.diag(trust), moved)
+    taken = move[free]
+    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
+
+
+def boxed_step(at: Point, gradient: Array, information: Array, moved: Array | None = None) -> Array:
+    """The step (names,) from a point to the optimum of a quadratic likelihood, within bounds and step limits.
+
+    gradient: (p,), information: (p, p) of the free parameters; moved: (p,) steps so far, within the limits, too.
+    """
     problem = at.runs.problem
     free = np.array(problem.free)
-    gradient, information = at.runs.gradient, at.runs.information
-    begin = at if origin is None else origin
-    moved = (at.theta - begin.theta)[free]
+    so_far = np.zeros(len(free)) if moved is None else moved
     low, high = (bound - at.theta[free] for bound in problem.bounds)
-    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
     diagonal = np.diag(information) + INFORMATION_FLOOR
     scale = 1.0 / np.sqrt(diagonal)
-    taken = scale * box_minimum(
-        (information + np.diag(trust + LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
-        scale * (gradient - trust * moved),
-        np.minimum(np.maximum(low, -problem.step_limits - moved), 0.0) / scale,
-        np.maximum(np.minimum(high, problem.step_limits - moved), 0.0) / scale,
-    )
     move = np.zeros(len(at.theta))
-    move[free] = taken
-    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
+    move[free] = scale * box_minimum(
+        (information + np.diag(LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
+        scale * gradient,
+        np.minimum(np.maximum(low, -problem.step_limits - so_far), 0.0) / scale,
+        np.maximum(np.minimum(high, problem.step_limits - so_far), 0.0) / scale,
+    )
+    return move
