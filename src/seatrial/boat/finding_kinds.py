@@ -39,7 +39,7 @@ class Spec:
     each: tuple[str, ...] = ()  # numbers of which there is one for every name of the subject
 
 
-UNMODELLED = "would remove more than half of the process noise"
+UNMODELLED = "would remove more than half of the process noise, or move a coefficient by half its standard error"
 ASK_EFFECT = "If it is plausible, identify with --effect {effect} before further terms are selected"
 SAME_RUN = "Check with 'seatrial inspect' that poses and commands are of the same run and time base"
 PRIOR_OFF = (

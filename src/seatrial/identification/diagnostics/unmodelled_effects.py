@@ -81,7 +81,8 @@ def _findings_of_best(
     matters = _removes_process_noise(at, promise.noise) or (
         most.of_sensor and _removes_correlation(at.noise, promise.noise)
     )
-    if not (matters or _moves_a_coefficient(at, covariance, promise.move)):
+    moves = horizon == 0.0 and _moves_a_coefficient(at, covariance, promise.move)
+    if not (matters or moves):
         return []
     theta = most.at.theta + promise.move
     there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
