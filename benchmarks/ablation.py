@@ -53,8 +53,8 @@ def _none(*_: object, **__: object) -> list[Any]:
     return []
 
 
-def _no(*_: object) -> bool:
-    return False
+def _nothing(*_: object) -> None:
+    return None
 
 
 def _unchanged(_: Point, covariance: Array) -> Array:
@@ -71,7 +71,7 @@ BRANCHES: dict[str, dict[str, Callable[..., Any]]] = {
     },
     "longer memory of pose errors": {f"{LIKELIHOOD}.noise_structures.with_longer_memory": _same},
     "fewer noise sources": {f"{LIKELIHOOD}.noise_structures.simplified": _same},
-    "fit horizon": {f"{LIKELIHOOD}.fit_horizon._predicts_better": _no},
+    "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},

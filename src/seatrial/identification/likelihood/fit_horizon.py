@@ -8,6 +8,7 @@ Cross-validation by blocks of the error one second ahead decides. Where the inno
 explain the poses, and the maximum of the likelihood stays.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -49,9 +50,10 @@ from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
-FIT_HORIZON = (
-    0.8  # [s] under model mismatch: pose noise of at least so many seconds at the RMS speed
-)
+FIT_HORIZONS = (
+    0.4,
+    0.8,
+)  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
 FOLDS = 4  # of the cross-validation
 # times the squared noise floor: below it squared errors say nothing of the model
 NOISE_DOMINATED = 2.0
@@ -79,7 +81,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     """The likelihood's maximum over noise structures, the solution that predicts best, and its fit horizon [s].
 
     Where a noise structure makes the innovations white, model and noise explain the poses. Where none does, the
-    model is at fault, and the longer fit horizon is tried; only if that predicts no better, the likeliest counts.
+    model is at fault, and longer fit horizons are tried; only if none predicts better, the likeliest counts.
     `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
     if not is_white(at):
@@ -89,26 +91,46 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
         at = refined(continued(at))
         return at, at, 0.0
     # with large pose noise the filter simulates: pose errors alone are screened about that
-    least = noise_floor(at.runs.problem, FIT_HORIZON)
-    fitted, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
-    if outcome is Outcome.CONVERGED:
-        simulated = screened(fitted, priced(at), poses_only=True)
+    fits = _fits(at)
+    if fits:
+        _, simulating = fits[-1]
+        simulated = screened(simulating, priced(at), poses_only=True)
         by_poses = searched(at, [s for s in simulated if s.explains(at)])
-        if by_poses is at and _predicts_better(fitted, at):
+        if by_poses is at and (best := _best_predicting(at, fits)) is not None:
+            horizon, fitted = best
             # the other frame of the disturbance may be likelier with this noise
-            return at, in_likelier_frame(fitted, least), FIT_HORIZON
+            return at, in_likelier_frame(fitted, noise_floor(at.runs.problem, horizon)), horizon
         at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
     at = searched(at, structures)
     at = refined(continued(at))
     return at, at, 0.0
 
 
-def _predicts_better(fitted: Point, at: Point) -> bool:
-    """Whether a longer horizon's errors one second ahead are smaller in cross-validation, by a standard error."""
+def _fits(at: Point) -> list[tuple[float, Point]]:
+    """Fit horizons [s] and the solutions with them, each from the one before; without those that fail."""
+    found: list[tuple[float, Point]] = []
+    for horizon in FIT_HORIZONS:
+        least = noise_floor(at.runs.problem, horizon)
+        fitted, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
+        if outcome is Outcome.CONVERGED:
+            found.append((horizon, fitted))
+            at = fitted
+    return found
+
+
+def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[float, Point] | None:
+    """The fit horizon and solution with the smallest errors one second ahead in cross-validation.
+
+    A longer horizon must be better by a standard error. None where none is better than `at`.
+    """
     if not _comparable(at.runs.problem) or without_process_noise(at):
-        return False
-    best, ahead = _held_out_errors(at, at.noise), _held_out_errors(fitted, at.noise)
-    return best is not None and ahead is not None and _worse(ahead, best) < 0.0
+        return None
+    chosen, least = None, _held_out_errors(at, at.noise)
+    for horizon, fitted in fits:
+        errors = None if least is None else _held_out_errors(fitted, at.noise)
+        if errors is not None and least is not None and _worse(errors, least) < 0.0:
+            chosen, least = (horizon, fitted), errors
+    return chosen
 
 
 def _worse(ahead: Array, best: Array) -> float:

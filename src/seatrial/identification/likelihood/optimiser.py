@@ -206,7 +206,8 @@ def _descent(
             promise = linearised_optimum(at, trusted, damping)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
-        tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
+        theta = at.runs.problem.clipped(at.theta + promise.move)  # rounding may leave the bounds
+        tried = full_pass(at.runs.problem, theta, promise.noise)
         step(USUAL_PASSES)
         fall = at.runs.cost - tried.runs.cost
         ratio = fall / promise.fall

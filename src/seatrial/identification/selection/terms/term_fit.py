@@ -11,7 +11,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_entry
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.boat.structure import Term
-from seatrial.identification.likelihood.fit_horizon import FIT_HORIZON, noise_floor
+from seatrial.identification.likelihood.fit_horizon import FIT_HORIZONS, noise_floor
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
@@ -123,11 +123,11 @@ def begun_at(at: Point) -> TermFit:
     at = _with_usual_blocks(at)
     if without_process_noise(at) or is_white(at):
         return TermFit(at, 0.0, at.noise)
-    least = noise_floor(at.runs.problem, FIT_HORIZON)
+    least = noise_floor(at.runs.problem, FIT_HORIZONS[-1])
     there, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
     if outcome is not Outcome.CONVERGED:
         return TermFit(at, 0.0, at.noise)
-    return TermFit(there, FIT_HORIZON, at.noise)
+    return TermFit(there, FIT_HORIZONS[-1], at.noise)
 
 
 def _with_usual_blocks(at: Point) -> Point:
