@@ -11,9 +11,9 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.evaluation.comparison.common_factor import ScaledEstimate, common_factor
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array
-from seatrial.util.statistics import inverse_of
 
 SIGNIFICANCE = 0.05  # level of all tests, after Holm's correction
 UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without information
@@ -21,7 +21,6 @@ LEAST_DIRECTION_VARIANCE = (
     1e-12  # of the largest, of the scaled covariance: a direction without variance
 )
 EDGES = ("edge_forward", "edge_reverse")
-FACTOR_ROUNDS, FACTOR_SETTLED = 30, 1e-12  # of the common factor; relative change that ends them
 
 
 class Pair(msgspec.Struct, frozen=True):
@@ -272,7 +271,7 @@ def _wald(difference: Array, covariance: Array) -> tuple[float, int]:
 
 
 def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
-    """The common factor of drag and thrust by axis, by generalised least squares.
+    """The common factor of drag and thrust by axis, with the covariance of both models.
 
     Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is divided by k.
     Acceleration and Coriolis terms are left out: they depend on the distribution of mass.
@@ -295,15 +294,5 @@ def _estimated(pair: Pair) -> bool:
 
 
 def _factor(axis: str, names: list[str], seen: tuple[View, View]) -> Factor:
-    (first, own), (second, other) = (view.of(names) for view in seen)
-    k = 1.0
-    for _ in range(FACTOR_ROUNDS):  # the weights depend on the factor
-        weight = inverse_of(other + k**2 * own)
-        # b = k a*, both with errors: Deming regression
-        best = first + k * own @ weight @ (second - k * first)
-        before, k = k, float(best @ weight @ second / (best @ weight @ first))
-        if abs(k - before) < FACTOR_SETTLED * abs(k):
-            break
-    chi2, _ = _wald(second - k * first, other + k**2 * own)
-    error = float(1.0 / np.sqrt(best @ weight @ best))
-    return Factor(axis, names, k, error, (k - 1.0) / error, chi2_sf(chi2, len(names) - 1))
+    one = common_factor(*(ScaledEstimate.of(*view.of(names)) for view in seen))
+    return Factor(axis, names, one.factor, one.error, one.z, one.fits)
