@@ -50,7 +50,7 @@ class ScaledEstimate:
     def of(cls, values: Array, covariance: Array) -> "ScaledEstimate":
         """From an estimate and its covariance (n, n)."""
         information = inverse_of(covariance)
-        root = np.linalg.cholesky(information).T
+        root = np.asarray(np.linalg.cholesky(information).T)
         variance = float(1.0 / np.sum((root @ values) ** 2))
         return cls(values, root, np.asarray(variance * information @ values), variance)
 

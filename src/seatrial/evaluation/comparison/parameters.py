@@ -11,7 +11,11 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import WRENCH, Vehicle
-from seatrial.evaluation.comparison.common_factor import ScaledEstimate, common_factor
+from seatrial.evaluation.comparison.common_factor import (
+    CommonFactor,
+    ScaledEstimate,
+    common_factor,
+)
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array
 
@@ -60,6 +64,7 @@ class Factor(msgspec.Struct, frozen=True):
     error: float
     z: float  # its distance from 1 in standard errors
     fits: float  # p of the hypothesis of one factor for all
+    parts: dict[str, tuple[float, float]] = {}  # of "thrust" and "drag" alone: factor, error
 
 
 class OneSided(msgspec.Struct, frozen=True):
@@ -279,11 +284,15 @@ def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor
     out = []
     known = {pair.name for pair in found if _estimated(pair)}
     for axis, word in enumerate(AXES):
-        own = [t for t in a.structure.terms if t.axis == axis and t.coefficient in known]
-        still = {t.coefficient for t in own if t.of_masses}
-        names = list(dict.fromkeys(t.coefficient for t in own if t.coefficient not in still))
+        kinds = {kind: names & known for kind, names in _thrust_and_drag(a, axis).items()}
+        names = [n for n in a.structure.coefficients if n in set().union(*kinds.values())]
         if len(names) >= 2:
-            out.append(_factor(word, [n for n in names if n], seen))
+            one = _common(names, seen)
+            parts = {kind: _common(sorted(of), seen) for kind, of in kinds.items() if of}
+            shown = {
+                kind: (p.factor, p.error) for kind, p in parts.items() if p.fits > SIGNIFICANCE
+            }
+            out.append(Factor(word, names, one.factor, one.error, one.z, one.fits, shown))
     return out
 
 
@@ -293,6 +302,16 @@ def _estimated(pair: Pair) -> bool:
     return min(errors) > 0.0 and max(errors) < UNKNOWN_ERROR * max(abs(pair.a), abs(pair.b))
 
 
-def _factor(axis: str, names: list[str], seen: tuple[View, View]) -> Factor:
-    one = common_factor(*(ScaledEstimate.of(*view.of(names)) for view in seen))
-    return Factor(axis, names, one.factor, one.error, one.z, one.fits)
+def _common(names: list[str], seen: tuple[View, View]) -> CommonFactor:
+    a, b = (ScaledEstimate.of(*view.of(names)) for view in seen)
+    return common_factor(a, b)
+
+
+def _thrust_and_drag(model: Model, axis: int) -> dict[str, set[str]]:
+    """Coefficients of an axis' terms with a force, and of all others, without those of masses."""
+    own = [t for t in model.structure.terms if t.axis == axis and t.coefficient]
+    of_masses = {t.coefficient for t in own if t.of_masses}
+    forces = {force.name for force in model.structure.forces}
+    thrust = {t.coefficient for t in own if forces & {*t.factors}} - of_masses
+    drag = {t.coefficient for t in own} - thrust - of_masses
+    return {"thrust": {n for n in thrust if n}, "drag": {n for n in drag if n}}
