@@ -16,6 +16,7 @@ from seatrial.evaluation.comparison.common_factor import (
     ScaledEstimate,
     common_factor,
 )
+from seatrial.evaluation.comparison.thrust_curves import EDGES, stages_apart
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array
 
@@ -24,7 +25,6 @@ UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without i
 LEAST_DIRECTION_VARIANCE = (
     1e-12  # of the largest, of the scaled covariance: a direction without variance
 )
-EDGES = ("edge_forward", "edge_reverse")
 
 
 class Pair(msgspec.Struct, frozen=True):
@@ -64,7 +64,7 @@ class Factor(msgspec.Struct, frozen=True):
     error: float
     z: float  # its distance from 1 in standard errors
     fits: float  # p of the hypothesis of one factor for all
-    parts: dict[str, tuple[float, float]] = {}  # of "thrust" and "drag" alone: factor, error
+    parts: dict[str, tuple[float, float, float]] = {}  # "thrust", "drag" alone: factor, error, fits
 
 
 class OneSided(msgspec.Struct, frozen=True):
@@ -275,24 +275,26 @@ def _wald(difference: Array, covariance: Array) -> tuple[float, int]:
     return float(np.sum(along**2 / size[there])), int(there.sum())
 
 
-def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
+def factors(a: Model, b: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
     """The common factor of drag and thrust by axis, with the covariance of both models.
 
     Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is divided by k.
-    Acceleration and Coriolis terms are left out: they depend on the distribution of mass.
+    Acceleration and Coriolis terms are left out: they depend on the distribution of mass. So is thrust
+    where its curves differ in stages: one unknown factor is then in all its rows.
     """
     out = []
     known = {pair.name for pair in found if _estimated(pair)}
+    thrust_differs = bool(stages_apart(a, b, any(view.converted for view in seen)))
     for axis, word in enumerate(AXES):
         kinds = {kind: names & known for kind, names in _thrust_and_drag(a, axis).items()}
+        if thrust_differs:
+            del kinds["thrust"]
         names = [n for n in a.structure.coefficients if n in set().union(*kinds.values())]
         if len(names) >= 2:
             one = _common(names, seen)
             parts = {kind: _common(sorted(of), seen) for kind, of in kinds.items() if of}
-            shown = {
-                kind: (p.factor, p.error) for kind, p in parts.items() if p.fits > SIGNIFICANCE
-            }
-            out.append(Factor(word, names, one.factor, one.error, one.z, one.fits, shown))
+            each = {kind: (p.factor, p.error, p.fits) for kind, p in parts.items()}
+            out.append(Factor(word, names, one.factor, one.error, one.z, one.fits, each))
     return out
 
 
