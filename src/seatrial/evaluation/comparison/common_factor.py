@@ -3,8 +3,8 @@
 
 The errors of one estimate share a factor themselves: short or disturbed recordings determine ratios of
 coefficients (top speeds) far better than their scale. A covariance that is held at the estimate then
-biases least squares ("Peelle's pertinent puzzle", D'Agostini), towards the estimate of the better known
-scale being too small. Here scale and ratios are apart.
+draws a poorly known scale towards 0 ("Peelle's pertinent puzzle", D'Agostini). Here scale and ratios are
+apart.
 """
 
 from collections.abc import Sequence
