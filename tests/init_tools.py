@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What tests of `seatrial init` share: recordings as tables, and the one line of a refusal."""
 
+from dataclasses import replace
+
+import msgspec
 import numpy as np
 import pytest
 
@@ -41,6 +44,12 @@ def one_table(log, path):
     body = "\n".join(line for _, line in sorted(lines))
     path.write_text(f"t,x,y,psi,F_u,F_v,F_r\n{body}\n")
     return path
+
+
+def with_papers_terms(vehicle):
+    """The vehicle with the paper's terms in place of those that recordings choose."""
+    assert vehicle.automatic
+    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, structure="mallard"))
 
 
 def same_boat(found, expected):

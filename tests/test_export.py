@@ -166,5 +166,6 @@ def test_mistakes_are_one_line_and_leave_nothing(tmp_path, model_file, capsys, a
 
 def test_the_help_names_every_format():
     export_parser = make_parser()._subparsers._group_actions[0].choices["export"]
+    export_parser.fill()
     shown = next(a.help for a in export_parser._actions if a.dest == "to")
     assert [name for name in FORMATS if name not in shown] == []

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from init_tools import NAMES, one_table, refused, same_boat, tables
+from init_tools import NAMES, one_table, refused, tables, with_papers_terms
 from logs import JOY, drive, half, nanoseconds
 
 import seatrial
@@ -47,12 +47,12 @@ def test_the_file_proposed_identifies_the_model_that_the_right_one_does(
     right = seatrial.load_vehicle("mallard-mp")
     reference = seatrial.read(tables(log, tmp_path / "reference"), right)
     expected = seatrial.identify([reference], right, method="equation-error")
-    found = seatrial.identify([record], vehicle, method="equation-error")
+    found = seatrial.identify([record], with_papers_terms(vehicle), method="equation-error")
     exact = 1e-2 if kind == "array" else 1e-4  # stamped by arrival
     for name, value in expected.values.items():
         error = 2.0 * expected.standard_errors[name] if kind == "array" else 1e-6
         assert found.values[name] == pytest.approx(value, rel=exact, abs=error), name
-    assert "structure: mallard" in text
+    assert "structure: auto" in text
     assert vehicle.inputs == NAMES
     assert vehicle.name == "pool"
 
@@ -67,11 +67,15 @@ def test_from_a_bag_to_a_model_by_two_commands(tmp_path, propose, capsys):
     assert capsys.readouterr().err == ""
     found = seatrial.load(model)
     assert found.estimator.method == DEFAULT_METHOD
-    right = seatrial.load_vehicle("mallard-mp")
-    same_boat(found, seatrial.identify([seatrial.read(path, right)], right))
-    for name, value in found.values.items():  # drive() is the clean plan's boat
-        true = load_plan("clean").plant.coefficients[name]
-        assert value == pytest.approx(true, abs=4.5 * found.standard_errors[name]), name
+    truth = load_plan("clean").plant.coefficients  # drive() is the clean plan's boat
+    assert {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"} <= set(found.values)
+    for name, value in found.values.items():
+        if name[0] in "XY":
+            error = 4.5 * found.standard_errors[name]
+            assert value == pytest.approx(truth[name], abs=error), name
+        elif name in truth:  # N_ud u_dot is not in the library: its v r, u and F_u are
+            error = max(4.5 * found.standard_errors[name], 0.1 * abs(truth[name]))
+            assert value == pytest.approx(truth[name], abs=error), name
 
 
 # Joypads. #

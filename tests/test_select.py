@@ -13,7 +13,7 @@ from scipy import stats
 import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
-from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -40,7 +40,8 @@ from seatrial.identification.selection.terms.significance import (
     repeats,
     t_chance,
 )
-from seatrial.identification.selection.terms.stepwise import TermSearch, candidate_information
+from seatrial.identification.selection.terms.stepwise import candidate_information
+from seatrial.identification.selection.terms.term_fit import term_fit
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -75,6 +76,12 @@ def trials(vehicle, seed, names=SIX, extra=None):
 @pytest.fixture(scope="module")
 def six():
     return trials(seatrial.load_vehicle("mallard-mp"), 1)
+
+
+@pytest.fixture(scope="module")
+def solved(six):
+    """The solution that a selection begins with."""
+    return term_fit(fit(six, seatrial.load_vehicle("mallard-mp")))
 
 
 @pytest.fixture(scope="module")
@@ -173,36 +180,34 @@ def test_recordings_of_a_kind_are_repeats_and_halves_where_there_is_none(six, mp
     assert second.recordings[0].offset == pytest.approx(six[0].duration / 2, abs=0.2)
 
 
-def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, fitted, mp):
+def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, solved, fitted, mp):
     """One Gauss-Newton step without refit, against the likelihood's maximum with the term."""
     term = named(mp, "N_v * v")[0]
-    step = estimate(score_information_of(fitted, six, [term]), "N_v")
+    step = estimate(score_information_of(solved.at, [term]), "N_v")
     refit = output_error(six, with_terms(mp, (*mp.structure.terms, term)), start=fitted)
     assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
     assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
     assert step.z == pytest.approx(step.value / step.error)
 
 
-def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(six, fitted, mp):
+def test_more_candidates_than_the_core_has_room_for_are_tested_all_the_same(solved, mp):
     tried = default_candidates(mp)
     room = min(_core.MAX_TERMS - 13, 40 - 11) - 3
     assert len(tried) > room
-    search = TermSearch(mp, tried, tuple(six), lambda _: None)
     found = {
-        t.coefficient: estimate(s, t.coefficient)
-        for t, s in candidate_information(search, fitted, tried)
+        t.coefficient: estimate(s, t.coefficient) for t, s in candidate_information(solved, tried)
     }
     assert set(found) == {t.coefficient for t in tried}
     for term in (tried[0], tried[-1]):
-        alone = estimate(score_information_of(fitted, six, [term]), term.coefficient)
+        alone = estimate(score_information_of(solved.at, [term]), term.coefficient)
         assert found[term.coefficient].value == pytest.approx(alone.value, rel=1e-6)
         assert found[term.coefficient].error == pytest.approx(alone.error, rel=1e-6)
 
 
-def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
+def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, solved, fitted, mp):
     """Without common parameters the fold's step is a fit of the fold alone."""
     parts = [[0, 1, 2], [3, 4, 5]]
-    look = score_information_of(fitted, six)
+    look = score_information_of(solved.at)
     found = repeats(look, "Y_v", parts)
     whole = fitted.standard_errors["Y_v"]
     weights = found.errors**-2.0
@@ -214,20 +219,20 @@ def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, fitted, mp):
     assert found.ratio**2 == pytest.approx(stats.chi2.isf(found.p, 1), rel=1e-6)
 
 
-def test_a_step_that_leads_out_of_bounds_ends_there(six, fitted):
+def test_a_step_that_leads_out_of_bounds_ends_there(six, solved):
     """A recording left out may take with it what an edge of the dead zone is known from."""
-    look = score_information_of(fitted, six)
+    look = score_information_of(solved.at)
     edge = look.place("edge_forward")
     far = replace(look, gradient=look.gradient - 1e7 * (np.arange(len(look.names)) == edge))
     assert retrained(replace(far, bounds=(-np.inf, np.inf)), range(6), None)[edge] < 0.0
     assert retrained(far, range(6), None)[edge] == 0.0
-    halves = HeldOut(fitted, far, [[0, 1, 2], [3, 4, 5]], six, 1.0)
+    halves = HeldOut(solved.model(), far, [[0, 1, 2], [3, 4, 5]], six, 1.0)
     assert np.isfinite(halves.without("N_uu", 2).percent)
 
 
-def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, fitted):
+def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, solved):
     parts = [[0, 1, 2], [3, 4, 5]]
-    held = HeldOut(fitted, score_information_of(fitted, six), parts, six, 1.0)
+    held = HeldOut(solved.model(), score_information_of(solved.at), parts, six, 1.0)
     drag, weak = held.without("N_r", 2), held.without("N_ud", 2)
     assert drag.percent > 20
     assert drag.z > 2
@@ -387,8 +392,7 @@ def test_a_strong_term_that_acts_in_few_blocks_does_not_hide_itself():
 
 def test_blocks_share_the_information_of_their_recording(mp, paper_mp):
     recordings = [paper_mp[name].recording for name in ("S1", "S3")]
-    model = output_error(recordings, mp)
-    look = score_information_of(model, recordings)
+    look = score_information_of(term_fit(fit(recordings, mp)).at)
     for i in range(2):
         own = look.shares[look.recording == i].sum(axis=0)
         np.testing.assert_allclose(own, look.information[i], rtol=1e-9, atol=1e-9 * own.max())

@@ -11,7 +11,7 @@ from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, body_velocity
 
 FREE = {  # added mass of its own along and across
     "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
@@ -105,10 +105,12 @@ def driven(
     seconds: float = 120.0,
     drives: int = 2,
     late: tuple[float, float] = (0.0, 0.0),
+    wind: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Vehicle, list[Recording]]:
     """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s].
 
-    late: [s] by which positions and headings are older than their stamps, whole ticks.
+    late: [s] by which positions and headings are older than their stamps, whole ticks; wind: [m/s^2] steady
+    and earth-fixed, beside the push.
     """
     true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
     names, values = true.structure.coefficients, hull.coefficients
@@ -128,6 +130,10 @@ def driven(
         for i, row in enumerate(command):
             plant.advance_to(i * TICK)
             states[i] = plant.state
+            if any(wind):
+                state = plant.state
+                state[3:5] += TICK * body_velocity(state[2:3], np.array([[*wind, 0.0]]))[0, :2]
+                plant.state = state
             plant.command(i * TICK, np.ascontiguousarray(row))
         t = np.arange(0.1, seconds - 0.1, 1.0 / rate)
         at = np.round(t / TICK).astype(int)

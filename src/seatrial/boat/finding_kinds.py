@@ -39,7 +39,7 @@ class Spec:
     each: tuple[str, ...] = ()  # numbers of which there is one for every name of the subject
 
 
-UNMODELLED = "would remove more than half of the process noise"
+UNMODELLED = "would remove more than half of the process noise, or move a coefficient by half its standard error"
 ASK_EFFECT = "If it is plausible, identify with --effect {effect} before further terms are selected"
 SAME_RUN = "Check with 'seatrial inspect' that poses and commands are of the same run and time base"
 PRIOR_OFF = (
@@ -152,6 +152,16 @@ class FindingKind(Enum):
             {"bound": "of the parameter"},
             signed=("bound",),
             parameter=("bound",),
+        ),
+    )
+    MISSING_TERM = (
+        "missing-term",
+        Spec(
+            "missing term: {term} in {axis} is {errors:.1f} standard errors from 0. With it {axis} is predicted "
+            "{improvement:.0%} better 1 s ahead",
+            "Identify with --structure auto, or run 'seatrial select'",
+            {"axis": ONE_NAME, "term": ONE_NAME},
+            {"errors": "-", "improvement": "-"},
         ),
     )
     MODEL_MISMATCH = (

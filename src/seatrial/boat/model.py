@@ -183,6 +183,8 @@ class Model:
         Where that vehicle states no lever arm, or that which this model's was sought from, the poses' point
         is still the model's.
         """
+        if vehicle.automatic:
+            vehicle = vehicle.with_terms(self.structure.terms)
         own, new = self.structure, vehicle.structure
         if set(own.terms) != set(new.terms) or len(own.terms) != len(new.terms):
             raise ModelError(

@@ -5,7 +5,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry, ProcessEntry
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Mask
 
 # white pose noise: position [m], heading [rad]; process noise: random walks of velocity
 # [m/s, rad/s per sqrt(s)], Gauss-Markov disturbances [m/s^2, rad/s^2], their memory [s];
@@ -49,6 +49,13 @@ def correlated_vector(entry: CorrelatedEntry) -> list[float]:
     """Gauss-Markov pose noise in the order of the noise vector."""
     turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)
     return [entry.position, entry.heading, entry.memory, turn]
+
+
+def present(noise: Array) -> Mask:
+    """Which noise sources (11,) are there; time constants and the frequency count as present."""
+    out = noise > NOISE_LEAST
+    out[[MEMORY, COLOUR_MEMORY, COLOUR_TURN]] = True
+    return np.asarray(out)
 
 
 def oscillates(noise: Array) -> bool:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The vehicle: its signals, thrusters, allocation and model structure."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import resources
@@ -16,12 +16,14 @@ from seatrial import _core
 from seatrial.boat import structure
 from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
 from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.boat.physical_library import base_terms
 from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
-from seatrial.boat.structure import Force, Structure
+from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.errors import VehicleError
 from seatrial.util.files import convert, expect_format, read_yaml
 from seatrial.util.frames import AXES, Array, Axes
 
+AUTO = "auto"  # structure that the recordings choose
 SAME_POINT = 1e-3  # [m] difference of two lever arms
 ROUND_ANGLE = np.pi / 12  # [rad] 15 deg: steps of usual thruster angles
 ROUND_PART = 0.02  # of such a step, distance of a round angle in radians
@@ -200,9 +202,17 @@ class Vehicle:
         shown = ", ".join(f"{angle:g}" for angle in angles)
         return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
 
+    @property
+    def automatic(self) -> bool:
+        """Whether the recordings choose the terms: `structure: auto`."""
+        return self.file.structure == AUTO
+
     @cached_property
     def structure(self) -> Structure:
-        """Model structure in forward-left-up axes."""
+        """Model structure in forward-left-up axes; of `structure: auto` the terms that the choice begins with."""
+        if self.automatic:
+            explicit = bool(self.file.forces)
+            return Structure(self.name, base_terms(self.forces, explicit=explicit), self.forces)
         lines = self.file.structure
         name = lines if isinstance(lines, str) else self.name
         parsed = structure.parse(
@@ -272,6 +282,17 @@ class Vehicle:
     def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
         """The same vehicle with another actuator chain."""
         return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
+
+    def with_terms(self, terms: Sequence[Term]) -> "Vehicle":
+        """The same vehicle with other terms, given forward-left-up, written in the axes of its file."""
+        ordered = sorted(terms, key=lambda term: term.axis)
+        found = Structure(self.structure.name, tuple(ordered), self.forces)
+        lines = (found.flipped() if self.axes is Axes.FRD else found).lines()
+        return replace(self, file=msgspec.structs.replace(self.file, structure=lines))
+
+    def with_automatic_structure(self) -> "Vehicle":
+        """The same vehicle with `structure: auto`."""
+        return replace(self, file=msgspec.structs.replace(self.file, structure=AUTO))
 
     def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
         """The same vehicle with this lever arm, ahead of the origin and to port [m]."""

@@ -14,6 +14,11 @@ from seatrial.commands.shared import (
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.progress import stage
 
+TERMS_NOT_CHOSEN = (
+    "structure: auto: {length:.0f} s are too short to choose terms. The model has drag and thrust of every axis. "
+    "Record 20 s for each parameter, or write the terms in the vehicle file"
+)
+
 
 def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
@@ -23,6 +28,10 @@ def add(command: argparse.ArgumentParser) -> None:
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
         "dead zone; equation-error: the paper's least squares (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument(
+        "--structure", choices=["auto"],
+        help="auto: the recordings choose the terms, whatever the vehicle file has (default: the vehicle file's)",
     )  # fmt: skip
     command.add_argument(
         "--role", action="append", default=[], metavar="AXIS=NAME[,NAME]",
@@ -67,26 +76,40 @@ def run(args: argparse.Namespace) -> None:
         EquationErrorSettings,
         identify_with_fit,
         summary,
+        with_chosen_terms,
     )
+    from seatrial.identification.selection.terms import selection_text
     from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     if args.prior_spread is not None and args.prior is None:
         raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
     vehicle = load_vehicle(args.vehicle)
+    vehicle = vehicle if args.structure is None else vehicle.with_automatic_structure()
     prior = None if args.prior is None else load(args.prior)
     with stage("reading", 0.1):
         recordings = read_all(args, vehicle)
+    reasons, chosen = "", None
+    if vehicle.automatic:
+        with stage("choosing terms", 0.6):
+            vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
+        if chosen is not None:
+            reasons = selection_text(chosen)
+        elif prior is None:
+            length = sum(recording.duration for recording in recordings)
+            reasons = TERMS_NOT_CHOSEN.format(length=length)
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
     tables = bool(args.minutes or args.profile or args.bootstrap)
     with stage("identifying", 0.4 if tables else None):
         model, solution = identify_with_fit(
             recordings, vehicle, method=args.method, roles=roles, settings=settings,
-            prior=prior, effects=args.effect,
+            prior=prior, effects=args.effect, chosen=chosen,
             prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
         )  # fmt: skip
     save(model, args.out)
+    if reasons:
+        say(f"{reasons}\n")
     say(summary(model))
     if tables:
         from seatrial.identification.on_request import accuracy_tables

@@ -119,15 +119,19 @@ def fit(
     settings: OutputErrorSettings | None = None,
     start: Model | None = None,
     prior: Model | None = None,
+    begin: Model | None = None,
 ) -> Fit:
-    """`output_error` with the solution: parameters, noise, filter runs, covariance."""
+    """`output_error` with the solution: parameters, noise, filter runs, covariance.
+
+    `begin`: a model with start values for the search, which is complete all the same.
+    """
     chosen = settings or OutputErrorSettings()
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
     fresh = start is None and chosen.select_stages
     if not (fresh and prior is None and "lever" in chosen.effects):
-        return _fit(recordings, vehicle, chosen, start, prior, further=fresh)
+        return _fit(recordings, vehicle, chosen, start, prior, further=fresh, begin=begin)
     beside = _from_stated_lever(recordings, vehicle, chosen)
     try:
         found = _fit(recordings, vehicle, chosen, None, None, further=True)
@@ -167,6 +171,7 @@ def _fit(
     prior: Model | None,
     *,
     further: bool,
+    begin: Model | None = None,
 ) -> Fit:
     """`fit` from one start; `further`: with stage selection and all diagnostics."""
     # which parameters are free, and the prior on them
@@ -184,8 +189,9 @@ def _fit(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
+    values = begin if start is None else start
     with stage("likelihood", 0.25):
-        at = likely = _maximised(problem, recordings, start, hold=chosen.hold_noise)
+        at = likely = _maximised(problem, recordings, values, hold=chosen.hold_noise)
     horizon = 0.0
     with stage("noise structure", 0.3):
         if not chosen.hold_noise:
@@ -196,20 +202,20 @@ def _fit(
         if further and prior is None:  # a prior has stages of its own
             at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
             findings += found
-    # diagnostics at the solution
-    with stage("diagnostics", 0.1):
+    # standard errors, and diagnostics at the solution
+    with stage("standard errors", 0.1):
+        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+    with stage("diagnostics"):
         if further:
             findings += [
-                *unmodelled_effect_findings(at, horizon),
+                *unmodelled_effect_findings(at, horizon, covariance),
                 *homogeneity_findings(at),
                 *drift_findings(at),
             ]
         findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
         if horizon:
             findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
-    # standard errors, and what disturbed intervals do to them
-    with stage("standard errors"):
-        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+        # what disturbed intervals do to the standard errors
         sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
         if sought and (disturbed is not None or not without_process_noise(at)):
             findings += disturbance_findings(disturbed, at, covariance)
@@ -288,6 +294,13 @@ def _maximised(
             return _maximised(problem, recordings, None, hold=False)
         said = disturbance_hint(problem, _from_start_values) or _lever_arm_hint(problem, recordings)
         raise IdentificationError(f"{error}{said}") from error
+
+
+def first_maximum(recordings: Sequence[Recording], vehicle: Vehicle) -> Point:
+    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
+    whole, _ = with_estimated_stages(vehicle, recordings)
+    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, OutputErrorSettings()))
+    return _maximised(problem, recordings, None, hold=False)
 
 
 def _from_start_values(problem: Problem) -> Point:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From recordings to a model, by one of four methods."""
 
-import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -17,14 +16,19 @@ from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSett
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_findings
+from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
+from seatrial.identification.selection.terms import (
+    Selection,
+    choose_structure,
+    missing_term_findings,
+)
 from seatrial.inspection.consistency.between_recordings import check_each_recording
-from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
@@ -32,8 +36,6 @@ from seatrial.util.progress import stage
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
 DEFAULT_METHOD = OUTPUT_ERROR
-SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
-SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are one recording
 LEAST_USABLE = 0.95  # share of usable poses of a recording: with less the user gets a warning
 
 __all__ = [
@@ -87,16 +89,30 @@ def identify_with_fit(
     prior: Model | None = None,
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
+    chosen: Selection | None = None,
 ) -> tuple[Model, Fit | None]:
-    """`identify`, and the solution that the model came from; None where the method has none."""
+    """`identify`, and the solution that the model came from; None where the method has none.
+
+    `chosen`: the choice of the vehicle's terms, from these recordings. Without one the terms are the user's, and a
+    finding names the most significant missing one.
+    """
     # refuse what no model can come from, and options of another method
     _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
+    # the terms, where the recordings or the prior choose them
+    if vehicle.automatic:
+        vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
     # the method
     solution = None
     with stage("", SEARCH_SHARE[method]):
         if method == OUTPUT_ERROR:
-            solution = _output_error(recordings, vehicle, prior, prior_spread, effects)
+            solution = _output_error(
+                recordings, vehicle, prior, prior_spread, effects,
+                begin=None if chosen is None else chosen.model,
+            )  # fmt: skip
+            if chosen is None:
+                more = missing_term_findings(solution)
+                solution = replace(solution, findings=(*solution.findings, *more))
             model = solution.model()
             if prior is not None:
                 model = with_prior_findings(model, prior, prior_spread)
@@ -110,6 +126,29 @@ def identify_with_fit(
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
         return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def with_chosen_terms(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None = None,
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> tuple[Vehicle, Selection | None]:
+    """A vehicle with `structure: auto` and its chosen terms, and the reasons.
+
+    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has; then
+    the reasons are None, as with a prior. Every method estimates the terms that output-error chooses.
+    """
+    if prior is not None:
+        return vehicle.with_terms(prior.structure.terms), None
+    try:
+        found = choose_structure(recordings, vehicle, say=say)
+    except IdentificationError as error:
+        raise _explained(error, recordings, vehicle) from None
+    if found is None:
+        return vehicle.with_terms(vehicle.structure.terms), None
+    return found.vehicle, found
 
 
 def _check_options(
@@ -170,17 +209,24 @@ def _output_error(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
+    *,
+    begin: Model | None,
 ) -> Fit:
     """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
     try:
-        return _fit(recordings, vehicle, prior, spread, effects)
+        return _fit(recordings, vehicle, prior, spread, effects, begin=begin)
     except IdentificationError as error:
-        wrong = _beyond(recordings, vehicle)
-        with suppress(RecordingError):
-            wrong += [
-                finding.text for finding in check_each_recording(recordings, vehicle).findings
-            ]
-        raise IdentificationError("; ".join([*wrong, str(error)])) from None
+        raise _explained(error, recordings, vehicle) from None
+
+
+def _explained(
+    error: IdentificationError, recordings: Sequence[Recording], vehicle: Vehicle
+) -> IdentificationError:
+    """The error, which begins with what is wrong with recordings and file."""
+    wrong = _beyond(recordings, vehicle)
+    with suppress(RecordingError):
+        wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return IdentificationError("; ".join([*wrong, str(error)]))
 
 
 def _fit(
@@ -189,12 +235,14 @@ def _fit(
     prior: Model | None,
     spread: float,
     effects: Sequence[str],
+    *,
+    begin: Model | None,
 ) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-        return fit(recordings, vehicle, settings=settings)
+        return fit(recordings, vehicle, settings=settings, begin=begin)
     if len(silent := _silent(recordings, vehicle)) == len(recordings):
         raise IdentificationError(
             f"{', '.join(silent)}: nothing is commanded; drive, and record the commands"
@@ -206,41 +254,3 @@ def _fit(
 def _silent(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
     """Names of the recordings without any command."""
     return [r.name for r in recordings if not excitation(vehicle, r).rms.any()]
-
-
-def _shared(a: Recording, b: Recording) -> int:
-    """Number of equal poses at equal times in two recordings; 0 where it may be chance."""
-    _, i, j = np.intersect1d(a.stamps, b.stamps, assume_unique=True, return_indices=True)
-    same = int(np.all(a.raw[i] == b.raw[j], axis=1).sum())
-    return same if same > SHARED_POSES * min(len(a.stamps), len(b.stamps)) else 0
-
-
-def check_recordings(recordings: Sequence[Recording]) -> None:
-    """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
-    if not recordings:
-        raise IdentificationError("no recording given; pass at least one")
-    names = [r.name for r in recordings]
-    files = [(s.path.resolve(), r.offset) for r in recordings for s in r.sources[:1]]
-    if len(set(files)) != len(files):
-        raise IdentificationError(
-            f"{', '.join(names)}: one of them is given twice, which would count it twice; give each once"
-        )
-    if len(set(names)) != len(names):
-        raise IdentificationError(
-            f"two recordings have the same name: {', '.join(names)}; rename one"
-        )
-    for a, b in itertools.combinations(recordings, 2):
-        if shared := _shared(a, b):
-            raise IdentificationError(
-                f"{a.name} and {b.name} are one recording, {shared} poses of both are the same at the same "
-                "times: they would count twice; give one of them"
-            )
-    length = sum(r.duration for r in recordings)
-    if length < SHORTEST_TOTAL:
-        raise IdentificationError(
-            f"{', '.join(names)}: {length:.1f} s in all is too short; drive a minute or more in "
-            "every axis"
-        )
-    for recording in recordings:
-        for sentence in implausible_values(recording):
-            raise RecordingError(f"{recording.name}: {sentence}")

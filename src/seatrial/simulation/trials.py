@@ -80,6 +80,11 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
 
 def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
     """The plan's plant as a model: the truth for identified models."""
+    if vehicle.automatic:
+        raise VehicleError(
+            f"{vehicle.source}: structure: auto has no terms before recordings choose them; simulate a model, "
+            "--model MODEL, or write the terms"
+        )
     driven = vehicle.with_chain(plan.plant.chain)
     names = driven.structure.coefficients
     if driven.estimated:

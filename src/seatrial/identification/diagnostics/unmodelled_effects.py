@@ -32,6 +32,7 @@ LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
 HELD = ("delay_heading",)  # the position's delay is tested against the heading's
+MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
@@ -51,32 +52,37 @@ class _Candidate:
     of_sensor: bool = False  # it may look like correlated pose noise
 
 
-def unmodelled_effect_findings(at: Point, horizon: float) -> list[Finding]:
-    """The effect with the largest expected gain that removes most of the process noise, if there is one.
+def unmodelled_effect_findings(at: Point, horizon: float, covariance: Array) -> list[Finding]:
+    """The effect with the largest expected gain, if it removes most of the process noise or moves a coefficient.
 
-    horizon: [s] of the fit under model mismatch.
+    horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
     """
     # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
         candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
-        return _findings_of_best(at, candidates, horizon)
+        return _findings_of_best(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
     candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
         return heading_findings(at, off, noise_floor(off.problem, horizon))
-    return _findings_of_best(at, candidates, horizon)
+    return _findings_of_best(at, candidates, horizon, covariance)
 
 
-def _findings_of_best(at: Point, candidates: Sequence[_Candidate], horizon: float) -> list[Finding]:
-    """The best candidate is fitted, and reported if the noise that it stands for falls."""
+def _findings_of_best(
+    at: Point, candidates: Sequence[_Candidate], horizon: float, covariance: Array
+) -> list[Finding]:
+    """The best candidate is fitted, and reported if the noise that it stands for falls, or a coefficient moves."""
     if not candidates:
         return []
-    # the best is estimated if by its pass' linearisation the noise that it stands for falls
+    # the best is estimated if it matters by its pass' linearisation
     most = max(candidates, key=lambda a: a.gain)
     least = noise_floor(at.runs.problem, horizon)
     promise = linearised_optimum(most.at, noise_box(at.noise, least))
-    removes = _removes_process_noise(at, promise.noise)
-    if not (removes or (most.of_sensor and _removes_correlation(at.noise, promise.noise))):
+    matters = _removes_process_noise(at, promise.noise) or (
+        most.of_sensor and _removes_correlation(at.noise, promise.noise)
+    )
+    moves = horizon == 0.0 and _moves_a_coefficient(at, covariance, promise.move)
+    if not (matters or moves):
         return []
     theta = most.at.theta + promise.move
     there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
@@ -141,6 +147,14 @@ def _removes_correlation(before: Array, after: Array) -> bool:
     """Whether the correlated noise of positions or headings falls below `MOST_NOISE_LEFT`."""
     there = before[COLOUR] > _core.NO_COLOUR
     return bool((after[COLOUR] < MOST_NOISE_LEFT * before[COLOUR])[there].any())
+
+
+def _moves_a_coefficient(at: Point, covariance: Array, move: Array) -> bool:
+    """Whether a step (names,) moves a coefficient by `MOVED_ERRORS` of its standard errors."""
+    free = np.array(at.runs.problem.free)
+    errors = np.sqrt(np.diag(covariance))
+    own = (free < at.runs.problem.n_coefficients) & (errors > 0.0)
+    return bool((np.abs(move[free]) > MOVED_ERRORS * errors)[own].any())
 
 
 def _places(problem: Problem, kind: str) -> tuple[int, ...]:

@@ -35,8 +35,8 @@ from seatrial.identification.likelihood.noise_structures import (
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     Point,
-    at_bounds,
-    converged,
+    boxed_step,
+    continued,
     search,
 )
 from seatrial.identification.likelihood.problem import Problem
@@ -86,7 +86,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
         structures = screened(at, priced(at), poses_only=False)
         at = searched(at, [s for s in structures if s.explains(at)])
     if is_white(at):
-        at = refined(at)
+        at = refined(continued(at))
         return at, at, 0.0
     # with large pose noise the filter simulates: pose errors alone are screened about that
     least = noise_floor(at.runs.problem, FIT_HORIZON)
@@ -99,7 +99,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
             return at, in_likelier_frame(fitted, least), FIT_HORIZON
         at, structures = by_poses, sorted(structures + simulated, key=lambda s: s.cost)
     at = searched(at, structures)
-    at = refined(converged(search(at.runs.problem, at.theta, at.noise)))
+    at = refined(continued(at))
     return at, at, 0.0
 
 
@@ -123,17 +123,13 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
     The parameters without a fold are a Gauss-Newton step away: its scores are left out. noise: (11,) of the
     starts' filter. None where a model diverges, or nothing can be predicted.
     """
-    problem, inside = at.runs.problem, ~at_bounds(at)
-    free = np.array(problem.free)[inside]
-    scores = at.runs.scores[:, inside]
+    problem, scores = at.runs.problem, at.runs.scores
     fold = np.arange(len(scores)) * FOLDS // len(scores)
-    sums = np.array([scores[fold == k].sum(axis=0) for k in range(FOLDS)])
-    inverse = inverse_of(at.runs.information[np.ix_(inside, inside)])
+    information = at.runs.information * (FOLDS - 1) / FOLDS
     ends = np.cumsum([int(b[-1]) + 1 for b in problem.blocks])
     found = []
     for k in range(FOLDS):
-        theta = at.theta.copy()
-        theta[free] -= inverse @ sums[k] * FOLDS / (FOLDS - 1)
+        theta = at.theta + boxed_step(at, scores[fold != k].sum(axis=0), information)
         for i, (recording, block) in enumerate(
             zip(problem.recordings, problem.blocks, strict=True)
         ):
@@ -142,7 +138,7 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
             if poses.sum() < 2:
                 continue
             times = recording.t[poses]
-            ahead = _ahead(problem, problem.clipped(theta), noise, i, (times[0], times[-1]))
+            ahead = _ahead(problem, theta, noise, i, (times[0], times[-1]))
             if ahead is not None:
                 found += _by_block(ahead, problem.block)
     errors = np.array(found).reshape(-1, 3)

@@ -8,13 +8,13 @@ parameters. Levenberg-Marquardt damping is the trust region (Nocedal and Wright,
 section 10.3).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, loosened, most_noise
+from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, PROCESS, loosened, most_noise
 from seatrial.boat.noise_scoring import NoiseBox, Value, scored
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.util.box import box_minimum
@@ -128,6 +128,11 @@ def search(
     return _descent(begin, box, hold=hold, passes=passes)
 
 
+def continued(at: Point) -> Point:
+    """The end of a search that goes on from a point. Raises IdentificationError where it does not converge."""
+    return converged(_descent(at, noise_box(at.noise, NOISE_LEAST), hold=False))
+
+
 def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
     """The box of a search that begins with this noise (11,). `free` (11,): parameters that are scored, or all."""
     every = np.ones(len(noise), dtype=bool)
@@ -194,10 +199,11 @@ def _descent(
     damping, growth = START_DAMPING, FIRST_GROWTH
     flat = failed = 0
     settled = hold  # the noise is, until the parameters are
+    trusted = box  # which noise the linearisation is good for
     for _ in range(passes):
-        promise = linearised_optimum(at, box, damping, hold=settled)
+        promise = linearised_optimum(at, trusted, damping, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
-            promise = linearised_optimum(at, box, damping)
+            promise = linearised_optimum(at, trusted, damping)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         tried = full_pass(at.runs.problem, at.theta + promise.move, promise.noise)
@@ -207,19 +213,27 @@ def _descent(
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-            settled = hold or (kept and fall < UNSETTLING_FALL)
+            settled, trusted = hold or (kept and fall < UNSETTLING_FALL), box
             at.runs.drop_poses()
             at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
             damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
             growth = FIRST_GROWTH
         else:
             tried.runs.drop_poses()
+            trusted = replace(box, least=_halfway(at.noise, promise.noise, box.least))
             damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
             failed += 1
         in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
         if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
     return at, Outcome.OUT_OF_STEPS
+
+
+def _halfway(noise: Array, tried: Array, least: Array) -> Array:
+    """Lower bounds (11,) of noise that falls half as far, in its logarithm, as a trial that did not gain."""
+    process = np.zeros(len(noise), dtype=bool)
+    process[PROCESS] = True
+    return np.where(process, np.maximum(least, np.sqrt(noise * np.minimum(tried, noise))), least)
 
 
 def linearised_optimum(
@@ -305,21 +319,32 @@ def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tupl
 
     origin: where the limits and the damping count from; by default `at`.
     """
+    begin = at if origin is None else origin
+    gradient, information = at.runs.gradient, at.runs.information
+    free = list(at.runs.problem.free)
+    moved = (at.theta - begin.theta)[free]
+    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
+    move = boxed_step(at, gradient - trust * moved, information + np.diag(trust), moved)
+    taken = move[free]
+    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
+
+
+def boxed_step(at: Point, gradient: Array, information: Array, moved: Array | None = None) -> Array:
+    """The step (names,) from a point to the optimum of a quadratic likelihood, within bounds and step limits.
+
+    gradient: (p,), information: (p, p) of the free parameters; moved: (p,) steps so far, within the limits, too.
+    """
     problem = at.runs.problem
     free = np.array(problem.free)
-    gradient, information = at.runs.gradient, at.runs.information
-    begin = at if origin is None else origin
-    moved = (at.theta - begin.theta)[free]
+    so_far = np.zeros(len(free)) if moved is None else moved
     low, high = (bound - at.theta[free] for bound in problem.bounds)
-    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
     diagonal = np.diag(information) + INFORMATION_FLOOR
     scale = 1.0 / np.sqrt(diagonal)
-    taken = scale * box_minimum(
-        (information + np.diag(trust + LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
-        scale * (gradient - trust * moved),
-        np.minimum(np.maximum(low, -problem.step_limits - moved), 0.0) / scale,
-        np.maximum(np.minimum(high, problem.step_limits - moved), 0.0) / scale,
-    )
     move = np.zeros(len(at.theta))
-    move[free] = taken
-    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
+    move[free] = scale * box_minimum(
+        (information + np.diag(LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
+        scale * gradient,
+        np.minimum(np.maximum(low, -problem.step_limits - so_far), 0.0) / scale,
+        np.maximum(np.minimum(high, problem.step_limits - so_far), 0.0) / scale,
+    )
+    return move

@@ -2,16 +2,16 @@
 """Actuator-stage selection: further stages of the chain, stepwise by score tests and fits."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from seatrial.boat.actuators import STAGES
 from seatrial.boat.findings import Finding, FindingKind
+from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.optimiser import Outcome, Point, search
 from seatrial.identification.likelihood.problem import DELAY_NAMES, FilterRuns, Problem
 from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.score_test import ScoreTest, score_test
@@ -121,12 +121,12 @@ def _fitted(
     at: Point, candidate: _Candidate, settings: OutputErrorSettings, horizon: float
 ) -> Point | None:
     """The solution with a candidate; None where there is none."""
-    least = noise_floor(candidate.wider, horizon)
-    with suppress(IdentificationError):
-        return maximise_likelihood(
-            candidate.wider, candidate.theta, at.noise, hold=settings.hold_noise, least=least
-        )
-    return None
+    # no further noise sources: else they count as the stage's gain
+    found, outcome = search(
+        candidate.wider, candidate.theta, at.noise, hold=settings.hold_noise,
+        least=noise_floor(candidate.wider, horizon), free=present(at.noise),
+    )  # fmt: skip
+    return found if outcome is Outcome.CONVERGED else None
 
 
 def _by_fit(

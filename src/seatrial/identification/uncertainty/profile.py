@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.noise_parameters import present
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, at_bounds, maximise_likelihood
+from seatrial.identification.likelihood.optimiser import Point, at_bounds, converged, search
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
@@ -124,9 +125,13 @@ def _rise(fit: Fit, k: int, scale: _Scale, distance: float) -> float:
     theta = problem.clipped(theta)
     theta[place] = held
     try:
-        found = maximise_likelihood(
-            problem, theta, fit.noise, least=noise_floor(problem, fit.horizon)
-        )
+        # the noise sources of the solution, no others: else they lower the likelihood's rise
+        found = converged(
+            search(
+                problem, theta, fit.noise,
+                least=noise_floor(problem, fit.horizon), free=present(fit.noise),
+            )
+        )  # fmt: skip
     except IdentificationError:
         return np.inf
     return float(np.sqrt(max(0.0, found.runs.cost - fit.runs.cost) / scale.excess))

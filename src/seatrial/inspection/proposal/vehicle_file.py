@@ -18,14 +18,7 @@ AXES_MEANING = {
     "forward-right-down": "x forward, y to starboard, psi clockwise (SNAME, Fossen)",
 }
 FORCE_OF_AXIS = dict(zip(AXES, WRENCH, strict=True))
-LONG_HULL_HINT = "a hull longer than wide needs other terms: 'seatrial select' finds them"
 NO_DRIVER_FOUND = "No channel moves it"
-FORCE_TERM = {"surge": "X_F * F_u", "sway": "Y_F * F_v", "yaw": "N_F * F_r"}
-TERMS = {  # the structure `mallard`, spelled out where a force is missing
-    "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-    "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
-    "yaw": ["N_ud * u_dot", "N_r * r", "N_rr * |r| * r", "N_uu * |u| * u", "N_F * F_r"],
-}
 
 
 def vehicle_text(sources: Sources, drive: Drive) -> str:
@@ -49,7 +42,7 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
         "",
         *_forces(drive),
         "",
-        *_structure(drive),
+        *_structure(),
     ]
     return "\n".join(lines) + "\n"
 
@@ -153,25 +146,17 @@ def _forces(drive: Drive) -> list[str]:
             else "with its input above"
         )
         entry = f"  # {FORCE_OF_AXIS[axis]}: {{axis: {axis}, of: {{{of}}}}}"
-        lines.append(_commented(entry, f"{why}; then write {FORCE_TERM[axis]} below"))
+        lines.append(_commented(entry, why))
     return lines
 
 
-def _structure(drive: Drive) -> list[str]:
-    if not drive.undriven:
-        return [
-            _commented(
-                "structure: mallard",
-                "the paper's terms, Eq. (12); or list your own",
-                LONG_HULL_HINT,
-            )
-        ]
-    comment = "the paper's terms, Eq. (12), without the forces that are missing"
-    lines = [_commented("structure:", comment, LONG_HULL_HINT)]
-    for axis, terms in TERMS.items():
-        kept = [t for t in terms if axis not in drive.undriven or t != FORCE_TERM[axis]]
-        lines.append(f"  {axis}: [{', '.join(kept)}]")
-    return lines
+def _structure() -> list[str]:
+    return [
+        _commented(
+            "structure: auto",
+            "the recordings choose the terms; or list your own, or 'mallard', the paper's",
+        )
+    ]
 
 
 def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:

@@ -3,13 +3,16 @@
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
 from seatrial.identification.selection.terms.console import selection_json, selection_text
-from seatrial.identification.selection.terms.select_terms import select
+from seatrial.identification.selection.terms.missing_term import missing_term_findings
+from seatrial.identification.selection.terms.select_terms import choose_structure, select
 from seatrial.identification.selection.terms.selection import Selection
 
 __all__ = [
     "Selection",
+    "choose_structure",
     "default_candidates",
     "given_candidates",
+    "missing_term_findings",
     "select",
     "selection_json",
     "selection_text",

@@ -5,13 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
-
+from seatrial.boat.physical_library import library_tiers
 from seatrial.boat.structure import Force, Structure, Term, parse
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.errors import StructureError
 from seatrial.util.files import read_yaml
-from seatrial.util.frames import AXES, SYMBOLS, Axes
+from seatrial.util.frames import AXES, SYMBOLS
 
 COEFFICIENT_LETTERS = ("X", "Y", "N")
 ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboard, not fore to aft
@@ -29,19 +28,28 @@ def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
     For a hull without fore-aft symmetry: v v and r r in surge, u v in sway, u r in yaw.
     In yaw v r as well: one of four that make N_ud.
     """
-    known = {_identity(term) for term in vehicle.structure.terms if term.coefficient}
-    names = set(vehicle.structure.coefficients)
+    terms = [
+        Term(axis, f"{COEFFICIENT_LETTERS[axis]}_{name}", 1.0, factors, None)
+        for axis in range(3)
+        for name, factors in _listed(axis, vehicle.forces)
+    ]
+    return tuple(new_to(vehicle.structure, terms))
+
+
+def new_to(structure: Structure, terms: Sequence[Term]) -> list[Term]:
+    """Those terms that the structure lacks, with names of coefficients that it has not."""
+    known = {_identity(term) for term in structure.terms if term.coefficient}
+    names = set(structure.coefficients)
     found = []
-    for axis in range(3):
-        for name, factors in _listed(axis, vehicle.forces):
-            term = Term(axis, f"{COEFFICIENT_LETTERS[axis]}_{name}", 1.0, factors, None)
-            if _identity(term) in known:
-                continue
-            while str(term.coefficient) in names:  # another term of the vehicle has this name
-                term = replace(term, coefficient=f"{term.coefficient}x")
-            names.add(str(term.coefficient))
-            found.append(term)
-    return tuple(found)
+    for one in terms:
+        term = one
+        if _identity(term) in known:
+            continue
+        while str(term.coefficient) in names:  # another term has this name
+            term = replace(term, coefficient=f"{term.coefficient}x")
+        names.add(str(term.coefficient))
+        found.append(term)
+    return found
 
 
 def _listed(axis: int, forces: Sequence[Force]) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -140,7 +148,12 @@ def is_essential(term: Term, forces: Sequence[Force]) -> bool:
 
 def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
     """The vehicle with other terms, given forward-left-up, written in the axes of its file."""
-    ordered = sorted(terms, key=lambda term: term.axis)
-    structure = Structure(vehicle.structure.name, tuple(ordered), vehicle.forces)
-    lines = (structure.flipped() if vehicle.axes is Axes.FRD else structure).lines()
-    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, structure=lines))
+    return vehicle.with_terms(terms)
+
+
+def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
+    """Candidates in the order in which they are tried: the physical library for `structure: auto`."""
+    if vehicle.automatic:
+        tiers = library_tiers(vehicle.forces, explicit=bool(vehicle.file.forces))
+        return tuple(tuple(new_to(vehicle.structure, tier)) for tier in tiers)
+    return (default_candidates(vehicle),)

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.cross_validation import Fold
 from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
@@ -26,9 +25,8 @@ from seatrial.identification.selection.terms.stepwise import (
     SIGNIFICANCE_LEVEL,
     TermSearch,
     candidate_information,
-    with_zero_term,
-    without_bound_terms,
 )
+from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.statistics import NORMAL_95
 
 WEAK_MOVE = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
@@ -122,35 +120,34 @@ class Row:
 
 @dataclass(frozen=True)
 class TermTests:
-    """A fitted model, with the tests of its terms and of candidates."""
+    """A solution, with the tests of its terms and of candidates."""
 
     search: TermSearch
-    model: Model
+    fit: TermFit
     folds: Sequence[Fold]
-    horizon: float  # [s]
 
     @cached_property
     def information(self) -> ScoreInformation:
-        """Of the model's own parameters."""
-        return score_information_of(self.model, self.search.recordings)
+        """Of the solution's own parameters."""
+        return score_information_of(self.fit.at)
 
     @cached_property
     def held_out(self) -> HeldOut:
         """Prediction of each fold from the others."""
         return HeldOut(
-            self.model, self.information, _places(self.folds), self.search.recordings, self.horizon
-        )
+            self.fit.model(), self.information, _places(self.folds),
+            self.fit.problem.recordings, self.search.ahead,
+        )  # fmt: skip
 
     @cached_property
     def idle(self) -> list[str]:
         """Removable coefficients at their bound, 0."""
-        terms = self.model.structure.terms
-        return [n for n in self.search.removable(terms) if n in self.model.at_bounds]
+        return [n for n in self.search.removable(self.fit.terms) if n in self.fit.at_bounds]
 
     @cached_property
     def kept(self) -> dict[str, TermEvidence]:
         """Of every removable coefficient in the model."""
-        terms = self.model.structure.terms
+        terms = self.fit.terms
         axes = {str(t.coefficient): t.axis for t in terms}
         found = {
             name: self._evidence(self.information, name, self.held_out.without(name, axes[name]))
@@ -163,12 +160,12 @@ class TermTests:
     def others(self, terms: Sequence[Term]) -> dict[str, TermEvidence]:
         """Of terms that are not in the model, or at their bound in it, each added alone."""
         found = {}
-        model = without_bound_terms(self.model, self.idle)
-        for term, information in candidate_information(self.search, model, terms):
+        there = [t for t in self.fit.terms if t.coefficient not in self.idle]
+        fit = self.fit.with_terms(there) if self.idle else self.fit
+        for term, information in candidate_information(fit, terms):
             name = str(term.coefficient)
-            change = self.held_out.with_it(
-                with_zero_term(model, term), information, name, term.axis
-            )
+            with_it = fit.model((*there, term))
+            change = self.held_out.with_it(with_it, information, name, term.axis)
             found[name] = self._evidence(information, name, change)
         return found
 

@@ -29,11 +29,11 @@ def rows_of(
     refused: Mapping[str, str],
 ) -> tuple[Row, ...]:
     """The vehicle's own terms and the candidates, axis by axis."""
-    model, kept = tested.model, tested.kept
-    made = {a.coefficient: a for a in aliased if a.coefficient not in model.values}
+    fit, kept = tested.fit, tested.kept
+    made = {a.coefficient: a for a in aliased if a.coefficient not in fit.values}
     everything = [t for t in (*own, *tested.search.candidates) if t.coefficient]
     outside = [
-        t for t in everything if t.coefficient not in model.values and t.coefficient not in made
+        t for t in everything if t.coefficient not in fit.values and t.coefficient not in made
     ]
     others = tested.others(outside)
     rows = []
@@ -41,13 +41,13 @@ def rows_of(
         name, was = str(term.coefficient), term in own
         if name in made:
             verdict, reason = TermVerdict.ALIASED, _aliased(made[name])
-        elif name in model.values:
+        elif name in fit.values:
             verdict = TermVerdict.STAYS if was else TermVerdict.COMES
             reason = (
                 _stays(kept[name], len(kept), tested.folds, term)
                 if name in kept
                 else "the only drag of its axis"
-                if name in drag_of(model.structure.terms, term.axis)
+                if name in drag_of(fit.terms, term.axis)
                 else "thrust"
             )
         else:

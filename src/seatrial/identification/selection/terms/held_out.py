@@ -63,7 +63,7 @@ class HeldOut:
 
     @cached_property
     def _targets(self) -> list["Targets"]:
-        return [_targets(self.model, recording, self.horizon) for recording in self.recordings]
+        return [targets_of(self.model, recording, self.horizon) for recording in self.recordings]
 
     @cached_property
     def _plain(self) -> Predicted:
@@ -75,7 +75,9 @@ class HeldOut:
     ) -> Predicted:
         squares, nu = [], []
         for members in self.folds:
-            trained = _at(model, information, retrained(information, self._rest(members), removed))
+            trained = at_parameters(
+                model, information, retrained(information, self._rest(members), removed)
+            )
             for i in members:
                 nu.append(self._targets[i].predict(trained, self.recordings[i]))
                 squares.append(self._targets[i].squares(nu[-1]))
@@ -136,13 +138,21 @@ class Targets:
         )  # fmt: skip
         return np.asarray(states[:, 3:])
 
+    def only(self, chosen: NDArray[np.bool_]) -> "Targets":
+        """Some of the predictions, as one block."""
+        one = np.zeros(1, dtype=np.int64)
+        return Targets(
+            self.start[chosen], np.ascontiguousarray(self.x0[chosen]), self.end[chosen],
+            self.measured[chosen], one, one + int(chosen.sum()),
+        )  # fmt: skip
+
     def squares(self, nu: Array) -> Array:
         """Mean squared errors (blocks, 3); infinite where the model diverges."""
         errors = np.where(np.isfinite(nu), self.measured - nu, np.inf)
         return np.asarray(np.add.reduceat(errors**2, self.blocks, axis=0) / self.sizes[:, None])
 
 
-def _targets(model: Model, recording: Recording, horizon: float) -> Targets:
+def targets_of(model: Model, recording: Recording, horizon: float) -> Targets:
     """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
     begin = run_filter(model, recording).motion
     every = max(1, round(START_SPACING / recording.period))
@@ -172,7 +182,7 @@ def retrained(information: ScoreInformation, rest: Sequence[int], removed: str |
     return np.asarray(np.clip(theta, *information.bounds))
 
 
-def _at(model: Model, information: ScoreInformation, theta: Array) -> Model:
+def at_parameters(model: Model, information: ScoreInformation, theta: Array) -> Model:
     """The model with other values of its parameters."""
     found = dict(zip(information.names, theta.tolist(), strict=True))
     constants = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))

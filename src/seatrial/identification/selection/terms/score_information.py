@@ -12,13 +12,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.boat.structure import Term
-from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.terms.candidates import with_terms
-from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
@@ -74,38 +71,42 @@ class ScoreInformation:
         )
 
 
-def score_information_of(
-    model: Model, recordings: Sequence[Recording], extra: Sequence[Term] = ()
-) -> ScoreInformation:
-    """About the model's free parameters, and about coefficients of further terms, which are 0 in it."""
-    whole = with_terms(model.vehicle, (*model.structure.terms, *extra))
-    free_names = [name for name, error in model.standard_errors.items() if error > 0]
-    free_names += [str(term.coefficient) for term in extra]
-    settings = OutputErrorSettings()
-    given = {**model.values, **dict(zip(whole.constants.names, model.constants, strict=True))}
-    problem = Problem(
-        whole, tuple(recordings), (), model.integration.step, settings.outlier, settings.block
-    )
-    free = tuple(i for i, name in enumerate(problem.names) if name in free_names)
-    problem = replace(problem, free=free, earth_fixed=earth_fixed(model.noise))
-    theta = np.array([given.get(name, 0.0) for name in problem.names])
-    noise = noise_vector(model.noise)
-    if noise is None:
-        raise IdentificationError("selection needs a model with process noise: output-error's")
-    runs = problem.run_filter(theta, noise, repeatable=False, shares=True)
+def score_information_of(at: Point, extra: Sequence[Term] = ()) -> ScoreInformation:
+    """About a solution's free parameters, and about coefficients of further terms, which are 0 in it."""
+    problem = at.runs.problem
+    whole = problem_with_terms(problem, (*problem.vehicle.structure.terms, *extra))
+    theta = moved(at, whole)
+    runs = whole.run_filter(theta, at.noise, repeatable=False, shares=True)
     if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
-    owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(problem.blocks)]
+    owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(whole.blocks)]
+    free = whole.free
     return ScoreInformation(
-        tuple(problem.names[i] for i in free),
+        tuple(whole.names[i] for i in free),
         theta[list(free)],
-        problem.bounds,
+        whole.bounds,
         np.array([p.information for p in runs.by_recording]),
         np.array([p.gradient for p in runs.by_recording]),
         runs.scores,
         np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in runs.by_recording]),
         np.concatenate(owner),
     )
+
+
+def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
+    """The problem with other terms, all of whose coefficients are free; of the chain the same constants are."""
+    n = problem.n_coefficients
+    constants = {problem.names[i] for i in problem.free if i >= n}
+    wider = replace(problem, vehicle=with_terms(problem.vehicle, terms), free=())
+    m = wider.n_coefficients
+    free = (i for i, name in enumerate(wider.names) if i < m or name in constants)
+    return replace(wider, free=tuple(free))
+
+
+def moved(at: Point, problem: Problem) -> Array:
+    """A solution as parameters of a problem with other terms: new coefficients are 0."""
+    values = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
+    return np.array([values.get(name, 0.0) for name in problem.names])
 
 
 def solve_scaled(matrix: Array, right: Array) -> Array:

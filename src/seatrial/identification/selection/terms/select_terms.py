@@ -5,31 +5,30 @@ Exact aliases first, which no data can separate. Then candidates by score tests,
 tests, backward. At last repeats of the experiment against each other, and the prediction of left-out recordings.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
-from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
-from seatrial.identification.estimator import output_error, with_free_stages
-from seatrial.identification.methods import check_recordings
+from seatrial.identification.estimator import first_maximum, fit, with_free_stages
+from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.terms.candidates import (
-    default_candidates,
+    candidate_tiers,
     with_terms,
 )
 from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
-from seatrial.identification.selection.terms.significance import freedom
+from seatrial.identification.selection.terms.significance import blocks_of, enough_blocks, freedom
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
+from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
+from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.statistics import BLOCK
 
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
@@ -45,48 +44,83 @@ def select(
 ) -> Selection:
     """Keep a term if it is distinguishable from zero, repeats agree on it, and held-out prediction is no worse.
 
-    `candidates` are terms that may come in (default: `default_candidates`); the vehicle's own may
+    `candidates` are terms that may come in (default: `candidate_tiers`); the vehicle's own may
     go, but not thrust along its own axis nor known terms. Raises IdentificationError where there is
     too little data, StructureError where a candidate can't be one.
     """
     # enough data, repeats of the experiment, candidates
     check_recordings(recordings)
-    blocks = math.ceil(sum(r.duration for r in recordings) / BLOCK)
-    freedom(blocks, _estimated(vehicle, recordings))
-    tried = tuple(default_candidates(vehicle) if candidates is None else candidates)
+    freedom(blocks_of(recordings), _estimated(vehicle, recordings))
+    tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = TermSearch(vehicle, tried, together, say)
+    search = TermSearch(vehicle, tiers, horizon, say)
     # the fit with the vehicle's own terms, and the effects that it lacks
     say("the vehicle's own terms")
-    model = output_error(together, vehicle)
-    own = model.structure.terms
-    first = model.findings_of(*EFFECTS_FOUND, *DISTURBANCES)
-    aliased = search.aliased(own, tried)
+    first = fit(together, vehicle)
+    begin = term_fit(first)
+    asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
     # if the boat changed between recordings: further terms may explain that
-    model, changed = _with_changes_explained(search, model)
+    there, changed = _with_changes_explained(search, begin, first.findings)
     one_boat = not of_kinds(changed, *DISAGREEMENTS)
-    # candidates in and out, until every term stands repeats and held-out prediction
-    tests, refused = _supported(search, model, parts, horizon, one_boat=one_boat)
-    # the table, and the vehicle with the chosen terms
+    told = tuple(of_files(finding) for finding in (*asked, *changed))
+    return _selection(search, there, begin.terms, parts, one_boat=one_boat, asked=told)
+
+
+def choose_structure(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    say: Callable[[str], None] = lambda _: None,
+) -> Selection | None:
+    """The terms of a vehicle with `structure: auto`; None where the recordings are too short to test any.
+
+    As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
+    actuator chain with the chosen terms. Raises IdentificationError where no solution is found.
+    """
+    check_recordings(recordings)
+    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    if not enough_blocks(recordings, _estimated(vehicle, recordings)):
+        return None
+    parts = folds(vehicle, recordings)
+    together = tuple(r for part in parts for r in part.recordings)
+    search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON, say)
+    say("the terms that every boat has")
+    begin = begun_at(first_maximum(together, vehicle))
+    return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+
+
+def _selection(
+    search: TermSearch,
+    there: TermFit,
+    own: Sequence[Term],
+    parts: tuple[Fold, ...],
+    *,
+    one_boat: bool,
+    asked: tuple[Finding, ...],
+) -> Selection:
+    """Candidates in and out, until every term stands repeats and held-out prediction; the table of all."""
+    aliased = search.aliased(own, search.candidates)
+    tests, refused = _supported(search, there, parts, one_boat=one_boat)
     rows = rows_of(tests, own, aliased, refused)
-    chosen = replace(with_terms(vehicle, tests.model.structure.terms), source=vehicle.source)
-    asked = tuple(of_files(finding) for finding in (*first, *changed))
-    return Selection(chosen, tests.model, rows, parts, horizon, asked)
+    vehicle = search.vehicle
+    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
+    model = tests.fit.solution().model()
+    return Selection(chosen, model, rows, parts, search.ahead, asked)
 
 
 def _supported(
-    search: TermSearch, model: Model, parts: Sequence[Fold], horizon: float, *, one_boat: bool
+    search: TermSearch, there: TermFit, parts: Sequence[Fold], *, one_boat: bool
 ) -> tuple[TermTests, dict[str, str]]:
-    """The tests of a model whose terms all stand them, and the refused terms with the reason."""
+    """The tests of a solution whose terms all stand them, and the refused terms with the reason."""
     named = set(search.vehicle.structure.coefficients)
     refused: dict[str, str] = {}
     while True:
         # forward and backward at the present noise; refused terms stay out
-        model = forward_and_back(search, model, [*refused])
+        there = forward_and_back(search, there, [*refused])
         # repeats against each other, and held-out prediction without each term
         search.say("repeats and held-out prediction")
-        tests = TermTests(search, model, parts, horizon)
+        tests = TermTests(search, there, parts)
         reasons = {
             name: reason_to_go(found, len(tests.kept), parts, own=name in named, one_boat=one_boat)
             for name, found in tests.kept.items()
@@ -94,10 +128,13 @@ def _supported(
         bad = {n: r for n, r in reasons.items() if r is not None}
         if not bad:
             return tests, refused
-        # the worst goes, the others are tested again without it
-        worst = min(bad, key=lambda name: tests.kept[name].change.z)
-        refused[worst] = bad[worst]
-        model = search.fit([t for t in model.structure.terms if t.coefficient != worst], model)
+        # the worst of each axis goes, the others are tested again without it
+        axes = {str(t.coefficient): t.axis for t in there.terms}
+        worst: dict[int, str] = {}
+        for name in sorted(bad, key=lambda name: tests.kept[name].change.z):
+            worst.setdefault(axes[name], name)
+        refused |= {name: bad[name] for name in worst.values()}
+        there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
 def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
@@ -107,20 +144,22 @@ def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     return len(vehicle.structure.coefficients) + len(set(whole.constants.names) - stated)
 
 
-def _with_changes_explained(search: TermSearch, model: Model) -> tuple[Model, tuple[Finding, ...]]:
-    """The model, and its findings on a boat that changed between or within recordings.
+def _with_changes_explained(
+    search: TermSearch, begin: TermFit, findings: Sequence[Finding]
+) -> tuple[TermFit, tuple[Finding, ...]]:
+    """The solution, and its findings on a boat that changed between or within recordings.
 
     Missing terms can look like a change: then the terms are selected first, and the findings are taken again.
     """
-    changed = model.findings_of(*CHANGES)
+    changed = of_kinds(findings, *CHANGES)
     if not changed:
-        return model, ()
-    whole = forward_and_back(search, model, [])
-    if whole.structure.terms == model.structure.terms:
-        return model, changed
+        return begin, ()
+    whole = forward_and_back(search, begin, [])
+    if whole.terms == begin.terms:
+        return begin, changed
     search.say("whether the recordings agree, with these")
-    whole = search.fit(whole.structure.terms, None)
-    return whole, whole.findings_of(*CHANGES)
+    found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
+    return term_fit(found), of_kinds(found.findings, *CHANGES)
 
 
 def of_files(finding: Finding) -> Finding:

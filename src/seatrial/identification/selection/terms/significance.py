@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Wald test of a coefficient, and homogeneity of its estimates over the repeats."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
+from seatrial.recording.recording import Recording
 from seatrial.util.distributions import chi2_sf, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -42,6 +44,16 @@ def t_chance(t: float, freedom: int) -> float:
     """Two-sided p-value of Student's t (Wallace, 1959, to 1e-3 of z)."""
     size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
     return normal_two_sided(float(size))
+
+
+def enough_blocks(recordings: Sequence[Recording], fitted: int) -> bool:
+    """Whether recordings have the blocks of `BLOCK` [s] that a test with so many fitted parameters needs."""
+    return blocks_of(recordings) >= 2 * fitted
+
+
+def blocks_of(recordings: Sequence[Recording]) -> int:
+    """Number of blocks of `BLOCK` [s]."""
+    return math.ceil(sum(r.duration for r in recordings) / BLOCK)
 
 
 def freedom(blocks: int, fitted: int) -> int:

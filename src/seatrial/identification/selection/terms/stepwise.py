@@ -1,42 +1,44 @@
 # SPDX-License-Identifier: MIT
-"""Stepwise selection: forward by score tests, backward by Wald tests, both corrected for many candidates."""
+"""Stepwise selection: forward by score tests, backward by Wald tests, both corrected for many candidates.
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+Under model mismatch the likelihood overfits short times. There a candidate must improve the prediction of blocks
+that were left out as well.
+"""
 
-import numpy as np
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
-from seatrial.boat.model import Model
 from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.terms.aliasing import Alias, aliases
-from seatrial.identification.selection.terms.candidates import drag_of, is_essential, with_terms
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction
+from seatrial.identification.selection.terms.candidates import drag_of, is_essential
 from seatrial.identification.selection.terms.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.terms.significance import estimate
-from seatrial.recording.recording import Recording
+from seatrial.identification.selection.terms.significance import Estimate, estimate
+from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
-MOST_SWEEPS = 12  # of adding and removing
+MOST_SWEEPS = 20  # of adding and removing
 Message = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class TermSearch:
-    """The candidates, and the recordings that decide."""
+    """The candidates, and how far ahead they must predict."""
 
     vehicle: Vehicle  # as its file has it
-    candidates: tuple[Term, ...]
-    recordings: tuple[Recording, ...]
+    tiers: tuple[tuple[Term, ...], ...]  # candidates; those of a tier come in before later ones
+    ahead: float  # [s] of held-out prediction
     say: Message
 
-    def fit(self, terms: Sequence[Term], start: Model | None) -> Model:
-        """Output-error with these terms."""
-        return output_error(self.recordings, with_terms(self.vehicle, terms), start=start)
+    @property
+    def candidates(self) -> tuple[Term, ...]:
+        """Of all tiers."""
+        return tuple(term for tier in self.tiers for term in tier)
 
     def removable(self, terms: Sequence[Term]) -> list[str]:
         """Coefficients that may be removed: not thrust along its own axis, nor the last drag of an axis."""
@@ -50,95 +52,122 @@ class TermSearch:
         return aliases(terms, tried, self.vehicle.forces)
 
 
-def forward_and_back(search: TermSearch, model: Model, refused: Sequence[str]) -> Model:
+def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> TermFit:
     """Adds terms, the best of every axis at a time, until no candidate is distinguishable from zero.
 
-    An added term is removed again where later ones replace it. `refused` ones are never added.
+    An added term is removed again where later ones replace it. `refused` ones are never added. The noise is held
+    meanwhile; at the end it is fitted again, and candidates are tested once more.
     """
     refused = list(refused)
     for _ in range(MOST_SWEEPS):
-        added = best_candidates(search, model, refused)
+        added = best_candidates(search, fit, refused)
         if added:
             search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
-            model = search.fit((*model.structure.terms, *added), model)
+            fit = fit.refitted((*fit.terms, *added))
             continue
-        removed = weakest_newcomer(search, model)
-        if removed is None:
-            return model
-        search.say(f"without {removed}")
-        refused.append(removed)
-        model = search.fit([t for t in model.structure.terms if t.coefficient != removed], model)
-    return model
+        removed = weakest_newcomer(search, fit)
+        if removed is not None:
+            search.say(f"without {removed}")
+            refused.append(removed)
+            fit = fit.refitted([t for t in fit.terms if t.coefficient != removed])
+            continue
+        if fit.settled:
+            return fit
+        fit = fit.with_noise()
+    return fit.with_noise()
 
 
-def best_candidates(search: TermSearch, model: Model, refused: Sequence[str]) -> list[Term]:
-    """The most significant candidate of every axis that passes Holm's test among all candidates."""
-    tried = [
-        t for t in search.candidates
-        if t.coefficient not in model.values and t.coefficient not in refused
-    ]  # fmt: skip
-    hidden = {a.coefficient for a in search.aliased(model.structure.terms, tried)}
-    tried = [t for t in tried if t.coefficient not in hidden]
-    tested = {
-        t.coefficient: estimate(s, str(t.coefficient))
-        for t, s in candidate_information(search, model, tried)
-    }
-    best: dict[int, Term] = {}
-    for rank, term in enumerate(sorted(tried, key=lambda t: tested[t.coefficient].p)):
-        if tested[term.coefficient].p > SIGNIFICANCE_LEVEL / (len(tried) - rank):
+def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> list[Term]:
+    """The best candidate of every axis, of the first tier that has any.
+
+    It passes Holm's test among all candidates, and is the most significant one. Under model mismatch it improves
+    the prediction of left-out blocks most and beyond chance; with `structure: auto` its own test is enough there.
+    """
+    room = room_for(fit.terms)
+    out = {*fit.values, *refused}
+    tried = [[t for t in tier if t.coefficient not in out] for tier in search.tiers]
+    everything = [t for tier in tried for t in tier]
+    hidden = {a.coefficient for a in search.aliased(fit.terms, everything)}
+    tests = len(everything) - len(hidden)
+    for tier in tried if room else ():
+        looked = dict(candidate_information(fit, [t for t in tier if t.coefficient not in hidden]))
+        tested = {t: estimate(s, str(t.coefficient)) for t, s in looked.items()}
+        passed = significant(tested, tests)
+        if fit.horizon and search.vehicle.automatic:  # the prediction of blocks guards instead
+            passed = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
+        if fit.horizon:
+            passed = _that_predict(search, fit, {t: looked[t] for t in passed})
+        best: dict[int, Term] = {}
+        for term in passed:
+            best.setdefault(term.axis, term)
+        if best:
+            return list(best.values())[:room]
+    return []
+
+
+def significant(tested: Mapping[Term, Estimate], tests: int) -> list[Term]:
+    """Terms that pass Holm's test among so many, the most significant one first."""
+    passed = []
+    for rank, term in enumerate(sorted(tested, key=lambda t: tested[t].p)):
+        if tested[term].p > SIGNIFICANCE_LEVEL / (tests - rank):
             break
-        best.setdefault(term.axis, term)
-    return list(best.values())
+        passed.append(term)
+    return passed
 
 
-def weakest_newcomer(search: TermSearch, model: Model) -> str | None:
+def _that_predict(
+    search: TermSearch, fit: TermFit, looked: Mapping[Term, ScoreInformation]
+) -> list[Term]:
+    """Terms that improve the prediction of left-out blocks, the best first."""
+    if not looked:
+        return []
+    blocks = BlockPrediction.of(fit.model(), fit.problem.recordings, search.ahead)
+    first = next(iter(looked))
+    own = [n for n in looked[first].names if n != first.coefficient]
+    before = blocks.squares(fit.model(), looked[first].only(own))
+    gains = {
+        term: blocks.gain(before, blocks.squares(fit.model((*fit.terms, term)), information))
+        for term, information in looked.items()
+    }
+    kept = [t for t, gain in gains.items() if gain.clear]
+    return sorted(kept, key=lambda t: -gains[t].log)
+
+
+def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:
     """The added term of the largest p-value, if it is not distinguishable from zero any more; else None."""
-    information = score_information_of(model, search.recordings)
+    information = score_information_of(fit.at)
     own = set(search.vehicle.structure.coefficients)
-    names = [n for n in search.removable(model.structure.terms) if n not in own]
-    idle = model.at_bounds  # 0, and without a gradient
+    names = [n for n in search.removable(fit.terms) if n not in own]
+    idle = fit.at_bounds  # 0, and without a gradient
     tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
-    loose = [name for name in names if tested[name] > SIGNIFICANCE_LEVEL / len(search.candidates)]
+    level = (
+        SIGNIFICANCE_LEVEL
+        if fit.horizon and search.vehicle.automatic
+        else SIGNIFICANCE_LEVEL / max(1, len(search.candidates))
+    )
+    loose = [name for name in names if tested[name] > level]
     return max(loose, key=lambda name: tested[name], default=None)
 
 
+def room_for(terms: Sequence[Term]) -> int:
+    """How many further terms, each with a coefficient, the core takes."""
+    coefficients = len({t.coefficient for t in terms if t.coefficient})
+    return min(MOST_TERMS - len(terms), MOST_COEFFICIENTS - coefficients)
+
+
 def candidate_information(
-    search: TermSearch, model: Model, tried: Sequence[Term]
+    fit: TermFit, tried: Sequence[Term]
 ) -> Iterator[tuple[Term, ScoreInformation]]:
     """Each term that is not in the model, with the information about the model and about it alone."""
-    terms, coefficients = len(model.structure.terms), len(model.values)
-    room = min(MOST_TERMS - terms, MOST_COEFFICIENTS - coefficients)
+    room = room_for(fit.terms)
     if room < 1 and tried:
         raise StructureError(
-            f"{terms} terms with {coefficients} coefficients leave no room for a candidate; at most "
+            f"{len(fit.terms)} terms with {len(fit.values)} coefficients leave no room for a candidate; at most "
             f"{MOST_TERMS - 1} and {MOST_COEFFICIENTS - 1} do"
         )
     for first in range(0, len(tried), max(1, room)):
         batch = tried[first : first + room]
-        whole = score_information_of(model, search.recordings, batch)
+        whole = score_information_of(fit.at, batch)
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
         for term in batch:
             yield term, whole.only([*there, str(term.coefficient)])
-
-
-def with_zero_term(model: Model, term: Term) -> Model:
-    """The model with one more term, whose coefficient is 0."""
-    whole = with_terms(model.vehicle, (*model.structure.terms, term))
-    values = np.array([model.values.get(name, 0.0) for name in whole.structure.coefficients])
-    n = len(values) + len(model.constants)
-    return replace(model, vehicle=whole, coefficients=values, covariance=np.zeros((n, n)))
-
-
-def without_bound_terms(model: Model, names: Sequence[str]) -> Model:
-    """The model without terms whose coefficients (`names`) are 0."""
-    whole = with_terms(
-        model.vehicle, [t for t in model.structure.terms if t.coefficient not in names]
-    )
-    kept = [i for i, name in enumerate(model.parameters) if name not in names]
-    values = [model.values[name] for name in whole.structure.coefficients]
-    return replace(
-        model,
-        vehicle=whole,
-        coefficients=np.array(values),
-        covariance=model.covariance[np.ix_(kept, kept)],
-    )

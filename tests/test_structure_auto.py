@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""`structure: auto`: the recordings choose the terms; a given structure stays, and its missing term is named."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.boat.findings import FindingKind
+from seatrial.boat.physical_library import base_terms, library_tiers
+from seatrial.commands.cli import main
+from seatrial.identification.selection.terms import choose_structure, given_candidates
+from seatrial.identification.selection.terms.aliasing import aliases
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction
+from seatrial.identification.selection.terms.decisions import TermVerdict
+from seatrial.io.trial_files import write_setting, write_trial
+from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.errors import VehicleError
+from seatrial.util.files import dump_yaml
+
+SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
+BASE = {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"}
+LIFT = -0.4  # Y_ur beside -u r: an added mass in surge of 0.4 of that in sway
+
+
+def plan_of(length=60.0, **coefficients):
+    """Trials of a boat without the paper's asymmetry, N_uu and N_ud."""
+    plan = with_seed(load_plan("paper-like"), 4)
+    trials = {n: msgspec.structs.replace(plan.trials[n], duration=length) for n in SIX}
+    own = {**plan.plant.coefficients, "N_uu": 0.0, "N_ud": 0.0, **coefficients}
+    plant = msgspec.structs.replace(plan.plant, coefficients=own)
+    return msgspec.structs.replace(plan, trials=trials, plant=plant)
+
+
+def recordings(plan, vehicle):
+    more = given_candidates(vehicle, ["Y_ur * u * r"]) if "Y_ur" in plan.plant.coefficients else ()
+    driven = vehicle.with_terms((*vehicle.structure.terms, *more))
+    return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
+
+
+@pytest.fixture(scope="module")
+def boat():
+    return seatrial.load_vehicle("mallard-mp")
+
+
+@pytest.fixture(scope="module")
+def lifted(boat):
+    return recordings(plan_of(Y_ur=LIFT), boat)
+
+
+def test_the_choice_begins_with_what_every_boat_has(boat):
+    auto = boat.with_automatic_structure()
+    assert auto.automatic
+    assert set(auto.structure.coefficients) == BASE
+    assert [t.text() for t in auto.structure.terms if not t.coefficient] == ["v * r", "-1 * u * r"]
+    assert auto.to_mapping()["structure"] == "auto"
+
+
+def test_no_term_of_the_library_is_a_combination_of_others(boat):
+    for vehicle, explicit in ((boat, False), (seatrial.load_vehicle("data/cse1/pair.yaml"), True)):
+        base = base_terms(vehicle.forces, explicit=explicit)
+        more = [t for tier in library_tiers(vehicle.forces, explicit=explicit) for t in tier]
+        names = [t.coefficient for t in (*base, *more) if t.coefficient]
+        assert len(names) == len(set(names))
+        assert aliases(base, more, vehicle.forces) == ()
+
+
+def test_sway_thrust_of_unknown_lever_arm_turns_the_boat_from_the_start():
+    ship = seatrial.load_vehicle("data/cse1/vehicle.yaml").with_automatic_structure()
+    texts = {t.text() for t in ship.structure.terms}
+    assert {"N_Fv * F_v", "N_Fb * F_b", "N_F * F_d", "Y_Fb * F_b", "X_F * F_u"} <= texts
+
+
+def test_the_boats_own_terms_are_chosen_and_found_and_no_others(boat, lifted):
+    found = choose_structure(lifted, boat.with_automatic_structure())
+    assert [r.coefficient for r in found.rows if r.verdict is TermVerdict.COMES] == ["Y_ur"]
+    model = seatrial.identify(lifted, boat.with_automatic_structure())
+    assert set(model.values) == BASE | {"Y_ur"}
+    assert model.values["Y_ur"] == pytest.approx(LIFT, abs=4 * model.standard_errors["Y_ur"])
+    assert not model.vehicle.automatic
+
+
+def test_another_method_estimates_the_terms_that_output_error_chooses(boat, lifted):
+    model = seatrial.identify(lifted, boat.with_automatic_structure(), method="weak-form")
+    assert set(model.values) == BASE | {"Y_ur"}
+    assert model.estimator.method == "weak-form"
+
+
+def test_a_given_structure_stays_and_the_missing_term_is_named(boat, lifted):
+    model = seatrial.identify(lifted, boat)
+    assert model.structure.coefficients == boat.structure.coefficients
+    (finding,) = model.findings_of(FindingKind.MISSING_TERM)
+    assert finding.subject == ("sway", "u * r")
+    assert finding.number("errors") > 5.0
+    assert finding.number("improvement") > 0.01
+    whole = boat.with_terms((*boat.structure.terms, *given_candidates(boat, ["Y_ur * u * r"])))
+    assert not seatrial.identify(lifted, whole).findings_of(FindingKind.MISSING_TERM)
+
+
+def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
+    short = [recording.cut(0.0, 35.0) for recording in lifted[:3]]
+    assert choose_structure(short, boat.with_automatic_structure()) is None
+    assert set(seatrial.identify(short, boat.with_automatic_structure()).values) == BASE
+
+
+def test_a_prior_has_terms_already(boat, lifted):
+    old = seatrial.identify(lifted, boat)
+    model = seatrial.identify(lifted[:3], boat.with_automatic_structure(), prior=old)
+    assert model.structure.coefficients == old.structure.coefficients
+    assert old.with_vehicle(boat.with_automatic_structure()).values == old.values
+
+
+def test_a_vehicle_without_terms_is_not_simulated(boat):
+    with pytest.raises(VehicleError, match=r"structure: auto has no terms before recordings"):
+        plant_model(load_plan("paper-like"), boat.with_automatic_structure())
+
+
+def test_the_command_prints_the_reasons_and_the_model_has_the_terms(boat, tmp_path, capsys):
+    plan = plan_of(Y_ur=LIFT)
+    driven = boat.with_terms((*boat.structure.terms, *given_candidates(boat, ["Y_ur * u * r"])))
+    write_setting(plan, driven, plant_model(plan, driven), tmp_path)
+    records = [str(write_trial(t, tmp_path)) for t in simulate(plan, driven)]
+    given, auto = tmp_path / "vehicle-MP.yaml", tmp_path / "auto.yaml"
+    auto.write_text(dump_yaml(seatrial.load_vehicle(given).with_automatic_structure().to_mapping()))
+    assert main(["inspect", *records, "--vehicle", str(auto), "-q"]) == 0
+    for vehicle, option in ((auto, []), (given, ["--structure", "auto"])):
+        out = tmp_path / f"{vehicle.stem}-model.yaml"
+        command = ["identify", *records, "--vehicle", str(vehicle), "-o", str(out), "-q", *option]
+        capsys.readouterr()
+        assert main(command) == 0
+        shown = capsys.readouterr().out
+        assert "Added: Y_ur. Removed: none." in shown
+        assert "auto" not in out.read_text()
+        assert "Y_ur * u * r" in out.read_text()
+
+
+def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(boat, lifted):
+    """Against a plain mean: squares of blocks without any fold are the model's own errors."""
+    model = seatrial.identify(lifted[:3], boat)
+    blocks = BlockPrediction.of(model, lifted[:3], 1.0)
+    squares = [
+        aim.squares(aim.predict(model, r)) for aim, r in zip(blocks.targets, lifted, strict=False)
+    ]
+    gain = blocks.gain(4.0 * np.concatenate(squares), np.concatenate(squares))
+    assert gain.log == pytest.approx(3.0 * np.log(2.0))  # half the RMS error in three axes
+    worse = replace(model, coefficients=0.5 * model.coefficients)
+    other = [
+        aim.squares(aim.predict(worse, r)) for aim, r in zip(blocks.targets, lifted, strict=False)
+    ]
+    assert blocks.gain(np.concatenate(other), np.concatenate(squares)).clear
+    assert not blocks.gain(np.concatenate(squares), np.concatenate(other)).clear
