@@ -52,7 +52,7 @@ def test_the_same_boat_twice_differs_in_one_comparison_out_of_twenty(mp):
         a, b = estimated(mp, TRUTH, rng), estimated(mp, TRUTH, rng)
         seen = views(a, b)
         found = pairs(a, b, seen, {})
-        surge, _, yaw = factors(a, found, seen)
+        surge, _, yaw = factors(a, b, found, seen)
         alarms[0] += any(pair.differs for pair in found)
         alarms[1] += joint(found, seen).p < 0.05
         alarms[2] += surge.fits < 0.05

@@ -9,7 +9,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.physics import AxisPhysics, axis_physics
 from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry
 from seatrial.boat.vehicle import as_column
-from seatrial.evaluation.comparison.parameters import EDGES, View, fixed_terms
+from seatrial.evaluation.comparison.parameters import View, fixed_terms
+from seatrial.evaluation.comparison.thrust_curves import EDGES, stages_apart
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Axes
 
@@ -88,6 +89,7 @@ def notes(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
         *_methods(a, b),
         *_vehicles(a, b),
         *_dead_zones(a, b, seen),
+        *_curves(a, b, seen),
         *_envelopes(a, b),
     ]
 
@@ -190,6 +192,17 @@ def _dead_zones(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     return [
         f"{whose} has a dead zone, {other} has none: {other}'s thrust gains are an average over it, "
         f"{whose}'s apply beyond its edge"
+    ]
+
+
+def _curves(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
+    """A message where a factor of the thrust curves is in all thrust gains of one model."""
+    stages = stages_apart(a, b, any(view.converted for view in seen))
+    if not stages:
+        return []
+    return [
+        f"only one model has {', '.join(stages)} in its thrust curve: thrust gains differ by that curve, and an "
+        "axis' factor is that of drag alone. Identify both with the same stages in `chain`"
     ]
 
 

@@ -117,7 +117,7 @@ def compare(
         _side(b, labels[1]),
         found,
         joint(found, seen),
-        factors(a, found, seen),
+        factors(a, b, found, seen),
         unmatched(a, b, odd),
         unmatched(b, a, odd),
         axis_meanings(a, b),

@@ -137,9 +137,15 @@ def _factor(factor: Factor) -> Iterator[str]:
         return
     names = ", ".join(factor.coefficients)
     if factor.fits < COMMON_FACTOR_P:
+        parts = [
+            f"{kind} by {_value(value, error)}"
+            for kind, (value, error, fits) in factor.parts.items()
+            if fits > SIGNIFICANCE
+        ]
+        apart = f" ({', '.join(parts)})" if len(parts) == 2 else ""
         yield (
             f"{factor.axis}: {names} changed by no common factor (p {_less(factor.fits)}): drag or thrust "
-            "changed, not mass alone."
+            f"changed, not mass alone{apart}."
         )
         return
     if factor.factor < OTHER_BOAT_FACTOR:
@@ -149,11 +155,12 @@ def _factor(factor: Factor) -> Iterator[str]:
         )
         return
     what = "inertia" if factor.axis == AXES[2] else "mass"
-    more = 100.0 * (1.0 / factor.factor - 1.0)
+    more, error = 100.0 * (1.0 / factor.factor - 1.0), 100.0 * factor.error / factor.factor**2
+    size, other = ("more", "less") if more > 0 else ("less", "more")
+    rest = "drag and thrust unchanged" if "thrust" in factor.parts else f"or of {other} drag"
     yield (
         f"{factor.axis}: {names} changed by the factor {_value(factor.factor, factor.error)}: as "
-        f"{abs(more):.0f} % {'more' if more > 0 else 'less'} {what} (added mass included), drag and thrust "
-        "unchanged."
+        f"{abs(more):.0f} % {size} {what} (± {error:.2g} %; added mass included), {rest}."
     )
 
 

@@ -11,17 +11,20 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.evaluation.comparison.common_factor import (
+    CommonFactor,
+    ScaledEstimate,
+    common_factor,
+)
+from seatrial.evaluation.comparison.thrust_curves import EDGES, stages_apart
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array
-from seatrial.util.statistics import inverse_of
 
 SIGNIFICANCE = 0.05  # level of all tests, after Holm's correction
 UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without information
 LEAST_DIRECTION_VARIANCE = (
     1e-12  # of the largest, of the scaled covariance: a direction without variance
 )
-EDGES = ("edge_forward", "edge_reverse")
-FACTOR_ROUNDS, FACTOR_SETTLED = 30, 1e-12  # of the common factor; relative change that ends them
 
 
 class Pair(msgspec.Struct, frozen=True):
@@ -61,6 +64,7 @@ class Factor(msgspec.Struct, frozen=True):
     error: float
     z: float  # its distance from 1 in standard errors
     fits: float  # p of the hypothesis of one factor for all
+    parts: dict[str, tuple[float, float, float]] = {}  # "thrust", "drag" alone: factor, error, fits
 
 
 class OneSided(msgspec.Struct, frozen=True):
@@ -271,20 +275,26 @@ def _wald(difference: Array, covariance: Array) -> tuple[float, int]:
     return float(np.sum(along**2 / size[there])), int(there.sum())
 
 
-def factors(a: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
-    """The common factor of drag and thrust by axis, by generalised least squares.
+def factors(a: Model, b: Model, found: list[Pair], seen: tuple[View, View]) -> list[Factor]:
+    """The common factor of drag and thrust by axis, with the covariance of both models.
 
     Eq. (12) is per unit mass: with k times the mass (or inertia) every coefficient is divided by k.
-    Acceleration and Coriolis terms are left out: they depend on the distribution of mass.
+    Acceleration and Coriolis terms are left out: they depend on the distribution of mass. So is thrust
+    where its curves differ in stages: one unknown factor is then in all its rows.
     """
     out = []
     known = {pair.name for pair in found if _estimated(pair)}
+    thrust_differs = bool(stages_apart(a, b, any(view.converted for view in seen)))
     for axis, word in enumerate(AXES):
-        own = [t for t in a.structure.terms if t.axis == axis and t.coefficient in known]
-        still = {t.coefficient for t in own if t.of_masses}
-        names = list(dict.fromkeys(t.coefficient for t in own if t.coefficient not in still))
+        kinds = {kind: names & known for kind, names in _thrust_and_drag(a, axis).items()}
+        if thrust_differs:
+            del kinds["thrust"]
+        names = [n for n in a.structure.coefficients if n in set().union(*kinds.values())]
         if len(names) >= 2:
-            out.append(_factor(word, [n for n in names if n], seen))
+            one = _common(names, seen)
+            parts = {kind: _common(sorted(of), seen) for kind, of in kinds.items() if of}
+            each = {kind: (p.factor, p.error, p.fits) for kind, p in parts.items()}
+            out.append(Factor(word, names, one.factor, one.error, one.z, one.fits, each))
     return out
 
 
@@ -294,16 +304,16 @@ def _estimated(pair: Pair) -> bool:
     return min(errors) > 0.0 and max(errors) < UNKNOWN_ERROR * max(abs(pair.a), abs(pair.b))
 
 
-def _factor(axis: str, names: list[str], seen: tuple[View, View]) -> Factor:
-    (first, own), (second, other) = (view.of(names) for view in seen)
-    k = 1.0
-    for _ in range(FACTOR_ROUNDS):  # the weights depend on the factor
-        weight = inverse_of(other + k**2 * own)
-        # b = k a*, both with errors: Deming regression
-        best = first + k * own @ weight @ (second - k * first)
-        before, k = k, float(best @ weight @ second / (best @ weight @ first))
-        if abs(k - before) < FACTOR_SETTLED * abs(k):
-            break
-    chi2, _ = _wald(second - k * first, other + k**2 * own)
-    error = float(1.0 / np.sqrt(best @ weight @ best))
-    return Factor(axis, names, k, error, (k - 1.0) / error, chi2_sf(chi2, len(names) - 1))
+def _common(names: list[str], seen: tuple[View, View]) -> CommonFactor:
+    a, b = (ScaledEstimate.of(*view.of(names)) for view in seen)
+    return common_factor(a, b)
+
+
+def _thrust_and_drag(model: Model, axis: int) -> dict[str, set[str]]:
+    """Coefficients of an axis' terms with a force, and of all others, without those of masses."""
+    own = [t for t in model.structure.terms if t.axis == axis and t.coefficient]
+    of_masses = {t.coefficient for t in own if t.of_masses}
+    forces = {force.name for force in model.structure.forces}
+    thrust = {t.coefficient for t in own if forces & {*t.factors}} - of_masses
+    drag = {t.coefficient for t in own} - thrust - of_masses
+    return {"thrust": {n for n in thrust if n}, "drag": {n for n in drag if n}}
