@@ -110,8 +110,8 @@ def _counted() -> Iterator[list[int]]:
     poses: list[int] = []
     plain = _core.innovations
 
-    def counting(*args: object) -> _core.FilterRun:
-        run = plain(*args)  # type: ignore[arg-type]
+    def counting(*args: Any, **options: Any) -> _core.FilterRun:  # noqa: ANN401
+        run = plain(*args, **options)
         poses.append(len(run.weight))
         return run
 

@@ -141,10 +141,16 @@ const double* step_of(const FilterRun& first, const Series& series,
   return step->data();
 }
 
-std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
-                                                Vector noise, Matrix moved, Vector steps,
-                                                double outlier, std::optional<Vector> step,
-                                                bool slopes) {
+/// Row i of noises (m, 11).
+NoiseParameters make_noise(const Matrix& rows, std::size_t i) {
+  require(rows.shape(1) == kNoiseParameters, "noises: 11 values in each row");
+  return make_noise(rows.data() + i * kNoiseParameters);
+}
+
+inline std::tuple<double, Out1, Out2> run_noise_slopes(const FilterRun& first, const Series& series,
+                                                       Vector noise, Matrix moved, Vector steps,
+                                                       double outlier, std::optional<Vector> step,
+                                                       bool slopes) {
   const double* by = step_of(first, series, step);
   const std::size_t m = steps.shape(0);
   require(moved.shape(0) == m && m <= kNoiseParameters, "moved: one row for each of the steps");

@@ -21,13 +21,7 @@ NoiseParameters make_noise(const Vector& row) {
   return make_noise(row.data());
 }
 
-/// Row i of noises (m, 11).
-NoiseParameters make_noise(const Matrix& rows, std::size_t i) {
-  require(rows.shape(1) == kNoiseParameters, "noises: 11 values in each row");
-  return make_noise(rows.data() + i * kNoiseParameters);
-}
-
-inline Out1 noise_row(NoiseParameters noise) {
+Out1 noise_row(NoiseParameters noise) {
   double* out = nullptr;
   auto row = fresh<Out1>({std::size_t{kNoiseParameters}}, &out);
   for (int i = 0; i < kNoiseParameters; ++i) out[i] = noise.parameter(i);

@@ -129,9 +129,9 @@ void bind_predictor(nb::module_& m) {
           [](OnboardModel* self, const Boat& boat, const Chain& chain, Vector q, Vector noise,
              Matrix considered, bool earth_fixed, Vector current, std::optional<double> timeout,
              Matrix speeds, Matrix forces, Vector spread, double window, Vector delays) {
-            new (self) OnboardModel(make_onboard(boat, chain, q, noise, considered, earth_fixed,
-                                                 current, timeout, speeds, forces, spread, window,
-                                                 delays));
+            new (self)
+                OnboardModel(make_onboard(boat, chain, q, noise, considered, earth_fixed, current,
+                                          timeout, speeds, forces, spread, window, delays));
           },
           "boat"_a, "chain"_a, "q"_a, "noise"_a, "considered"_a, "earth_fixed"_a, "current"_a,
           "timeout"_a.none(), "speeds"_a, "forces"_a, "spread"_a, "window"_a, "delays"_a);

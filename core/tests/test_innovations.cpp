@@ -322,8 +322,8 @@ struct LateRun {
     p.time.assign(all.begin() + first, all.end());
     run.eta.clear();
     for (std::size_t k = 1; k <= p.time.size(); ++k) {
-      run.eta.insert(run.eta.end(), {state[0][k * kStates], state[0][k * kStates + 1],
-                                     state[1][k * kStates + 2]});
+      run.eta.insert(run.eta.end(),
+                     {state[0][k * kStates], state[0][k * kStates + 1], state[1][k * kStates + 2]});
     }
     run.use.assign(p.time.size(), kMeasured);
     run.use[40] = kNotMeasured;

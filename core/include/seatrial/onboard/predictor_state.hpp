@@ -221,7 +221,7 @@ inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, Predic
   const bool lost = now.initialised && heading > detail::kLostHeading * detail::kLostHeading;
   const StateEstimate before = now.state;
   bool used = true;
-  bool settles = true;  // what was rejected before
+  bool settles = true;             // what was rejected before
   if (!now.initialised || lost) {  // the first pose, or the heading is lost
     if (lost) now.known = 0;
     detail::reset_pose(m.boat.noise, pose, now.state);

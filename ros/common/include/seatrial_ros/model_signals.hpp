@@ -150,9 +150,8 @@ inline void read_delays(const Value& pose, PoseSource& source) {
 /// `vehicle.pose`. Throws std::runtime_error.
 inline PoseSource read_pose_source(const Value& pose, bool from_right_down) {
   using detail::read_channel;
-  pose.only(
-      {"stamp", "x", "y", "psi", "file", "valid", "topic", "parent", "child", "clock", "lever",
-       "delay", "heading_delay"});
+  pose.only({"stamp", "x", "y", "psi", "file", "valid", "topic", "parent", "child", "clock",
+             "lever", "delay", "heading_delay"});
   PoseSource source;
   source.topic = detail::text_or(pose, "topic", "");
   source.parent = detail::text_or(pose, "parent", "");
