@@ -8,20 +8,20 @@ namespace {
 
 using namespace seatrial;
 
-NoiseParameters make_noise(const double* from) {
+inline NoiseParameters make_noise(const double* from) {
   NoiseParameters noise;
   for (int i = 0; i < kNoiseParameters; ++i) noise.parameter(i) = from[i];
   return noise;
 }
 
-NoiseParameters make_noise(const Vector& row) {
+inline NoiseParameters make_noise(const Vector& row) {
   require(row.shape(0) == kNoiseParameters,
           "noise: 11 values expected: position, heading, random walks (2), disturbances (2), their "
           "time constant, coloured pose noise (2), its time constant and angular frequency");
   return make_noise(row.data());
 }
 
-Out1 noise_row(NoiseParameters noise) {
+inline Out1 noise_row(NoiseParameters noise) {
   double* out = nullptr;
   auto row = fresh<Out1>({std::size_t{kNoiseParameters}}, &out);
   for (int i = 0; i < kNoiseParameters; ++i) out[i] = noise.parameter(i);

@@ -91,7 +91,7 @@ TEST_CASE("a prediction that has just begun is as uncertain as the filter, and t
       lookahead_variance(first, run.poses(), kWhite, kNever, run.start, from, to);
   REQUIRE(found.size() == from.size() * kAxes);
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
-    const double own = first.deviation[10 * kAxes + axis];
+    const double own = first.deviation[std::size_t{10} * kAxes + axis];
     CHECK(found[axis] == doctest::Approx(own * own).epsilon(1e-4));
     CHECK(found[kAxes + axis] > found[axis]);
   }

@@ -219,6 +219,7 @@ class Repetition {
         step_(step),
         effects_(with_known_delay(first.effects, poses)),
         updates_(poses, effects_) {
+    // NOLINTNEXTLINE(clang-analyzer-optin.cplusplus.UninitializedObject): updates_ sets all of its
     if (step == nullptr || !slopes) return;
     const double* by = step + first.parameters - kEffects;
     for (int i = 0; i < 2; ++i) effects_.lever[i] += by[kLever + i];
@@ -249,7 +250,7 @@ class Repetition {
     const Interval passed = interval(noise, k);
     const float* gain = first_.gain.empty() ? nullptr : &first_.gain[at * kStates * p];
     double moved[kStates] = {};
-    if (step_ != nullptr) {
+    if (step_ != nullptr && gain != nullptr) {
       for (std::size_t i = 0; i < kStates; ++i) {
         for (std::size_t c = 0; c < p; ++c) {
           moved[i] += static_cast<double>(gain[i * p + c]) * step_[c];

@@ -20,7 +20,9 @@ struct PoseUpdate {
 /// time.
 class PoseUpdates {
  public:
-  PoseUpdates(const PoseSeries& poses, const Effects& effects) : n_(poses.n), time_(poses.time) {
+  PoseUpdates(const PoseSeries& poses, const Effects& effects) {
+    n_ = poses.n;
+    time_ = poses.time;
     const double late[2] = {effects.position_delay, effects.heading_delay};
     if (late[0] == 0.0 && late[1] == 0.0) return;
     if (late[0] == late[1]) {
@@ -50,7 +52,7 @@ class PoseUpdates {
   PoseUpdates(const PoseUpdates&) = delete;
   PoseUpdates& operator=(const PoseUpdates&) = delete;
 
-  int n() const { return n_; }
+  int n() const { return n_; }  // NOLINT(clang-analyzer-core.uninitialized.UndefReturn): it is set
   const double* time() const { return time_; }  // (n) [s]
   PoseUpdate operator[](int i) const {
     return update_.empty() ? PoseUpdate{i} : update_[static_cast<std::size_t>(i)];
@@ -67,8 +69,8 @@ class PoseUpdates {
     update_.push_back(update);
   }
 
-  int n_;
-  const double* time_;
+  int n_ = 0;
+  const double* time_ = nullptr;
   std::vector<double> own_time_;
   std::vector<PoseUpdate> update_;
 };
