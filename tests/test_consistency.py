@@ -135,7 +135,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     table, vehicle = simulated("hard", "S7", "mallard-mp")
     given, _, wrong = put_wrong([table], vehicle, faults(vehicle)["F_u<>F_v"])
 
-    def nothing(*_):
+    def nothing(*_, **__):
         raise IdentificationError("no solution after 40 steps")
 
     monkeypatch.setattr(import_module("seatrial.identification.methods"), "_fit", nothing)

@@ -121,22 +121,26 @@ def _fits(at: Point) -> list[tuple[float, Point]]:
 def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[float, Point] | None:
     """The fit horizon and solution with the smallest errors one second ahead in cross-validation.
 
-    A longer horizon must be better by a standard error. None where none is better than `at`.
+    As the model is at fault, the first must only be better; a longer one must be by a standard error. None where
+    none is better than `at`.
     """
     if not _comparable(at.runs.problem) or without_process_noise(at):
         return None
     chosen, least = None, _held_out_errors(at, at.noise)
     for horizon, fitted in fits:
         errors = None if least is None else _held_out_errors(fitted, at.noise)
-        if errors is not None and least is not None and _worse(errors, least) < 0.0:
+        if errors is None or least is None:
+            continue
+        worse, error = _worse(errors, least)
+        if worse < (0.0 if chosen is None else -error):
             chosen, least = (horizon, fitted), errors
     return chosen
 
 
-def _worse(ahead: Array, best: Array) -> float:
-    """Upper end, one standard error up, of the mean difference in log errors of blocks (b, 3)."""
+def _worse(ahead: Array, best: Array) -> tuple[float, float]:
+    """Mean difference in log errors of blocks (b, 3), and its standard error."""
     apart = 0.5 * np.mean(np.log(ahead / best), axis=1)
-    return float(apart.mean() + apart.std() / np.sqrt(len(apart)))
+    return float(apart.mean()), float(apart.std() / np.sqrt(len(apart)))
 
 
 def _held_out_errors(at: Point, noise: Array) -> Array | None:
