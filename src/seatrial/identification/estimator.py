@@ -12,6 +12,7 @@ import itertools
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from statistics import NormalDist
 
 import msgspec
 import numpy as np
@@ -84,6 +85,7 @@ from seatrial.util.frames import Array
 from seatrial.util.progress import stage
 from seatrial.util.statistics import inverse_of
 
+SIGNIFICANCE_LEVEL = 0.05  # that any coefficient differs from zero by chance
 FIRST_PASSES = 12  # of the first search, at most
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 MOST_STEP_TIMES_RATE = 0.3  # step times the fastest eigenvalue: Runge-Kutta is accurate below
@@ -267,10 +269,11 @@ def _with_stages(
 
 
 def _nothing_significant(at: Point, covariance: Array) -> bool:
-    """Whether no coefficient differs from zero by more than two standard errors."""
+    """Whether no coefficient differs from zero at the 5 % level, which is shared by all (Bonferroni)."""
     free = np.array(at.runs.problem.free)
     own = free < at.runs.problem.n_coefficients
-    significant = np.abs(at.theta[free]) > 2.0 * np.sqrt(np.diag(covariance))
+    limit = NormalDist().inv_cdf(1.0 - 0.5 * SIGNIFICANCE_LEVEL / max(int(own.sum()), 1))
+    significant = np.abs(at.theta[free]) > limit * np.sqrt(np.diag(covariance))
     return bool(own.any() and not significant[own].any())
 
 

@@ -5,6 +5,8 @@ A battery's voltage falls from drive to drive, a payload is added, a clock is se
 then describes none, and its standard errors do not show it. So each recording's scale factor and delay are tested.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
@@ -16,7 +18,7 @@ from seatrial.identification.diagnostics.scale_factors import (
     dead_zone_of,
     manifest_changes,
 )
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.optimiser import Point, full_pass
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.util.frames import AXES, Array
 
@@ -56,12 +58,31 @@ def _clock_offset(at: Point) -> tuple[list[Finding], float]:
         return [], 0.0
     known, test = found
     delays = np.concatenate([[0.0], test.step])
+    if test.likely and test.gain >= LEAST_FACTOR_GAIN:
+        delays = delays + _further_delays(at, late, known, delays)
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
     if not (test.likely and test.gain >= LEAST_FACTOR_GAIN and more >= LEAST_DELAY):
         return [], 0.0
     one, other = (problem.recordings[known[i]].name for i in (last, early))
     return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
+
+
+def _further_delays(at: Point, late: Array, known: list[int], delays: Array) -> Array:
+    """What the delays of some recordings lack: of a long one the first step is too short.
+
+    By a pass with their commands shifted. late: (p,) weights of the latencies; delays: [s] of those `known`.
+    """
+    shifted = list(at.runs.problem.recordings)
+    for i, delay in zip(known, delays.tolist(), strict=True):
+        commands = shifted[i].commands
+        stamps = commands.stamps + round(delay * 1e9)
+        shifted[i] = replace(shifted[i], commands=replace(commands, stamps=stamps))
+    problem = replace(at.runs.problem, recordings=tuple(shifted))
+    again = _by_recording(full_pass(problem, at.theta, at.noise), late.astype(float))
+    if again is None or again[0] != known:
+        return np.zeros(len(delays))
+    return np.concatenate([[0.0], again[1].step])
 
 
 def _factor_by_recording(
