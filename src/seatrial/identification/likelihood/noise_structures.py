@@ -43,6 +43,7 @@ PARAMETER_PRICE = 4.0  # of a parameter of a noise source
 # sources that a solution may do without, and their parameters
 SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
+SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
@@ -216,8 +217,8 @@ def simplified(at: Point) -> Point:
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
         box = noise_box(noise, NOISE_LEAST, free)
-        promise = linearised_optimum(at, box, noise=noise, beat=-price)
-        if promise.fall < -price:
+        promise = linearised_optimum(at, box, noise=noise, beat=-SCREENED_SLACK * price)
+        if promise.fall < -SCREENED_SLACK * price:
             continue
         theta = at.theta + promise.move
         found, outcome = search(at.runs.problem, theta, promise.noise, free=free)
