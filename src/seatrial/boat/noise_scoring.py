@@ -3,7 +3,7 @@
 
 The covariance of the innovations is linear in the variances of all noise sources. So amplitudes are scored as
 variances, bounded below at (nearly) none: a source that the data do not need ends there in one step, and one that
-they need leaves it again. Time constants and the angular frequency are scored as logarithms, with normal priors.
+they need leaves it again. Time constants and the angular frequency are scored as logarithms, with damped steps.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,9 +34,7 @@ LEAST_PROBE = 0.02  # of the unit of a noise source: the same, of a deviation ne
 LOGARITHM_PROBE = 0.05  # of a time constant or an angular frequency
 LOGARITHM_STEP, TURN_STEP = 1.5, 0.15  # largest steps; a resonance is narrow
 GROWTH = 30.0  # of a variance in one step, beyond the square of its unit
-PRIOR_DEVIATION = (
-    2.0  # of the logarithms of time constants: keeps those without information in place
-)
+LEAST_CURVATURE = 0.25  # of a logarithm: keeps time constants without information in place
 SHARES = (1.0, 0.9, 0.5, 0.1)  # of a step that are tried until one gains
 LEAST_PROMISE = 0.05  # fall of -2 log likelihood by a step: less is not tried
 AT_LEAST = 1.01  # times the lower bounds: up to here noise is at them
@@ -138,8 +136,8 @@ def scored(
         [_noise(noise, places, amplitude, begin + step) for step in np.diag(probes)]
     ).reshape(len(places), len(noise))
     _, gradient, information = at.derivatives(noise, moved, probes)
-    # time constants keep near where they are unless the data know better
-    information = information + np.diag(np.where(amplitude, 0.0, PRIOR_DEVIATION**-2))
+    # time constants without information stay where they are
+    information = information + np.diag(np.where(amplitude, 0.0, LEAST_CURVATURE))
     # the step within the bounds
     least, most = (_coordinates(bound, places, amplitude) for bound in (box.least, box.most))
     reach = np.where(amplitude, GROWTH * np.maximum(begin, units[places] ** 2), LOGARITHM_STEP)
