@@ -10,16 +10,16 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.bags.poses import in_vehicle_terms, pose_columns
 from seatrial.io.bags.recording import read_bag, recording_name
-from seatrial.io.table import Table, checked_unit, nanoseconds, scaled
+from seatrial.io.table import TABLES, CsvTable, Table, checked_unit, scaled
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.frames import Mask
 from seatrial.util.progress import reach
 
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
-TABLES = (".csv", ".txt", ".tsv")
 
 
 def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Recording:
@@ -48,7 +48,7 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
         if not part.is_file():
             raise FileError(f"{part}: no such file; name it in the vehicle file under {key}: file")
     sources = [Source(p) for p in dict.fromkeys((poses, commands))]
-    return _assemble(path, vehicle, Table(poses), Table(commands), sources)
+    return _assemble(path, vehicle, CsvTable(poses), CsvTable(commands), sources)
 
 
 def _assemble(
@@ -56,18 +56,20 @@ def _assemble(
 ) -> Recording:
     spec = vehicle.file.pose
     stamp = as_column(spec.stamp)
-    columns = [stamp, *pose_columns(vehicle)]
-    for key, column in zip(("stamp", "x", "y", "psi"), columns, strict=True):
+    columns = pose_columns(vehicle)
+    for key, column in zip(("stamp", "x", "y", "psi"), (stamp, *columns), strict=True):
         _check_named(column, f"{vehicle.source}: pose: {key}", poses)
     names = [c.column for c in columns] + ([spec.valid] if spec.valid else [])
     raw = poses.columns(names)
     reach(0.5)  # the commands are to be read
     merged = poses.path == commands.path
+    rows: Mask = np.ones(len(raw), dtype=bool)
     if merged:  # merged logs: a row may have no pose
-        raw = raw[~np.isnan(raw[:, 1:4]).all(axis=1)]
+        rows = np.asarray(~np.isnan(raw[:, :3]).all(axis=1))
+        raw = raw[rows]
     if len(raw) == 0:
         raise RecordingError(f"{poses.path}: no row has a pose")
-    stamps = nanoseconds(raw[:, 0], stamp, poses.path)
+    stamps = poses.stamps(stamp, rows)
     driven = _commands(vehicle, commands, merged=merged)
     streams = [
         describe(role, table.path.name, "table", clock=Clock.COLUMN, stamps=s)
@@ -76,9 +78,9 @@ def _assemble(
     position, heading = vehicle.delays
     return make_recording(
         recording_name(path), stamps_of_headings(stamps, heading),
-        in_vehicle_terms(raw[:, 1:4], vehicle, stamps), driven,
+        in_vehicle_terms(raw[:, :3], vehicle, stamps), driven,
         scales=_scales(vehicle, commands, merged=merged),
-        marked_valid=raw[:, 4] > 0.5 if spec.valid else None,
+        marked_valid=raw[:, 3] > 0.5 if spec.valid else None,
         timeout=vehicle.file.command_timeout, sources=sources, streams=streams,
         position_delay=position - heading,
     )  # fmt: skip
@@ -114,20 +116,20 @@ def _signal(
         _check_named(column, f"{vehicle.source}: {where}: {name}", table)
         checked_unit(column, f"{vehicle.source}: {where}: {name}")
     columns = list(named.values())
-    raw = table.columns([stamp.column, *(c.column for c in columns)])
-    lines = np.arange(len(raw)) + 2  # of the file
+    raw = table.columns([c.column for c in columns])
+    given: Mask = np.ones(len(raw), dtype=bool)
     if merged:  # merged logs: a row may have no command
-        given = ~np.isnan(raw[:, 1:]).all(axis=1)
-        raw, lines = raw[given], lines[given]
+        given = np.asarray(~np.isnan(raw).all(axis=1))
+        raw = raw[given]
     if len(raw) == 0:
         raise RecordingError(f"{table.path}: no row has {', '.join(named)}")
-    stamps = nanoseconds(raw[:, 0], stamp, table.path)
-    values = np.column_stack([scaled(raw[:, i + 1], c) for i, c in enumerate(columns)])
+    stamps = table.stamps(stamp, given)
+    values = np.column_stack([scaled(raw[:, i], c) for i, c in enumerate(columns)])
     if not np.isfinite(values).all():
         row, which = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise RecordingError(
-            f"{table.path} line {lines[row]}: '{columns[which].column}' is empty or not finite; "
-            "write a number, or remove the line"
+            f"{table.place(int(np.flatnonzero(given)[row]))}: '{columns[which].column}' is empty or not "
+            "finite; write a number, or remove the line"
         )
     keep = rising(stamps)
     return Signal(tuple(named), stamps[keep], values[keep])

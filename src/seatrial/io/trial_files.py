@@ -14,7 +14,7 @@ from seatrial.io.bags.recording import field_path
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
 from seatrial.io.digests import DIGESTS, edited, noted
 from seatrial.io.reader import COMMAND_FILE, POSE_FILE
-from seatrial.io.table import TO_NANOSECONDS
+from seatrial.io.tables.stamps import TO_NANOSECONDS
 from seatrial.simulation.plan import PlanFile
 from seatrial.simulation.trials import SUFFIX, Trial
 from seatrial.util.errors import RecordingError
