@@ -40,7 +40,7 @@ def recording_advice(
 ) -> list[str]:
     """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
-    advice = list(recording.remarks) + implausible_values(recording)
+    advice = [*recording.remarks, *recording.doubts, *implausible_values(recording)]
     # 2. Length, usable poses, pose rate, jitter.
     if recording.duration < SHORT_RECORDING:
         advice.append(f"{recording.duration:.0f} s is short: record a few minutes")
