@@ -19,6 +19,7 @@ from seatrial.io.signals import (
     scaled,
     signal_of,
 )
+from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.beside import Poses, joined
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
@@ -58,6 +59,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         remarks=[*signals.remarks, *bursts], doubts=doubts, position_delay=position - heading, parts=known.parts,
         beside=None if known.beside is None else known.beside.shifted(-round(1e9 * heading)),
     )  # fmt: skip
+    recording = with_enough_poses(recording)
     # 4. Yaw rates of a gyro, their bias removed.
     for one, answer in _by_role(found, "yaw rates"):
         r = scaled(answer.values[:, 0], one.columns[0])
