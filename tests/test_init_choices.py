@@ -164,16 +164,21 @@ def test_of_several_tables_that_of_the_commands_is_found_or_named(log, tmp_path,
     _, text = propose(folder)
     assert yaml.safe_load(text)["commands"]["file"] == "commands.csv"
     (folder / "commands.csv").rename(folder / "sent.csv")
+    _, text = propose(folder, "--force")  # by the names of its columns
+    assert yaml.safe_load(text)["commands"]["file"] == "sent.csv"
+    (folder / "asked.csv").write_bytes((folder / "sent.csv").read_bytes())
     line = refused(capsys, folder, "-o", tmp_path / "v.yaml")
     assert (
-        "several candidates for the commands: battery.csv, sent.csv; name one with --commands"
-        in line
+        "several candidates for the commands: asked.csv, sent.csv; name one with --commands" in line
     )
     vehicle, text = propose(folder, "--commands", "sent.csv", "--force")
     assert yaml.safe_load(text)["commands"]["file"] == "sent.csv"
     assert len(seatrial.read(folder, vehicle).commands.stamps) == len(log.command_t)
     line = refused(capsys, folder, "-o", tmp_path / "v.yaml", "--commands", "nothing.csv")
-    assert "no table nothing.csv (--commands); there are battery.csv, poses.csv, sent.csv" in line
+    assert (
+        "no table nothing.csv (--commands); there are asked.csv, battery.csv, poses.csv, sent.csv"
+        in line
+    )
 
 
 def test_columns_with_empty_cells_are_left_out(log, tmp_path, propose):

@@ -10,7 +10,6 @@ from seatrial.util.frames import Array
 TURN = 2 * np.pi
 WRAP_SLACK = 0.1  # of a turn, by which a jump may differ from one
 MOST_RADIANS = 7.0  # [rad] just above a turn; a heading that wraps stays below
-UNWRAPPED = 20.0  # without a wrap, more is in degrees rather than several turns
 MOST_DEGREES = 400.0  # just above a turn
 MOTION_STEPS = 400  # of a recording, in which the course is taken
 CLEAR_RATIO = 1.5  # between the senses' concentrations of course minus heading
@@ -32,7 +31,7 @@ COMPASS = Sense(-1, 90)  # clockwise from the second coordinate: from north
 
 
 def unit_of(heading: Array) -> str:
-    """`rad` or `deg` by the jumps at a full turn, or the range; empty: not to be seen."""
+    """`rad` or `deg` by the jumps at a full turn; empty: there is none."""
     given = heading[np.isfinite(heading)]
     if len(given) < 2:
         return ""
@@ -40,8 +39,6 @@ def unit_of(heading: Array) -> str:
     for unit, turn, limit in (("rad", TURN, MOST_RADIANS), ("deg", 360.0, MOST_DEGREES)):
         if most <= limit and np.any(np.abs(steps - turn) < WRAP_SLACK * turn):
             return unit
-    if UNWRAPPED < most <= MOST_DEGREES and float(given.min()) >= -180.0 - WRAP_SLACK:
-        return "deg"
     return ""
 
 

@@ -169,7 +169,7 @@ def _units(
     report = check_consistency(recordings, draft)
     corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
-        if unit is not None:
+        if unit is not None and (key in pose or "latitude" not in pose):
             pose[key] = dict(pose.get(key, {})) | {"unit": unit}
             corrected.append(f"{key} is in {unit}, by the motion of the boat")
     if corrected:

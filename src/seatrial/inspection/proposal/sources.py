@@ -61,6 +61,7 @@ class Sources:
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
     full: float | None = None  # value of full command, where the message type defines it
     more: tuple[Path, ...] = ()  # further recordings of the same boat
+    spare: tuple[str, ...] = ()  # further columns that change: a signal that scales thrust?
     recognised: tuple[Recognised, ...] = ()  # signals, for the user to check
 
 
