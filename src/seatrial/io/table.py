@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Tables of a recording: which files are tables, and how their numbers become values in SI units."""
+"""Tables of a recording: which files are tables, and their readers."""
 
 from collections.abc import Collection
 from pathlib import Path
 
-import numpy as np
-
-from seatrial.boat.schema import TO_SI, Column
 from seatrial.io.tables.base import Table
 from seatrial.io.tables.csv_table import CsvTable
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.frames import Array
 
-__all__ = ["CsvTable", "Table", "checked_unit", "is_table", "open_tables", "scaled"]
+__all__ = ["CsvTable", "Table", "is_table", "open_tables"]
 
-ANGLE_UNITS = ("rad", "deg")
-LENGTH_UNITS = ("m", "cm", "mm")
 TABLES = (".csv", ".txt", ".tsv", ".parquet", ".mat")
 
 
@@ -53,16 +47,3 @@ def _open(path: Path) -> list[Table]:
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
     return [CsvTable(path)]
-
-
-def checked_unit(column: Column, where: str) -> None:
-    """Raise RecordingError where a command has a unit of time."""
-    if column.unit is not None and column.unit not in TO_SI:
-        raise RecordingError(f"{where} has unit '{column.unit}'; use {', '.join(TO_SI)}")
-
-
-def scaled(raw: Array, column: Column) -> Array:
-    """value = sign (raw - offset) / scale, in SI."""
-    unit = TO_SI.get(column.unit or "-", 1.0)
-    with np.errstate(over="ignore", invalid="ignore"):  # NaN is handled later
-        return np.asarray(column.sign * (raw - column.offset) / column.scale * unit)

@@ -51,6 +51,10 @@ class Beside:
         heading = self.parts == _core.HEADING_PART
         return replace(self, values=self.values + angle * heading)
 
+    def mirrored(self) -> "Beside":
+        """With headings and rates of the opposite sense."""
+        return replace(self, values=-self.values)
+
     def joined(self, other: "Beside") -> "Beside":
         """Both, in order of time."""
         stamps = np.concatenate([self.stamps, other.stamps])
