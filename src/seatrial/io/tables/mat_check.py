@@ -17,6 +17,11 @@ STEP = 1 << 20  # [bytes] inflated at a time
 MATRIX, COMPRESSED = 14, 15  # types of elements
 CELL, STRUCT, OBJECT, SPARSE, FUNCTION, OPAQUE = 1, 2, 3, 5, 16, 17  # classes of matrices
 KNOWN_CLASSES = range(1, 18)
+CHAR, FIRST_NUMERIC, LAST_NUMERIC = 4, 6, 15
+UINT32, INT32, NAME_TYPES = 6, 5, (1, 2)  # types of flags, dimensions, names
+NUMBER_TYPES = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
+TEXT_TYPES = (*NUMBER_TYPES, 16, 17, 18)  # with UTF-8, 16 and 32
+COMPLEX = 0x08  # of the flags' second byte
 
 
 @dataclass
@@ -96,14 +101,31 @@ def _inner(content: memoryview, at: int, end: int, budget: _Budget) -> list[tupl
             raise _Damaged(f"more than {MOST_ELEMENTS} elements")
         kind, begin, size, at = _element(content, at, end, budget.order)
         parts.append((kind, begin, size))
-    if len(parts) < 2 or parts[0][2] < 8:
+    if len(parts) < 2 or parts[0][0] != UINT32 or parts[0][2] != 8:
         raise _Damaged("a variable without a head")
-    kind = content[parts[0][1] + (0 if budget.order == "<" else 3)]
+    little = budget.order == "<"
+    kind = content[parts[0][1] + (0 if little else 3)]
     if kind not in KNOWN_CLASSES:
         raise _Damaged(f"a variable of class {kind}")
     if kind not in (OPAQUE, FUNCTION):
+        is_complex = content[parts[0][1] + (1 if little else 2)] & COMPLEX
+        _check_parts([k for k, _, _ in parts], kind, 2 if is_complex else 1)
         _check_size(content, parts, budget.order, kind)
     return [(begin, begin + size) for k, begin, size in parts[1:] if k == MATRIX]
+
+
+def _check_parts(kinds: list[int], kind: int, data: int) -> None:
+    """Refuse elements of another type than a variable of this class has: a library may end on them."""
+    if len(kinds) < 3 or kinds[1] != INT32 or kinds[2] not in NAME_TYPES:
+        raise _Damaged("a variable without dimensions or a name")
+    rest = kinds[3:]
+    if FIRST_NUMERIC <= kind <= LAST_NUMERIC or kind in (CHAR, SPARSE):
+        known = TEXT_TYPES if kind == CHAR else NUMBER_TYPES
+        least = data + 2 if kind == SPARSE else data
+        if len(rest) < least or any(k not in known for k in rest):
+            raise _Damaged("numbers of an unknown type, or none")
+    elif any(k not in (*TEXT_TYPES, MATRIX) for k in rest):
+        raise _Damaged("a field of an unknown type")
 
 
 def _check_size(
@@ -111,6 +133,8 @@ def _check_size(
 ) -> None:
     """Refuse dimensions that the bytes can't fill: a library takes memory for them."""
     _, begin, size = parts[1]
+    if size < 8 or size % 4:
+        raise _Damaged(f"dimensions of {size} bytes")
     dims = struct.unpack_from(f"{order}{size // 4}i", content, begin)
     if any(d < 0 for d in dims):
         raise _Damaged("a negative dimension")
