@@ -11,8 +11,28 @@ from pathlib import Path
 import pytest
 
 FUZZ = Path(__file__).with_name("fuzz.py")
-FEW = {"bag": 140, "mcap": 140, "db3": 90, "csv": 120, "yaml": 90, "inspect": 20}
-ALL = {"bag": 2500, "mcap": 2500, "db3": 1500, "csv": 2000, "yaml": 1500, "inspect": 400}
+FEW = {
+    "bag": 140,
+    "mcap": 140,
+    "db3": 90,
+    "csv": 120,
+    "parquet": 90,
+    "mat": 90,
+    "hdf": 90,
+    "yaml": 90,
+    "inspect": 20,
+}
+ALL = {
+    "bag": 2500,
+    "mcap": 2500,
+    "db3": 1500,
+    "csv": 2000,
+    "parquet": 1500,
+    "mat": 1500,
+    "hdf": 1500,
+    "yaml": 1500,
+    "inspect": 400,
+}
 BATCH = 1250  # cases of one program
 TIMEOUT = 600.0  # [s] of a program: a hang that no timer ends
 
