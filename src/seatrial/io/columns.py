@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from seatrial.io.table import Table
+from seatrial.io.table import CsvTable
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array
 
@@ -61,7 +61,7 @@ def look_at_columns(path: Path) -> list[TableView]:
     tables = sorted(path.glob("*.csv")) if path.is_dir() else [path]
     if not tables:
         raise FileError(f"{path}: no .csv file and no bag in this folder")
-    return [_view(Table(table)) for table in tables]
+    return [_view(CsvTable(table)) for table in tables]
 
 
 def columns_text(tables: Sequence[TableView]) -> str:
@@ -82,7 +82,7 @@ def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
     return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
 
 
-def _view(table: Table) -> TableView:
+def _view(table: CsvTable) -> TableView:
     try:
         values = table.columns(table.names)
     except RecordingError:  # a cell is not a number
@@ -93,7 +93,7 @@ def _view(table: Table) -> TableView:
     return TableView(str(table.path), len(values), tuple(_column(n, c) for n, c in columns))
 
 
-def _numbers(table: Table) -> Array:
+def _numbers(table: CsvTable) -> Array:
     """All cells (rows, columns); NaN where a cell is missing or not a number."""
     found: list[list[float]] = []
     with table.path.open(encoding="utf-8-sig", newline="", errors="replace") as file:

@@ -10,7 +10,7 @@ from seatrial.inspection.proposal.inputs import Drive, find_drive
 from seatrial.inspection.proposal.sources import Ask, Choices, Sources
 from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
-from seatrial.io.bags.recording import recording_name
+from seatrial.io.reader import recording_name
 
 
 @dataclass(frozen=True)

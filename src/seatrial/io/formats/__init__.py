@@ -7,11 +7,13 @@ what MAVLink's messages hold; pymavlink and pyulog are the oracles of the tests.
 """
 
 import re
+from functools import lru_cache
 from pathlib import Path
 
 from seatrial.io.log import Log
 from seatrial.util.errors import FileError, RecordingError
 
+OPENED = 8  # logs whose topics are kept
 BEGINNING = 8192  # [bytes] by which a format is recognised
 TEXT_FMT = re.compile(rb"^FMT, ?\d{1,3}, ?\d{1,3}, ?\w{1,8}, ?\w", re.MULTILINE)
 SUFFIXES = {".bin": "ardupilot", ".ulg": "px4", ".tlog": "mavlink"}
@@ -32,8 +34,15 @@ def open_log(path: str | Path) -> Log:
         )
     if not path.exists():
         raise FileError(f"{path}: no such file")
-    if path.stat().st_size == 0:
+    found = path.stat()
+    if found.st_size == 0:
         raise RecordingError(f"{path}: is empty (0 bytes)")
+    return _opened(path, kind, found.st_size, found.st_mtime_ns)
+
+
+@lru_cache(maxsize=OPENED)
+def _opened(path: Path, kind: str, _size: int, _changed: int) -> Log:
+    """The log; of a file that has not changed the one opened before, as counting its messages takes a pass."""
     if kind == "ardupilot":
         from seatrial.io.formats.ardupilot import ArduPilotLog
 
