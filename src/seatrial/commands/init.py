@@ -30,8 +30,16 @@ def add(command: argparse.ArgumentParser) -> None:
         choices=AXES_NAMES,
         help=f"axes of the recording (default: {AXES_NAMES[0]})",
     )
-    command.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
-    command.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    command.add_argument(
+        "--pose",
+        metavar="TOPIC",
+        help="topic or table of the poses, or columns: x=COL,y=COL,heading=COL",
+    )
+    command.add_argument(
+        "--commands",
+        metavar="TOPIC",
+        help="topic or table of the commands, or columns: COL,COL or NAME=COL",
+    )
     command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
     )
@@ -45,7 +53,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.inspection.proposal.propose import init
-    from seatrial.inspection.proposal.sources import Choices
+    from seatrial.inspection.proposal.sources import Choices, recognised_text
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 
@@ -61,6 +69,8 @@ def run(args: argparse.Namespace) -> None:
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
     shown = " ".join(str(path) for path in args.recordings)
+    if proposal.sources.recognised:
+        say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
     say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
 

@@ -43,6 +43,10 @@ class Table(ABC):
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where it holds dates and times."""
 
+    @abstractmethod
+    def numbers(self) -> Array:
+        """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) as it is written; None where the file has numbers."""
         cells = self.cells(name)

@@ -58,6 +58,16 @@ class CsvTable(Table):
             )
         return values
 
+    def numbers(self) -> Array:
+        """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+        index = range(len(self.names))
+        commas = set() if self.delimiter == "," else self._have_commas(index)
+        rows = [
+            [_number(row[i] if i < len(row) else "", comma=i in commas) for i in index]
+            for row, _ in self._rows()
+        ]
+        return np.array(rows, dtype=float).reshape(-1, len(index))
+
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where its first cell is a date and time."""
         i = self.find(name)
@@ -302,3 +312,10 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _number(text: str, *, comma: bool) -> float:
+    try:
+        return float(text.replace(",", ".") if comma else text)
+    except ValueError:
+        return float("nan")

@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -75,7 +76,8 @@ class TableSignals(Signals):
         table = self._tables[asked.place]
         stamp = as_column(asked.spec.stamp)
         if asked.columns[0].stamp:
-            stamp = Column(column=asked.columns[0].stamp)
+            own = asked.columns[0].stamp  # in the unit of the others
+            stamp = msgspec.structs.replace(stamp, column=own, nanoseconds="")
         key = "pose" if isinstance(asked.spec, PoseSource) else "commands"
         self._check_named(stamp, f"{self._source}: {key}: stamp", table)
         for column, where in zip(asked.columns, asked.wheres, strict=True):
