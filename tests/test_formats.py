@@ -195,6 +195,27 @@ def test_units_behind_the_messages_still_tell_the_instances(tmp_path):
     assert len(samples(log, "IMU[1]", "GyrZ").stamps) == 1000
 
 
+def test_units_behind_the_lines_still_tell_the_instances(tmp_path):
+    path = ardupilot(tmp_path / "run.log", RUN, text=True)
+    stated = text_message("FMTU", (autopilot_logs.BOOT, 8, *autopilot_logs.UNITS["IMU"]))
+    data = path.read_bytes()
+    assert stated in data
+    path.write_bytes(data.replace(stated, b"") + stated)
+    log = open_log(path)
+    assert log.topics["IMU[1]"].messages == log.topics["IMU"].messages == 1000
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_topics_can_be_read_without_fields(tmp_path, name):
+    """For their stamps."""
+    log = open_log(WRITERS[name](tmp_path / name, RUN))
+    for topic, found in zip(
+        log.topics.values(), log.read([Wanted(t, ()) for t in log.topics]), strict=True
+    ):
+        assert found.stamps.shape == (topic.messages,)
+        assert found.values.shape == (topic.messages, 0)
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_unknown_topics_and_fields_are_named(tmp_path, name):
     log = open_log(WRITERS[name](tmp_path / name, RUN))

@@ -94,7 +94,9 @@ def _px4_outputs(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[M
     for i in range(16):
         key = f"PWM_MAIN_FUNC{i + 1}"
         function = int(parameters.get(key, 0))
-        name = {True: f"motor_{function - 100}", False: f"servo_{function - 200}"}[function < PX4_SERVO]
+        name = {True: f"motor_{function - 100}", False: f"servo_{function - 200}"}[
+            function < PX4_SERVO
+        ]
         field = f"output[{i}]"
         if function // 100 not in (1, 2) or field not in topic.fields:
             continue

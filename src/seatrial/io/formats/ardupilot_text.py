@@ -29,9 +29,11 @@ class ArduPilotTextLog(Log):
         self.path, self.files = path, (path,)
         self._definitions = Definitions()
         self._counts: Counter[tuple[str, int]] = Counter()
-        strange = 0
-        for line in self._lines():
-            strange += self._take(line)
+        self._late = False  # whether lines stand before their definition
+        strange = sum(map(self._take, self._lines()))
+        if strange or self._late:
+            self._counts.clear()
+            strange = sum(map(self._take, self._lines()))
         self.topics = self._definitions.topics(self._counts)
         self.parameters = self._definitions.parameters
         if not self.topics:
@@ -82,7 +84,8 @@ class ArduPilotTextLog(Log):
                 values = dict(zip(found.columns, texts, strict=False))
                 if name in ("UNIT", "MULT"):
                     values["Id"] = str(_character(values["Id"]))
-                self._definitions.learn(name, values)
+                changed = self._definitions.learn(name, values)
+                self._late |= changed is not None and self._counts[changed.name, 0] > 0
                 return 0
             i = found.instance
             self._counts[name, 0 if i is None else int(texts[i])] += 1
@@ -96,7 +99,7 @@ class ArduPilotTextLog(Log):
 
 def _character(text: str) -> int:
     """UNIT's and MULT's Id: written as a number."""
-    return int(text) if text.lstrip("-").isdecimal() else ord(text)
+    return ord(text) if len(text) == 1 and not text.isdecimal() else int(text)
 
 
 class _TextColumns:
@@ -114,10 +117,16 @@ class _TextColumns:
     def add(self, line: str, found: Format) -> None:
         """One line of this name."""
         texts = line.split(",")[1:]
+        if len(texts) < len(found.columns):
+            return  # counted when the log was opened
         index = {name: i for i, name in enumerate(found.columns)}
         try:
-            if found.instance is not None and int(texts[found.instance]) != self.instance:
+            i = found.instance
+            if i is not None and int(texts[i]) != self.instance:
                 return
+        except ValueError:
+            return
+        try:
             stamp = int(texts[index[found.stamp or ""]]) * STAMPS[found.stamp or ""]
             values = [float(texts[index[name]]) for name in self.wanted.fields]
         except (KeyError, ValueError, IndexError):
@@ -131,7 +140,8 @@ class _TextColumns:
 
     def samples(self) -> LogSamples:
         """All that was collected."""
-        values = np.array(self.values, dtype=np.float64).reshape(-1, len(self.wanted.fields))
+        shape = len(self.stamps), len(self.wanted.fields)
+        values = np.array(self.values, dtype=np.float64).reshape(shape)
         return LogSamples(
             self.wanted.topic, np.array(self.stamps, dtype=np.int64), values, self.dropped
         )

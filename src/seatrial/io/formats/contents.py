@@ -45,7 +45,9 @@ def _streams(log: Log) -> tuple[list[Stream], float]:
         for t, s in zip(topics, samples, strict=True)
     ]
     held = [s.stamps for s in samples if len(s.stamps)]
-    length = (max(int(s.max()) for s in held) - min(int(s.min()) for s in held)) * 1e-9 if held else 0.0
+    length = (
+        (max(int(s.max()) for s in held) - min(int(s.min()) for s in held)) * 1e-9 if held else 0.0
+    )
     return streams, length
 
 
@@ -69,6 +71,10 @@ def _text(log: Log, streams: list[Stream], length: float) -> str:
     roles = ", ".join(s.role for s in streams)
     for wanted in ("position", "heading", "commands"):
         if wanted not in roles:
-            lines.append(f"  => no topic holds a {wanted.removesuffix('s')} that is known by its name")
-    lines.append(f"  => seatrial init {log.path} -o vehicle.yaml writes a vehicle file to start from")
+            lines.append(
+                f"  => no topic holds a {wanted.removesuffix('s')} that is known by its name"
+            )
+    lines.append(
+        f"  => seatrial init {log.path} -o vehicle.yaml writes a vehicle file to start from"
+    )
     return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)

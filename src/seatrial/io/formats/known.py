@@ -19,7 +19,9 @@ class Known:
     message: str
     fields: tuple[str, ...]
     what: str
-    column: Mapping[str, Any] = field(default_factory=dict)  # unit, scale: as a vehicle file has them
+    column: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # unit, scale: as a vehicle file has them
     geographic: bool = False  # latitude and longitude; else metres north and east
 
     def topics(self, log: Log) -> list[LogTopic]:

@@ -33,7 +33,8 @@ class Place:
 
     def values(self, block: bytearray, size: int) -> Array:
         """The same with its divisor."""
-        found = self.stored(block, size).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+            found = self.stored(block, size).astype(np.float64)
         return found if self.divisor == 1 else found / self.divisor
 
 
