@@ -5,9 +5,10 @@ What a message holds is stated by pymavlink, in the dialect ardupilotmega, which
 A frame counts if its checksum is right.
 
 Stamps: telemetry arrives late, and in bursts. Most messages state when the autopilot made them
-(`time_boot_ms`, `time_usec`). Where a topic's own times never step back by more than `BACK` and stay
-within `SPREAD` of arrival, its stamps are these, on the clock of arrival: the offset is that of the least
-delayed message of the whole log. Otherwise, and for messages without a time, stamps are those of arrival.
+(`time_boot_ms`, `time_usec`). Where a topic's own times stay within `SPREAD` of arrival, its stamps are
+these, on the clock of arrival, and its messages are in their order: the offset is that of the least delayed
+message of the whole log. Otherwise (an autopilot that started again), and for messages without a time,
+stamps are those of arrival.
 """
 
 from collections import Counter
@@ -35,7 +36,6 @@ CODES = {
     "int64_t": "q", "uint64_t": "Q", "float": "f", "double": "d", "uint8_t_mavlink_version": "B",
 }  # fmt: skip
 TIMES = {"time_boot_ms": 1_000_000, "time_usec": 1000}  # [ns] of one
-BACK = 1_000_000_000  # [ns] a time that steps back further: the autopilot was started again
 SPREAD = 10_000_000_000  # [ns] of the delays of messages
 EARLIEST = 9e14  # [us] of arrival since 1970: 1998
 LATEST = 5e15  # [us]
@@ -145,7 +145,8 @@ class MavlinkLog(Log):
         if self._offset is not None and len(stamps):
             own = _unwrapped(found.values[:, -1], time, stamps, self._offset)
             if own is not None:
-                stamps = own
+                order = np.argsort(own, kind="stable")
+                stamps, values = own[order], values[order]
         return LogSamples(found.topic, stamps, values, found.dropped)
 
 
@@ -157,7 +158,7 @@ def _unwrapped(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps 
         turns = np.round((arrival - own) / wrap).astype(np.int64)
         own = own + np.where(times < 1 << 32, turns, 0) * wrap
     late = arrival - own
-    if late.max() > SPREAD or late.min() < -SPREAD or np.diff(own).min(initial=0) < -BACK:
+    if late.max() > SPREAD or late.min() < -SPREAD:
         return None
     return np.asarray(own)
 
