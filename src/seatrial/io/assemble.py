@@ -36,9 +36,7 @@ HEADING = "psi"
 def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     """A recording in forward-left-up axes. Raises RecordingError."""
     # 1. What the vehicle file asks, by topic or table.
-    values = [*_asked_commands(signals, vehicle), *_asked_scales(signals, vehicle)]
-    poses, rates = _asked_poses(signals, vehicle), _asked_rates(signals, vehicle)
-    asked = [*poses, *rates, *values]
+    asked = questions(signals, vehicle)
     # 2. All of it in one pass.
     answers = signals.answer(asked)
     found = list(zip(asked, answers, strict=True))
@@ -68,6 +66,12 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
             recording, stamps_of_headings(answer.stamps, heading), r, one.wheres[0]
         )
     return recording
+
+
+def questions(signals: Signals, vehicle: Vehicle) -> list[Asked]:
+    """What the vehicle file asks of a log: poses, headings, yaw rates, commands, scales. Raises RecordingError."""
+    values = [*_asked_commands(signals, vehicle), *_asked_scales(signals, vehicle)]
+    return [*_asked_poses(signals, vehicle), *_asked_rates(signals, vehicle), *values]
 
 
 def _asked_poses(signals: Signals, vehicle: Vehicle) -> list[Asked]:
