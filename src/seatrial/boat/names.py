@@ -13,7 +13,7 @@ from seatrial.util.errors import VehicleError
 LONGEST_TITLE = 100  # [characters] of a boat's name
 LONGEST_NAME = 64  # [characters] of other names; the longest that ROS, MATLAB and C read are near
 SHOWN = 40  # [characters] of a refused name in the message
-_WORD = re.compile(r"\w(?:[\w./ -]*\w)?")  # bow-thruster, axes.1, port motor, Backbord_Motor
+_WORD = re.compile(r"\w(?:[\w./: -]*\w)?")  # bow-thruster, axes.1, port motor, Backbord_Motor
 
 
 def check_title(title: str, source: str) -> None:
@@ -31,7 +31,7 @@ def check_names(kind: str, names: Iterable[str], source: str) -> None:
         if not _WORD.fullmatch(name) or len(name) > LONGEST_NAME:
             raise VehicleError(
                 f"{source}: {kind} '{_shown(name)}': a name has 1 to {LONGEST_NAME} letters, digits, and between "
-                "them _ - . / or spaces"
+                "them _ - . / : or spaces"
             )
 
 

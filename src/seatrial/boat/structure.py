@@ -14,6 +14,7 @@ from functools import cached_property
 from importlib import resources
 
 from seatrial import _core
+from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import StructureError
 from seatrial.util.files import DIGITS, read_yaml
 from seatrial.util.frames import AXES, SYMBOLS
@@ -92,7 +93,7 @@ MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCE_TERMS
 
 
 @dataclass(frozen=True)
-class Structure:
+class Structure(ByFields):
     """The right-hand side of Eq. (12), or a generalisation of it.
 
     The terms as data; the core computes them (`core/include/seatrial/model/dynamics.hpp`).

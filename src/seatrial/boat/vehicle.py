@@ -44,6 +44,10 @@ class Vehicle:
         _ = self.chain  # validates inputs, thrusters, forces and groups
         _ = self.structure
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are made of the file's content."""
+        return vehicle_from, (self.to_mapping(), self.source)
+
     @property
     def name(self) -> str:
         """The vehicle's name."""

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
-from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, pose_covariance, row_of
+from seatrial.onboard.predictor import (
+    POSE,
+    Estimate,
+    Running,
+    Taken,
+    onboard_model,
+    pose_covariance,
+    row_of,
+)
 from seatrial.util.frames import Array, frozen_array
 
 FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
@@ -37,12 +45,12 @@ class Odometry:
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
 
-class Odometer:
+class Odometer(Running):
     """A predictor with stamps in nanoseconds, the vehicle's lever arm, and continuous odometry.
 
     Arguments as of `Predictor`; poses are of the measured point, at `lever` (2,) forward, left [m] of the
     origin, by default the vehicle file's.
-    Never raises on data. Raises ModelError and PredictorError as `Predictor` does.
+    Never raises on data. Raises ModelError and PredictorError as `Predictor` does. Threads and copies as there.
     """
 
     def __init__(
@@ -57,7 +65,9 @@ class Odometer:
         self.model = model if isinstance(model, Model) else load(model)
         self._settings = disturbance, current, window
         self._lever = None if lever is None else np.array(lever, dtype=float)
-        self._core = _core.Odometer(self._onboard(self.model), self._arm(self.model))
+        self._core: _core.Odometer = _core.Odometer(
+            self._onboard(self.model), self._arm(self.model)
+        )
 
     def command(self, stamp: int, values: ArrayLike) -> Taken:
         """Commands (inputs,) to all inputs of the vehicle; they hold until the next."""
